@@ -10,10 +10,9 @@ from srbval.bearing.catalogue import (
     load_bearing,
     with_slip,
 )
-from srbval.bearing.elements import ElementShape, RollingElements
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
-from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
+from srbval.bearing.kinematics import ElementShape, FaultFrequencies, FaultOrders, RollingElements
 
 __all__ = [
     "CIRCLES",

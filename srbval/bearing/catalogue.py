@@ -17,9 +17,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing.elements import RollingElements
 from srbval.bearing.geometry import SphericalRollerGeometry
-from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
+from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
 from srbval.errors import ConfigurationError, nearest
 from srbval.storage.tables import build, read_toml
 
@@ -57,12 +56,10 @@ class Bearing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Orders:
+class PublishedOrders(FaultOrders):
+    """The table `[orders]` of a bearing file."""
+
     rolling_elements: int
-    bpfo: float
-    bpfi: float
-    bsf: float
-    ftf: float
 
     def __post_init__(self) -> None:
         total, count = self.bpfo + self.bpfi, self.rolling_elements
@@ -75,6 +72,12 @@ class _Orders:
             raise ConfigurationError(
                 f"orders: ftf = {self.ftf} must lie between 0 and 1, in orders of the shaft's speed."
             )
+        super().__post_init__()
+
+    @property
+    def orders(self) -> FaultOrders:
+        """The orders alone."""
+        return FaultOrders(bpfo=self.bpfo, bpfi=self.bpfi, bsf=self.bsf, ftf=self.ftf)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +86,7 @@ class _BearingFile:
     source: str
     geometry: SphericalRollerGeometry | None = None
     elements: RollingElements | None = None
-    orders: _Orders | None = None
+    orders: PublishedOrders | None = None
     largest_slip_pct: float | None = None
 
 
@@ -147,7 +150,7 @@ def read_table(name: str) -> Iterator[Mapping[str, str]]:
 
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
-    kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", _Orders)
+    kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", PublishedOrders)
     keys = {f.name: f.name for f in dataclasses.fields(cls)}
     keys |= {name.rsplit("_", 1)[0]: name for name in keys if name.endswith(("_m", "_rad"))}
     filled = {key: value for key, value in row.items() if key in keys and value}
@@ -161,25 +164,9 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
         raise ConfigurationError(
             f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
         )
-    if file.geometry is not None:
-        g = file.geometry
-        count, orders = (
-            g.rollers_per_row,
-            FaultOrders.from_dimensions(
-                rolling_elements=g.rollers_per_row,
-                element_diameter_m=g.roller_diameter_m,
-                pitch_diameter_m=2 * g.pitch_radius_m,
-                contact_angle_rad=g.tilt_rad,
-            ),
-        )
-    elif file.elements is not None:
-        count, orders = file.elements.rolling_elements, file.elements.orders
-    else:
-        values = dict(vars(file.orders))
-        count, orders = values.pop("rolling_elements"), FaultOrders(**values)
     bearing = Bearing(
-        name=name, title=file.title, source=file.source, rolling_elements=count, orders=orders, geometry=file.geometry,
-        elements=file.elements,
+        name=name, title=file.title, source=file.source, rolling_elements=given[0].rolling_elements,
+        orders=given[0].orders, geometry=file.geometry, elements=file.elements,
     )  # fmt: skip
     return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
 

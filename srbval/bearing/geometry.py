@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from srbval.bearing.kinematics import FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
@@ -56,11 +57,7 @@ class SphericalRollerGeometry(Limited):
                 f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "
                 f"raceway at {self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m from its middle."
             )
-
-        self._check_gap()
-
-    def _check_gap(self) -> None:
-        """The three centres must leave a gap between the raceways that the roller about fills."""
+        # the three centres must leave a gap between the raceways that the roller about fills
         if not self.roller_centre_distance_m < self.raceway_radius_m < self.outer_diameter_m / 2:
             raise ConfigurationError(
                 f"raceway_radius_m = {self.raceway_radius_m} must lie between the roller centres, at "
@@ -83,6 +80,21 @@ class SphericalRollerGeometry(Limited):
                 f"rollers of {roller:.6g} m radius, {lower:.6g} m less at their ends, do not fit between raceways of "
                 f"{inner:.6g} m and {outer:.6g} m: all must be above zero, and the rollers the smaller."
             )
+
+    @property
+    def rolling_elements(self) -> int:
+        """Number of rollers of one row."""
+        return self.rollers_per_row
+
+    @property
+    def orders(self) -> FaultOrders:
+        """Kinematic orders of pure rolling."""
+        return FaultOrders.from_dimensions(
+            rolling_elements=self.rollers_per_row,
+            element_diameter_m=self.roller_diameter_m,
+            pitch_diameter_m=2 * self.pitch_radius_m,
+            contact_angle_rad=self.tilt_rad,
+        )
 
     @property
     def roller_centre_distance_m(self) -> float:

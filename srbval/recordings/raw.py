@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -81,16 +81,6 @@ class RawFile:
         return as_signal(self.variables[name], f"{self.path}: {name}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class FileFormat:
-    """A format with a loader: its name, how messages call it, whether the first bytes of a file show it."""
-
-    name: str
-    description: str
-    matches: Callable[[bytes], bool]
-    load: Callable[[Path], RawFile]
-
-
 def as_signal(values: Value, what: str) -> NDArray[np.float64]:
     """Samples as a contiguous float64 vector, shape [n], a read-only view where they are stored so.
 
@@ -99,7 +89,13 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
-    if values.size and not _within_limits(values):
+    with np.errstate(invalid="ignore"):  # NaN makes either comparison false
+        sound = (
+            values.dtype.kind != "f"
+            or values.size == 0
+            or (float(values.min()) > -LARGEST and float(values.max()) < LARGEST)
+        )
+    if not sound:
         wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
         bad = int(np.flatnonzero(wrong)[0])
         raise DataError(
@@ -107,14 +103,6 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
             f"{LARGEST:g}. Export the record again, or cut the damaged part off."
         )
     return np.ascontiguousarray(values, dtype=np.float64).ravel()
-
-
-def _within_limits(values: NDArray[Any]) -> bool:
-    """Whether every sample is finite and its square does not overflow; NaN makes either comparison false."""
-    if values.dtype.kind != "f":
-        return True
-    with np.errstate(invalid="ignore"):
-        return float(values.min()) > -LARGEST and float(values.max()) < LARGEST
 
 
 def samples_down(values: NDArray[Any]) -> NDArray[Any]:

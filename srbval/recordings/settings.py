@@ -1,21 +1,27 @@
-"""What the user states about a file: it decides what the file leaves open and overrides what the file itself says."""
+"""What the user states about a file, by options or a table of labels: it goes over what the file itself says."""
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import math
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, did_you_mean
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, UNITS, Channel, Reading, split_unit
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.speed import nominal_speed, stated_speed
-from srbval.recordings.tachometer import with_tachometer
+from srbval.recordings.speed import nominal_speed, stated_speed, with_tachometer
+from srbval.storage.files import read_limited
+from srbval.storage.tables import build
 
+FILE = "file"  # column of a table of labels
+ALIASES = {"fs": "fs_hz", "sensitivity": "sensitivity_mv_per_g"}  # as the options of `srbval data add` are called
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
@@ -85,67 +91,53 @@ class RecordingSettings:
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
     """`reading` with the user's settings; `DataError` where the file has no such channel."""
-    channel, axes, fs_hz, speed_signal = reading.channel, reading.axes, reading.fs_hz, reading.speed_signal
-    speed, speed_problem, notes = reading.speed, reading.speed_problem, []
+    changes: dict[str, Any] = {"channels": _changed_channels(path, reading, settings)}
+    notes, channel = [], reading.channel
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
-        channel, axes = _find_channel(path, reading, settings.channel), None
+        channel, changes["axes"] = _find_channel(path, reading, settings.channel), None
     tacho = None if settings.tacho is None else _find_channel(path, reading, settings.tacho)
-    if tacho is not None and channel is None and axes is None:
+    if tacho is not None and channel is None and changes.get("axes", reading.axes) is None:
         others = [name for name in reading.vibrations if name != tacho]
         channel = others[0] if len(others) == 1 else None
+    changes["channel"] = channel
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
         # the time base of the file's own speed signal is discarded with its rate
-        fs_hz, speed_signal = settings.fs_hz, None
-    elif fs_hz is None and channel is not None:
-        fs_hz = reading.channels[channel].fs_hz
+        changes |= {"fs_hz": settings.fs_hz, "speed_signal": None}
+    elif reading.fs_hz is None and channel is not None:
+        changes["fs_hz"] = reading.channels[channel].fs_hz
     notes += [f"{name} {v} given by the user" for key, name in NOTED if (v := getattr(settings, key)) is not None]
     if settings.rpm is not None:
-        speed, how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading.speed)
+        changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading.speed)
+        changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
-        speed_signal = speed_problem = None
-    stated = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
-    cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in stated]
-    changed = dataclasses.replace(
-        reading,
-        channel=channel,
-        axes=axes,
-        channels=_changed_channels(path, reading, settings),
-        fs_hz=fs_hz,
-        speed=speed,
-        speed_signal=speed_signal,
-        speed_problem=speed_problem,
-        radial_n=reading.radial_n if settings.radial_kn is None else settings.radial_kn * N_PER_KN,
-        axial_n=reading.axial_n if settings.axial_kn is None else settings.axial_kn * N_PER_KN,
-        notes=(*reading.notes, *notes),
-    )
+    for load in ("radial", "axial"):
+        if (stated := getattr(settings, f"{load}_kn")) is not None:
+            changes[f"{load}_n"] = stated * N_PER_KN
+    states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
+    cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in states]
+    changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if tacho is not None:
         pulses = reading.channels[tacho]
         changed = with_tachometer(changed, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
-    against = reading.time.against(fs_hz) if reading.time and fs_hz else None
-    return dataclasses.replace(changed, cautions=(*reading.cautions, *cautions, *filter(None, (against,))))
+    if reading.time and changed.fs_hz and (against := reading.time.against(changed.fs_hz)):
+        cautions.append(against)
+    return dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
 
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
-    channels = {
-        name: dataclasses.replace(
-            c,
-            unit=settings.unit or c.unit,
-            factor=settings.scale or c.factor,
-            state=settings.state or c.state,
-            bearing=settings.bearing or c.bearing,
-        )
-        for name, c in reading.channels.items()
-    }
+    stated = {"unit": settings.unit, "factor": settings.scale, "state": settings.state, "bearing": settings.bearing}
+    given: dict[str, Any] = {key: value for key, value in stated.items() if value}
+    channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
     if not in_volt and all(c.unit is not None for c in channels.values()):
-        stated = ", ".join(sorted({c.unit or "" for c in channels.values()}))
+        units = ", ".join(sorted({c.unit or "" for c in channels.values()}))
         raise DataError(
-            f"{path}: a sensitivity of {per_g:g} mV/g needs samples in V or mV; they are in {stated}. "
+            f"{path}: a sensitivity of {per_g:g} mV/g needs samples in V or mV; they are in {units}. "
             "Leave it out, or state --unit V or mV."
         )
     for name, c in in_volt.items():
@@ -204,3 +196,44 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
 def _names(channels: Iterable[str]) -> list[str]:
     names = [printable(name) for name in channels]
     return names if len(names) <= NAMED_CHANNELS else [*names[:NAMED_CHANNELS], "..."]
+
+
+def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
+    """Settings by file, from a CSV whose header has ``file`` and any field of
+    `RecordingSettings`; an empty field leaves `common`.
+
+    Separated by commas, semicolons or tabs; with the latter two, decimals may have a comma. Paths are below `folder`.
+    Raises `ConfigurationError` that lists everything that is wrong with the table.
+    """
+    fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
+    columns, numbers = (FILE, *fields), {name for name, kind in fields.items() if "float" in kind}
+    lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
+    rows = [line for line in lines if line.strip() and not line.startswith("#")]
+    separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
+    header, *body = list(csv.reader(rows, delimiter=separator, skipinitialspace=True)) or [[]]
+    names = [ALIASES.get(name.strip().lower(), name.strip().lower()) for name in header]
+    wrong = [f"unknown column {name!r}{did_you_mean(name, columns)}" for name in names if name not in columns]
+    if FILE not in names or len(set(names)) < len(names):
+        wrong.append(f"each of its columns must be there once, {FILE!r} among them")
+    if wrong or not body:
+        raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'no row below its header'}.")
+    found: dict[Path, RecordingSettings] = {}
+    for number, row in enumerate(body, 1):
+        try:
+            if len(row) != len(names):
+                raise ConfigurationError(f"{len(row)} fields where the header has {len(names)}")
+            stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip() or k == FILE}
+            file = Path(os.path.abspath(folder / stated.pop(FILE)))
+            if not file.is_file():
+                raise ConfigurationError(f"{file}: no such file")
+            for key in set(stated) & numbers if separator != "," else ():
+                stated[key] = stated[key].replace(",", ".")
+            settings = build(RecordingSettings, stated, "row")
+            if file in found:
+                raise ConfigurationError(f"{file.name} is named twice")
+            found[file] = settings.over(common)
+        except ConfigurationError as error:
+            wrong.append(f"row {number}: {error}")
+    if wrong:
+        raise ConfigurationError(f"{table}: {len(wrong)} of {len(body)} rows cannot be used: {'; '.join(wrong)}")
+    return found

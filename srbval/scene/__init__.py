@@ -9,12 +9,21 @@ from srbval.scene.parts import (
     LineContact,
     Load,
     LoadPath,
+    LoadProfile,
     RollerFit,
+    SpeedProfile,
     Traction,
 )
-from srbval.scene.profile import LoadProfile, SpeedProfile
-from srbval.scene.read import load_scene, load_sensor_path, merge, paper_scene, scene_table
-from srbval.scene.rig_inputs import RigInput, draws, rig_inputs
+from srbval.scene.read import (
+    RigInput,
+    draws,
+    load_scene,
+    load_sensor_path,
+    merge,
+    paper_scene,
+    rig_inputs,
+    scene_table,
+)
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, PathMode, SensorPath
 from srbval.scene.surface import Surface

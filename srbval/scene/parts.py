@@ -1,8 +1,12 @@
-"""The parts of a scene that stay the same over time: housing, masses, contact, load, defects."""
+"""The parts of a scene: housing, masses, contact, load, defects; speed and load over time as tables."""
 
 import enum
+import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from srbval.bearing import Fault
 from srbval.bearing.geometry import LEAST_OSCULATION
@@ -10,6 +14,7 @@ from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
+CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may overflow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,19 +32,14 @@ class Bodies(Limited):
 
     Two cages, one for each row, turn independently and tilt together.
 
-    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, 0 to below 1;
+    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, where 1 is 0 again;
     models that tell rows apart know it, and the number of cages (full, line, slices).
     """
 
     density_kg_m3: float = quantity("density", above=0)
     cage_mass_kg: float = quantity("mass", above=0)
     cages: int = limited(least=1, most=2)
-    row_stagger: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0 <= self.row_stagger < 1:
-            raise ConfigurationError(f"row_stagger = {self.row_stagger} must be a share of a pitch, 0 to below 1.")
+    row_stagger: float = limited(least=0, most=1)
 
 
 class RollerFit(enum.StrEnum):
@@ -181,3 +181,55 @@ class Defect(Limited):
             raise ConfigurationError(
                 "a hole, a defect on a roller, or one with finer points needs an extent, for example extent = '2 mm'."
             )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Profile(Limited):
+    """A table over `time_s`, two or more entries that rise; between two of them values change linearly."""
+
+    time_s: tuple[float, ...] = quantity("time")
+
+    def __post_init__(self) -> None:
+        columns: list[Sequence[float]] = list(vars(self).values())
+        if len(self.time_s) < 2 or any(len(column) != len(self.time_s) for column in columns):
+            raise ConfigurationError(f"{self._what} profile: it needs two or more times and one value for each.")
+        if not all(math.isfinite(value) for column in columns for value in column):
+            raise ConfigurationError(f"{self._what} profile: every time and value must be a finite number.")
+        pair = next((pair for pair in itertools.pairwise(self.time_s) if not pair[1] - pair[0] >= CLOSEST_S), None)
+        if pair is not None:
+            raise ConfigurationError(f"{self._what} profile: times must rise by {CLOSEST_S:g} s or more; found {pair}.")
+        super().__post_init__()
+
+    @property
+    def _what(self) -> str:
+        return type(self).__name__.removesuffix("Profile").lower()
+
+    def check_covers(self, duration_s: float) -> None:
+        """Refuse a table that leaves part of the recorded time open."""
+        first, last = self.time_s[0], self.time_s[-1]
+        if first > 0 or last < duration_s * (1 - 1e-9):
+            raise ConfigurationError(
+                f"{self._what} profile covers {first:g} to {last:g} s; the run records 0 to {duration_s:g} s: "
+                "extend the profile or shorten the duration."
+            )
+
+    def mean(self, values: Sequence[float], duration_s: float) -> float:
+        """Mean of one of its columns from 0 to `duration_s`."""
+        inside = [t for t in self.time_s if 0 < t < duration_s]
+        times = np.array([0.0, *inside, duration_s])
+        return float(np.trapezoid(np.interp(times, self.time_s, values), times) / duration_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedProfile(_Profile):
+    """Shaft speed over the recorded time: `time_s` and `speed_rad_s`, two or more entries, never negative."""
+
+    speed_rad_s: tuple[float, ...] = quantity("speed", least=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadProfile(_Profile):
+    """Radial and axial load over the recorded time; the direction stays that of the constant load."""
+
+    radial_n: tuple[float, ...] = quantity("force", least=0)
+    axial_n: tuple[float, ...] = quantity("force")

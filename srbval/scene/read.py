@@ -1,14 +1,20 @@
-"""Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it."""
+"""Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it.
 
-from collections.abc import Mapping
+What is not known exactly of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, nearest
-from srbval.scene.scene import MOST_DEFECTS, Scene
+from srbval.scene.scene import Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
 from srbval.storage.tables import build, read_toml
@@ -18,6 +24,7 @@ PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
 DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
+DRAWS_SEED = 17
 BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 
 
@@ -98,8 +105,6 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
     base = for_bearing(base or bundled_table(PAPER), table.get("bearing"))
     merged = merge(base, table)
     further = merged.get("further_defects", [])
-    if isinstance(further, list) and len(further) >= MOST_DEFECTS:
-        raise ConfigurationError(f"{where}: {len(further)} further defects; the limit is {MOST_DEFECTS} defects.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
         merged["further_defects"] = [
             _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
@@ -135,3 +140,62 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
     if defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect):
         return {**defect, "extent": DRILL}
     return defect
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigInput:
+    """An uncertain value of the scene `rig`, from `low` to `high`, in `unit` as a scene file writes it.
+
+    `key`: dotted path in a scene file; `points`: how many values, evenly spaced, a study tries.
+    """
+
+    key: str
+    nominal: float
+    low: float
+    high: float
+    points: int
+    stands_for: str
+    source: str
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if not (self.low <= self.nominal <= self.high and self.low < self.high and self.points >= 2):
+            raise ConfigurationError(
+                f"{self.key}: low = {self.low:g}, nominal = {self.nominal:g}, high = {self.high:g} must rise, and "
+                f"points = {self.points} be two or more."
+            )
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values to try, from the lowest to the highest."""
+        steps = self.points - 1
+        return tuple(self.low + (self.high - self.low) * i / steps for i in range(self.points))
+
+    def changes(self, value: float) -> dict[str, Any]:
+        """What gives a scene this value, for `load_scene`."""
+        *tables, name = self.key.split(".")
+        changes: dict[str, Any] = {name: f"{value!r} {self.unit}" if self.unit else value}
+        for table in reversed(tables):
+            changes = {table: changes}
+        return changes
+
+
+def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
+    """All of a kind: ``input``, or ``position`` of a record's hole, which the cage ratio does not know."""
+    return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {i}") for i, table in
+                 enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
+
+
+def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+    """Changes of all inputs at once, ``2**power`` from a Sobol sequence; those with two points take an end."""
+    from scipy.stats import qmc
+
+    unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(seed)).random_base2(power)
+    found = []
+    for row in unit.tolist():
+        changes: dict[str, Any] = {}
+        for one, share in zip(inputs, row, strict=True):
+            place = float(round(share)) if one.points == 2 else share
+            changes = merge(changes, one.changes(one.low + place * (one.high - one.low)))
+        found.append(changes)
+    return found

@@ -9,8 +9,16 @@ from dataclasses import dataclass
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
-from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load
-from srbval.scene.profile import LoadProfile, SpeedProfile
+from srbval.scene.parts import (
+    Bodies,
+    Contact,
+    Defect,
+    Housing,
+    LineContact,
+    Load,
+    LoadProfile,
+    SpeedProfile,
+)
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
 from srbval.storage.tables import Limited, limited, quantity
@@ -87,10 +95,6 @@ class Scene(Limited):
             raise ConfigurationError(
                 f"detail_rate_hz = {self.detail_rate_hz:g} must divide output_rate_hz = {self.output_rate_hz:g}."
             )
-        self._check_steps()
-
-    def _check_steps(self) -> None:
-        """Refuse a step that does not fit the output rate, or is too short; the message names steps that fit."""
         rate, settings = self.output_rate_hz, self.solver
         steps = 1 / (rate * settings.step_s)
         long = (self.settle_s + self.duration_s) / settings.step_s
@@ -118,13 +122,13 @@ class Scene(Limited):
     def mean_shaft_rad_s(self) -> float:
         """Mean shaft speed over the recorded time [rad/s]."""
         profile = self.speed_profile
-        return self.shaft_speed_rad_s if profile is None else profile.mean(self.duration_s)
+        return self.shaft_speed_rad_s if profile is None else profile.mean(profile.speed_rad_s, self.duration_s)
 
     @property
     def mean_radial_n(self) -> float:
         """Mean radial load over the recorded time [N]."""
         profile = self.load_profile
-        return self.load.radial_n if profile is None else profile.mean_radial_n(self.duration_s)
+        return self.load.radial_n if profile is None else profile.mean(profile.radial_n, self.duration_s)
 
     @property
     def defects(self) -> tuple[Defect, ...]:

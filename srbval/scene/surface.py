@@ -14,7 +14,6 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
-from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -32,23 +31,6 @@ MOST_HEIGHT_M = 1e-4  # RMS
 
 # grade numbers of ISO 1302, see ``roughness.toml``
 RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for grade in range(1, 13)})  # type: ignore[misc]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Roughness:
-    """`ra_m` of a class, and the cut-offs that it holds for: waves from `finest_m` to `cutoff_m`."""
-
-    ra_m: float
-    cutoff_m: float
-    finest_m: float
-
-    def kept(self, length_m: FloatArray) -> FloatArray:
-        """Share of waves of these lengths that both filters leave, of their amplitude."""
-
-        def passed(cutoff_m: float) -> FloatArray:
-            return np.asarray(np.exp(-math.pi * (HALF * cutoff_m / length_m) ** 2))
-
-        return (1 - passed(self.cutoff_m)) * passed(self.finest_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,16 +87,15 @@ class Surface(Limited):
         """The power law's g [m^(3 - 2 s)] of the roughness class, 0 without one; see the module."""
         if self.roughness_class is None:
             return 0.0
-        roughness = roughness_of(self.roughness_class)
-        length = np.geomspace(roughness.finest_m / 5, 100 * roughness.cutoff_m, 20_001)
-        passed = length ** (2 * self.exponent) * roughness.kept(length) ** 2
-        return float((roughness.ra_m / RA_OVER_RQ) ** 2 / np.trapezoid(passed / length, np.log(length)))
+        table = read_toml(Path(str(resources.files("srbval.scene") / "roughness.toml")))
+        ra_um, settings = float(table["ra_um"][self.roughness_class]), table["settings"]["rows"]
+        cutoff_mm, finest_mm = next((cutoff, finest) for most, cutoff, finest in settings if ra_um <= most)
+        length = np.geomspace(finest_mm * 1e-3 / 5, 100 * cutoff_mm * 1e-3, 20_001)
+        kept = (1 - _passed(cutoff_mm * 1e-3, length)) * _passed(finest_mm * 1e-3, length)
+        heights = length ** (2 * self.exponent) * kept**2
+        return float((ra_um * 1e-6 / RA_OVER_RQ) ** 2 / np.trapezoid(heights / length, np.log(length)))
 
 
-@cache
-def roughness_of(name: RoughnessClass) -> Roughness:
-    """Ra of a class and its cut-offs."""
-    table = read_toml(Path(str(resources.files("srbval.scene") / "roughness.toml")))
-    ra_um = float(table["ra_um"][name])
-    cutoff_mm, finest_mm = next((cutoff, finest) for most, cutoff, finest in table["settings"]["rows"] if ra_um <= most)
-    return Roughness(ra_m=ra_um * 1e-6, cutoff_m=cutoff_mm * 1e-3, finest_m=finest_mm * 1e-3)
+def _passed(cutoff_m: float, length_m: FloatArray) -> FloatArray:
+    """Share of waves of these lengths that a profile filter passes, of their amplitude (ISO 16610-21)."""
+    return np.asarray(np.exp(-math.pi * (HALF * cutoff_m / length_m) ** 2))

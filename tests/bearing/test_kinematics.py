@@ -8,7 +8,7 @@ from srbval.bearing import FaultOrders, load_bearing
 from srbval.comparison.table6 import table6
 from srbval.errors import ConfigurationError
 
-EXACT_HZ, EXACT_RELATIVE = 1e-9, 1e-14  # rounding of one identity in double precision
+EXACT_RELATIVE = 1e-14  # rounding of one identity in double precision
 
 PRINTED_HZ = 0.05  # the printed kinematic frequencies follow from slightly rounded geometry
 PUBLISHED_ORDER = 3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
@@ -19,11 +19,6 @@ def test_paper_frequencies_follow_from_table_1() -> None:
     at = load_bearing("skf-22240").orders.at(printed.shaft_rpm / 60)
     assert at.bpfo_hz == pytest.approx(printed.of("outer").kinematic_hz, abs=PRINTED_HZ)
     assert at.bpfi_hz == pytest.approx(printed.of("inner").kinematic_hz, abs=PRINTED_HZ)
-
-
-def test_race_lines_add_up_to_the_rollers() -> None:
-    at = load_bearing("skf-22240").orders.at(710 / 60)
-    assert at.bpfo_hz + at.bpfi_hz == pytest.approx(19 * 710 / 60, abs=EXACT_HZ)
 
 
 @pytest.mark.parametrize(

@@ -6,14 +6,12 @@ import contextlib
 import itertools
 import os
 import pickle
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
-import numba
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -34,7 +32,6 @@ NPY_SHAPES = (
     f"({'9' * 4999},)", f"({'1,' * 70})", "(" * 5000, f"(0, {2**63})",
 )  # fmt: skip
 MATLAB_HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
-HDF5_CHECKED = re.compile(b"OHDR|OCHK|FRHP|FHIB|BTHD|BTIN|BTLF|FAHD|FADB|EAHD|EAIB|EASB|EADB|SMTB|SMLI|\x89HDF")
 Rng = np.random.Generator
 
 
@@ -54,8 +51,8 @@ class Damage:
     def __init__(self, folder: Path, trap: Path, seed: int = 20260101) -> None:
         self.seed, self.trap = seed, trap
         self.whole = dict(_whole_files(folder))
-        damages = (flipped, overwritten, cut, doubled, numbers, believed)
-        claims = (values, text, hdf5_types, hdf5_chunks, npy_header, matlab_claim, self._pickle)
+        damages = (flipped, overwritten, cut, numbers, believed)
+        claims = (values, text, npy_header, matlab_claim, self._pickle)
         self.cells = [*itertools.product(self.whole, damages), *((claim.__name__, claim) for claim in claims * 4)]
 
     def write(self, i: int, path: Path) -> tuple[str, str]:
@@ -93,11 +90,6 @@ def cut(rng: Rng, whole: bytes) -> bytes:
     return whole[: int(rng.integers(len(whole)))] if rng.random() < 0.95 else b""
 
 
-def doubled(rng: Rng, whole: bytes) -> bytes:
-    at = int(rng.integers(len(whole)))
-    return whole[:at] + whole[: int(rng.integers(1, 4096))] + whole[at:]
-
-
 def numbers(rng: Rng, whole: bytes, changes: int = 3) -> bytes:
     """Sizes, counts, types and addresses become others; most of what matters is at the beginning."""
     data = bytearray(whole)
@@ -114,7 +106,7 @@ def numbers(rng: Rng, whole: bytes, changes: int = 3) -> bytes:
 
 
 def believed(rng: Rng, whole: bytes) -> bytes:
-    """Numbers changed within what is compressed or has a checksum, and that made right again: libraries believe it."""
+    """Numbers changed within what is compressed, and that made right again: libraries believe it."""
     if whole.startswith(b"MATLAB 5.0"):
         made, at = [whole[:128]], 128
         while at + 8 <= len(whole):
@@ -124,15 +116,7 @@ def believed(rng: Rng, whole: bytes) -> bytes:
             made.append(struct.pack("<II", 15, len(packed)) + packed)
             at += 8 + count
         return b"".join(made)
-    checked = _checked_structures(whole)
-    if not checked:
-        return numbers(rng, whole, 8)
-    data = bytearray(whole)
-    for start, length in (checked[i] for i in rng.integers(0, len(checked), 2)):
-        data[start + 4 : start + length] = numbers(rng, bytes(data[start + 4 : start + length]), 2)
-        part = np.frombuffer(bytes(data[start : start + length]), np.uint8)
-        struct.pack_into("<I", data, start + length, lookup3(part, length))
-    return bytes(data)
+    return numbers(rng, whole, 8)
 
 
 def values(rng: Rng, path: Path) -> None:
@@ -170,50 +154,6 @@ def text(rng: Rng, _: Path) -> bytes:
         rows[position] = str(rng.choice(HOSTILE))
     head = f"# fs_hz = {rng.choice(HOSTILE)}\n" if rng.random() < 0.5 else ""
     return (head + str(rng.choice(("\n", ",", ";", "\t"))).join(rows)).encode("utf-8", "replace")
-
-
-def hdf5_types(rng: Rng, path: Path) -> None:
-    """Data sets and attributes of every type, of sizes from nothing to far more than a file should hold."""
-    h5t, size = h5py.h5t, int(rng.choice((0, 1, 3, 300, 70_000)))
-    kinds = [
-        h5t.IEEE_F64BE, h5t.IEEE_F16LE, h5t.STD_REF_OBJ, h5t.STD_REF_DSETREG, h5t.STD_B32LE, h5t.UNIX_D32LE,
-        h5t.array_create(h5t.IEEE_F64LE, (3, 50)), h5t.vlen_create(h5t.vlen_create(h5t.STD_I8LE)),
-        h5t.create(h5t.OPAQUE, 9),
-        *(h5t.py_create(kind, logical=True) for kind in (
-            h5py.string_dtype(), h5py.string_dtype("ascii", 5000), h5py.enum_dtype({"A": 0, "B": 1}), np.dtype("c16"),
-            np.dtype([("a", "f8"), ("b", "i4", (2, 2)), ("c", "S9")]), np.dtype("g"),
-        )),
-    ]  # fmt: skip
-    with h5py.File(path, "w", libver=str(rng.choice(("earliest", "latest")))) as file:
-        for name in ("x", "MATLAB_class", "fs_hz", "y"):
-            kind = kinds[int(rng.integers(len(kinds)))]
-            space = h5py.h5s.create_simple((size,)) if rng.random() < 0.7 else h5py.h5s.create(h5py.h5s.SCALAR)
-            settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-            if rng.random() < 0.7:
-                settings.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-            h5py.h5d.create(file.id, name.encode(), kind, space, settings)
-            if size * kind.get_size() < 60_000:
-                h5py.h5a.create(file.id, name.encode(), kind, space)
-
-
-def hdf5_chunks(rng: Rng, path: Path) -> None:
-    """Chunks of any size, packed by any filters, some never written, some not what the filter expects."""
-    chunk, size = int(2 ** rng.uniform(0, 30)), int(rng.choice((300, 4000, 10**7)))
-    with h5py.File(path, "w", libver=str(rng.choice(("earliest", "latest")))) as file:
-        settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        settings.set_chunk((chunk,))
-        for _ in range(int(rng.integers(0, 4)) if rng.random() < 0.8 else 20):
-            choice = int(rng.integers(4))
-            if choice == 0:
-                settings.set_filter(int(rng.integers(1, 40000)), h5py.h5z.FLAG_OPTIONAL, (1, 2))
-            else:
-                (settings.set_shuffle, settings.set_fletcher32, settings.set_deflate)[choice - 1]()
-        space = h5py.h5s.create_simple((size,), (h5py.h5s.UNLIMITED,))
-        data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, space, settings)
-        packed = (zlib.compress(bytes(2**24)), zlib.compress(files.vibration(300).tobytes()), rng.bytes(2000))
-        for i in range(min(int(rng.integers(0, 3)), -(-size // chunk))):
-            data.write_direct_chunk((i * chunk,), packed[int(rng.integers(3))], int(rng.choice((0, 0, 1, 255))))
-        file.attrs["fs_hz"] = 1000.0
 
 
 def npy_header(rng: Rng, _: Path) -> bytes:
@@ -309,52 +249,3 @@ def _hdf5_many(file: h5py.File) -> None:
 
 
 HDF5_PARTS: tuple[Callable[[h5py.File], None], ...] = (_hdf5_types, _hdf5_references, _hdf5_chunks, _hdf5_many)
-
-
-def _checked_structures(whole: bytes) -> list[tuple[int, int]]:
-    """Places of HDF5's structures (File Format Specification 3.0) and their lengths up to their checksums."""
-    codes = np.frombuffer(whole + bytes(16), np.uint8)
-    found = [(m.start(), checked_length(codes[m.start() :], 4096)) for m in HDF5_CHECKED.finditer(whole)]
-    return [(start, length) for start, length in found if length]
-
-
-@numba.njit(cache=False)
-def lookup3(data: np.ndarray, length: int) -> int:
-    """Jenkins's hash of the first `length` bytes, the checksum of HDF5's structures."""
-    mask = np.uint64(0xFFFFFFFF)
-    word = np.uint64((0xDEADBEEF + length) & 0xFFFFFFFF)
-    s = np.array([word, word, word], dtype=np.uint64)
-    at = 0
-    while length - at > 12:
-        for i in range(3):
-            for k in range(4):
-                s[i] += np.uint64(data[at + 4 * i + k]) << np.uint64(8 * k)
-            s[i] &= mask
-        at += 12
-        for minus, plus, turn in ((2, 1, 4), (0, 2, 6), (1, 0, 8), (2, 1, 16), (0, 2, 19), (1, 0, 4)):
-            first = (minus + 1) % 3
-            s[first] = (s[first] - s[minus]) & mask
-            s[first] ^= ((s[minus] << np.uint64(turn)) | (s[minus] >> np.uint64(32 - turn))) & mask
-            s[minus] = (s[minus] + s[plus]) & mask
-    if length == at:
-        return s[2]
-    for k in range(length - at):
-        s[k // 4] += np.uint64(data[at + k]) << np.uint64(8 * (k % 4))
-    for i in range(3):
-        s[i] &= mask
-    for to, by, turn in ((2, 1, 14), (0, 2, 11), (1, 0, 25), (2, 1, 16), (0, 2, 4), (1, 0, 14), (2, 1, 24)):
-        s[to] ^= s[by]
-        s[to] = (s[to] - (((s[by] << np.uint64(turn)) | (s[by] >> np.uint64(32 - turn))) & mask)) & mask
-    return s[2]
-
-
-@numba.njit(cache=False)
-def checked_length(data: np.ndarray, most: int) -> int:
-    """How many bytes from the beginning are followed by their checksum; 0 where none are."""
-    for length in range(8, min(most, len(data)) - 4):
-        stored = np.uint64(0)
-        for k in range(4):
-            stored |= np.uint64(data[length + k]) << np.uint64(8 * k)
-        if lookup3(data, length) == stored:
-            return length
-    return 0

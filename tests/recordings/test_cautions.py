@@ -48,14 +48,6 @@ def test_flat_tops(tmp_path: Path) -> None:
     assert said.startswith(f"clipped: {count} of 40000 samples ({100 * count / 40000:.2g} %) at 1.5, up to ")
 
 
-def test_clipped_without_two_in_a_row(tmp_path: Path) -> None:
-    """As where the resonance is near half of the sampling rate."""
-    samples = np.clip(files.vibration(40_000), -9, 2.5) * np.where(np.arange(40_000) % 2, 1.0, 0.3)
-    (said,) = loaded(tmp_path, samples).cautions
-    assert said.startswith("clipped: ")
-    assert said.endswith(" at 2.5, up to 1 in a row")
-
-
 def test_held_samples_and_zeros(tmp_path: Path) -> None:
     samples = files.vibration(40_000)
     samples[1000:1020], samples[5000:5100] = samples[1000], 0.0

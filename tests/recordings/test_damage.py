@@ -24,7 +24,7 @@ from srbval.recordings.registry.manifest import home_folder
 
 from .damage import Damage
 
-COUNT = int(os.environ.get("SRBVAL_FUZZ", "360"))
+COUNT = int(os.environ.get("SRBVAL_FUZZ", "280"))
 HANG_S = 10.0
 LIMIT_BYTES = 500 * 2**20
 BATCH = 60

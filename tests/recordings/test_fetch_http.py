@@ -13,7 +13,7 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import ExpectedFile, dataset
-from srbval.recordings.registry import FileStatus, download, fetch
+from srbval.recordings.registry import FileStatus, fetch, register
 
 from . import files
 
@@ -59,7 +59,7 @@ def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
             for name, body in contents.items()
         ),
     )
-    monkeypatch.setattr(download, "dataset", lambda _: described)
+    monkeypatch.setattr(register, "dataset", lambda _: described)
     yield served
     served.http.shutdown()
     served.http.server_close()

@@ -52,15 +52,6 @@ def test_plain_mat_and_h5(tmp_path: Path) -> None:
     assert (r.fs_hz, r.channel, r.unit) == (8000, "group.x", "m/s2")
 
 
-def test_two_candidates_are_named(tmp_path: Path) -> None:
-    savemat(tmp_path / "a.mat", {"left": files.vibration(), "right": files.vibration(seed=1), "fs": 8000})
-    with pytest.raises(DataError, match=r"which of 2 channels: --channel left \| right"):
-        load_recording(tmp_path / "a.mat")
-    assert load_recording(tmp_path / "a.mat", channel="right", unit="V").channel == "right"
-    with pytest.raises(DataError, match=r"no channel 'middle'; it has left, right"):
-        load_recording(tmp_path / "a.mat", channel="middle")
-
-
 def test_matrix_columns_are_channels(tmp_path: Path) -> None:
     np.save(tmp_path / "m.npy", np.stack([files.vibration(seed=i) for i in range(3)]))
     r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000, unit="g")

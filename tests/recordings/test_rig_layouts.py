@@ -65,18 +65,6 @@ def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
 
 
-def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
-    import h5py
-
-    path = files.rig_v73(tmp_path / FULL_NAME, files.rig_signals())
-    with h5py.File(path, "r+") as file:
-        file.visititems(lambda _, item: item.attrs.pop("MATLAB_class", None) and None)
-    r = load_recording(path)
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
-    assert r.speed is not None
-    assert r.speed.value_hz * 60 == pytest.approx(700, abs=WITHIN_RPM)
-
-
 def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
     signals = files.rig_signals()
     struct = signals["Signal_3"]
@@ -154,3 +142,15 @@ def test_measured_excerpts(recordings_dir: Path, name: str, state: Fault, mean_r
     assert r.speed.source is SpeedSource.TACHOMETER
     assert r.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=PUBLISHED_RPM)
     assert 0 < r.speed.ci95_hz * 60 < SPEED_CI * mean_rpm
+
+
+def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
+    import h5py
+
+    path = files.rig_v73(tmp_path / FULL_NAME, files.rig_signals())
+    with h5py.File(path, "r+") as file:
+        file.visititems(lambda _, item: item.attrs.pop("MATLAB_class", None) and None)
+    r = load_recording(path)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
+    assert r.speed is not None
+    assert r.speed.value_hz * 60 == pytest.approx(700, abs=WITHIN_RPM)

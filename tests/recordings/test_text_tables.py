@@ -127,11 +127,6 @@ def test_byte_order_marks(tmp_path: Path, encoding: str, header: str) -> None:
     np.testing.assert_allclose(recording.channels["b" if header else "col_2"], Y * 9.80665)
 
 
-def test_line_ends_of_old(tmp_path: Path) -> None:
-    np.testing.assert_array_equal(list(read(tmp_path, "\r".join(["a,b", *TABLE])).values()), [X, Y])
-    assert load_text(tmp_path / "table.csv").notes == ("the last line has no end: the file may have been cut there",)
-
-
 def test_half_a_utf16_file(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="damaged UTF-16 text"):
         read(tmp_path, codecs.BOM_UTF16_LE + "\n".join(TABLE).encode("utf-16-le")[:-1])
@@ -141,3 +136,8 @@ def test_control_characters_within_a_table(tmp_path: Path) -> None:
     long = "\n".join(TABLE * 4)
     with pytest.raises(DataError, match=r"1 line\(s\) with control characters, the first is line 1000\."):
         read(tmp_path, "\n".join([*long.split("\n")[:999], "0.1,0.2\x003", *TABLE]).encode())
+
+
+def test_line_ends_of_old(tmp_path: Path) -> None:
+    np.testing.assert_array_equal(list(read(tmp_path, "\r".join(["a,b", *TABLE])).values()), [X, Y])
+    assert load_text(tmp_path / "table.csv").notes == ("the last line has no end: the file may have been cut there",)

@@ -74,10 +74,6 @@ def test_rounded_times_are_even(tmp_path: Path, digits: int, fs_hz: float) -> No
     assert recording.cautions == ()
 
 
-def test_single_precision_times_are_even(tmp_path: Path) -> None:
-    assert load(tmp_path, {"t": (100 + GRID).astype(np.float32)}).fs_hz == pytest.approx(20_480, rel=1e-3)
-
-
 def uneven(kind: str) -> np.ndarray:
     times, rng = GRID.copy(), np.random.default_rng(0)
     if kind == "jitter":
@@ -126,13 +122,6 @@ def test_a_rate_that_contradicts_the_times(tmp_path: Path) -> None:
     assert load(tmp_path, {"t": np.arange(N)}, fs_hz=30_000.0).cautions == ()
 
 
-def test_times_that_are_none(tmp_path: Path) -> None:
-    times = np.where(np.arange(N) == 7, np.nan, GRID)
-    assert load(tmp_path, {"t": times, "fs": 20_480.0}).cautions == (
-        "1 of the times of t are not finite numbers; read as even, at 20480 Hz",
-    )
-
-
 def test_times_that_contradict_each_other(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"the times of t and time mean different rates"):
         load(tmp_path, {"t": GRID, "time": 2 * GRID})
@@ -163,10 +152,12 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     assert entry.channels == ("x", "y")
 
 
-def test_times_in_a_known_data_set_are_held_against_its_rate(tmp_path: Path) -> None:
-    files.excerpt(tmp_path / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353)
-    assert load_recording(tmp_path / "OR_353rpm_x.mat").cautions == ()
-    files.excerpt(tmp_path / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353, time_acc=np.arange(N) / 10240)
-    assert load_recording(tmp_path / "OR_353rpm_x.mat").cautions == (
-        "the times of time_acc mean 10240 Hz, read at 20480 Hz",
+def test_single_precision_times_are_even(tmp_path: Path) -> None:
+    assert load(tmp_path, {"t": (100 + GRID).astype(np.float32)}).fs_hz == pytest.approx(20_480, rel=1e-3)
+
+
+def test_times_that_are_none(tmp_path: Path) -> None:
+    times = np.where(np.arange(N) == 7, np.nan, GRID)
+    assert load(tmp_path, {"t": times, "fs": 20_480.0}).cautions == (
+        "1 of the times of t are not finite numbers; read as even, at 20480 Hz",
     )

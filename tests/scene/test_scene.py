@@ -7,7 +7,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
-from srbval.scene import SpeedProfile, load_scene, paper_scene
+from srbval.scene import load_scene, paper_scene
 
 EXACT_RELATIVE = 1e-12  # rounding of a change of units
 
@@ -107,7 +107,8 @@ def test_several_defects_each_over_the_papers() -> None:
     assert scene.defects[1].height_m == pytest.approx(-5e-4)
 
 
-def test_a_profile_may_be_a_function_of_time() -> None:
-    profile = SpeedProfile.sampled(lambda t: 10.0 + 2.0 * t, 3.0)
-    assert profile.mean(3.0) == pytest.approx(13.0)
-    assert profile.time_s[-1] == 3.0
+def test_the_mean_of_a_profile_is_over_the_recorded_time() -> None:
+    """10 rad/s at the beginning, 14 at 2 s: 12 over 2 s, 11 over the first."""
+    table = {"time": ["0 s", "2 s"], "speed_rad_s": [10.0, 14.0]}
+    assert paper_scene(speed_profile=table, duration="2 s").mean_shaft_rad_s == pytest.approx(12.0)
+    assert paper_scene(speed_profile=table, duration="1 s").mean_shaft_rad_s == pytest.approx(11.0)

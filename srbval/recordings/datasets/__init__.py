@@ -7,17 +7,15 @@ A new layout is a module with a reader and its entry in `READERS`.
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from srbval.recordings.datasets.cwru import read_cwru
 from srbval.recordings.datasets.description import DatasetDescription, known_datasets
 from srbval.recordings.datasets.generic import read_generic
 from srbval.recordings.datasets.signal_structs import read_signal_structs
-from srbval.recordings.datasets.srbval_files import is_srbval_file, read_srbval_file
-from srbval.recordings.datasets.variables import read_variables
+from srbval.recordings.datasets.srbval_files import read_srbval_file
+from srbval.recordings.datasets.variables import read_cwru, read_variables
 from srbval.recordings.raw import RawFile
-from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.reading import Channel, Reading, time_column
 from srbval.recordings.recording import Origin
 from srbval.recordings.sample_cautions import sample_cautions
-from srbval.recordings.time_column import time_column
 
 READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
     "variables": read_variables,
@@ -31,7 +29,8 @@ def recognise(raw: RawFile) -> Reading:
 
     Raises `DataError` where a file is of a known kind but damaged, or holds no vibration signal at all.
     """
-    reading = _recognised(raw)
+    known = (READERS[description.reader](raw, description) for description in known_datasets())
+    reading = read_srbval_file(raw) or next((one for one in known if one is not None), None) or read_generic(raw)
     channels: Mapping[str, Channel] = reading.channels
     if reading.origin is Origin.MEASURED:
         channels = {k: replace(c, cautions=c.cautions + sample_cautions(c.samples)) for k, c in channels.items()}
@@ -42,13 +41,3 @@ def recognise(raw: RawFile) -> Reading:
             reading = replace(reading, fs_hz=fs_hz, rate_problem=problem, time=time)
     notes, cautions = reading.notes + raw.notes, reading.cautions + raw.cautions
     return replace(reading, channels=channels, notes=notes, cautions=cautions)
-
-
-def _recognised(raw: RawFile) -> Reading:
-    if is_srbval_file(raw):
-        return read_srbval_file(raw)
-    for description in known_datasets():
-        reading = READERS[description.reader](raw, description)
-        if reading is not None:
-            return reading
-    return read_generic(raw)

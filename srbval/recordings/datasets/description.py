@@ -2,7 +2,8 @@
 
 import functools
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
@@ -102,14 +103,6 @@ class SpeedRule:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LabelRule:
-    """State of the bearing for file labels that match `label`."""
-
-    label: str
-    state: Fault
-
-
-@dataclass(frozen=True, kw_only=True)
 class BandRule:
     """Demodulation band [Hz] for records at `fs_hz` (any rate if None), and why."""
 
@@ -118,18 +111,6 @@ class BandRule:
     reason: str
     fs_hz: float | None = None
     channel: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class PublishedOrders:
-    """Published fault orders of a bearing of the set, with their source."""
-
-    bearing: str
-    bpfo: float
-    bpfi: float
-    bsf: float
-    ftf: float
-    source: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,29 +144,22 @@ class RecordRange:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GradedRecords:
-    """Records of one grade: Y1, Y2 (diagnosable), P1, P2 (partly) or N1, N2 (not)."""
-
-    grade: str
-    records: tuple[int, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
 class PublishedDiagnosability:
     """How well a study could diagnose the faulted records of a numbered set; `source` names the study.
 
-    `grades` are the best of all its methods, `plain_envelope` those of a plain envelope spectrum alone.
+    Records by grade: Y1, Y2 (diagnosable), P1, P2 (partly) or N1, N2 (not). `grades` are the best of all its methods,
+    `plain_envelope` those of a plain envelope spectrum alone.
     """
 
     source: str
-    grades: tuple[GradedRecords, ...]
-    plain_envelope: tuple[GradedRecords, ...] = ()
+    grades: Mapping[str, tuple[int, ...]]
+    plain_envelope: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     def of(self, file: str, *, plain: bool = False) -> str | None:
         """The best (or `plain`) grade of the record whose number begins the file's name; None where there is none."""
         number = re.match(r"\d+(?!\d)", file)
         graded = self.plain_envelope if plain else self.grades
-        return next((g.grade for g in graded if number and int(number[0]) in g.records), None)
+        return next((grade for grade, held in graded.items() if number and int(number[0]) in held), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +173,6 @@ class ExpectedFile:
     name: str
     sha256: str | None = None
     url: str | None = None
-    size_bytes: int | None = None
     used_for: str | None = None
 
 
@@ -218,7 +191,9 @@ class OperatingGrid:
 class DatasetDescription:
     """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
 
-    `one_rig_a_folder`: the set mixes machines, and only files in the same folder come from the same one.
+    `labels`: states of the bearing by the pattern of the file's label. `orders`: published fault orders of a bearing,
+    with their ``source``. `one_rig_a_folder`: the set mixes machines, and only files in the same folder come
+    from the same one.
     """
 
     name: str
@@ -232,9 +207,9 @@ class DatasetDescription:
     channels: tuple[ChannelRule, ...] = ()
     rate: RateRule = RateRule()
     speed: SpeedRule = SpeedRule()
-    labels: tuple[LabelRule, ...] = ()
+    labels: Mapping[str, Fault] = field(default_factory=dict)
     bands: tuple[BandRule, ...] = ()
-    orders: tuple[PublishedOrders, ...] = ()
+    orders: tuple[Mapping[str, str | float], ...] = ()
     published_speeds: PublishedSpeeds | None = None
     records: tuple[RecordRange, ...] = ()
     files: tuple[ExpectedFile, ...] = ()
@@ -254,8 +229,8 @@ class DatasetDescription:
 
     def state_of(self, label: str | None) -> Fault | None:
         """State of the bearing for a label of the file or of its name."""
-        rules = self.labels if label is not None else ()
-        return next((r.state for r in rules if re.search(r.label, label or "", re.IGNORECASE)), None)
+        rules = self.labels.items() if label is not None else ()
+        return next((state for rule, state in rules if re.search(rule, label or "", re.IGNORECASE)), None)
 
 
 @functools.cache

@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.raw import RATE_NAME, RawFile, as_signal, printable, samples_down
-from srbval.recordings.reading import Channel, Reading, known_unit, split_unit
+from srbval.recordings.reading import PLAUSIBLE_HZ, Channel, Reading, is_time, known_unit, split_unit
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
-from srbval.recordings.time_column import PLAUSIBLE_HZ, is_time
 
 MIN_SAMPLES = 256
 MAX_COLUMNS = 64

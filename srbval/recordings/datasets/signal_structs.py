@@ -7,16 +7,16 @@ unit. A signal is recognised by its quantity, never by its number.
 
 import math
 import re
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
 from srbval.recordings.reading import N_PER_KN, STANDARD_GRAVITY_M_S2, Channel, Reading
-from srbval.recordings.recording import ShaftSpeed, SpeedSignal
+from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
@@ -36,12 +36,11 @@ ROTATION = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class StructSignal:
-    """One struct: the samples of each column in SI, shape [n], and their rate."""
+class StructSignal(NamedTuple):
+    """One struct: the samples of each column in SI, shape [n], and their rate [Hz]."""
 
     name: str
-    columns: tuple[NDArray[np.float64], ...]
+    columns: list[FloatArray]
     fs_hz: float
 
 
@@ -62,23 +61,36 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     used = {s.name for s in (*accelerations, *rotations)}
     left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in names if n not in used]
     said = (f"left out: {', '.join(left)}",) if left else ()
-    speed, speed_signal, problem, note = _speed(rotations, nominal_rpm, description)
-    known = "label" in groups
+    known, speed, signal, problem = "label" in groups, None, None, None
+    note, vectors = "speed left open", [s for s in rotations if len(s.columns) == 1]
+    if len(vectors) > 1:
+        problem = f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}."
+    elif not vectors:
+        speed, note = description.speed.speed(None, nominal_rpm), "no speed signal in the file"
+    else:
+        ((source, (values,), rate_hz),) = vectors
+        speed, note = tachometer_speed(values), f"speed from {source}, {rate_hz:g} Hz"
+        found_rpm = speed.value_hz * RPM_PER_HZ
+        if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
+            problem = f"{source} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
+        else:  # a copy: the file's own bytes are good only until the next file is read
+            signal = SpeedSignal(values_hz=np.array(values), rate_hz=rate_hz)
     sensors, tested = _sensors(raw, accelerations, description if known else None)
-    bearing = next(rule.bearing for rule in description.channels if rule.analyse) if known else None
-    state = description.state_of(groups.get("label"))
+    of_the_set = [name for name in sensors if known and tested in (None, name)]
+    tested_bearing: dict[str, Any] = {
+        "bearing": next((rule.bearing for rule in description.channels if rule.analyse), None),
+        "state": description.state_of(groups.get("label")),
+    }
     return Reading(
         dataset=description.name if known else None,
         channels={
-            name: Channel(samples=samples, unit="m/s2", bearing=bearing, state=state, variable=name)
-            if known and tested in (None, name)
-            else Channel(samples=samples, unit="m/s2", variable=name)
+            name: Channel(samples=samples, unit="m/s2", variable=name, **tested_bearing if name in of_the_set else {})
             for name, samples in sensors.items()
         },
         channel=tested,
         fs_hz=accelerations[0].fs_hz,
         speed=speed,
-        speed_signal=speed_signal,
+        speed_signal=signal,
         speed_problem=problem,
         radial_n=float(groups["radial_kn"]) * N_PER_KN if "radial_kn" in groups else None,
         axial_n=float(groups["axial_kn"]) * N_PER_KN if "axial_kn" in groups else None,
@@ -112,13 +124,13 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     if not fitting:
         expected = " or ".join(f"{f:.4f}" for f in known)
         raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
-    in_si = tuple(columns) if fitting[0] == 1 else tuple(column * fitting[0] for column in columns)
-    return StructSignal(name=name, columns=in_si, fs_hz=round(1 / increment, 6))
+    in_si = columns if fitting[0] == 1 else [column * fitting[0] for column in columns]
+    return StructSignal(name, in_si, round(1 / increment, 6))
 
 
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
-) -> tuple[dict[str, NDArray[np.float64]], str | None]:
+) -> tuple[dict[str, FloatArray], str | None]:
     """Channels by sensor, and the one at the tested bearing where the layout is that of the description."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
@@ -129,23 +141,3 @@ def _sensors(
         return {rule.name: column for rule, column in zip(layout, signals[0].columns, strict=True)}, tested
     named = {f"{s.name}[{i}]": column for s in signals for i, column in enumerate(s.columns, 1)}
     return named, next(iter(named)) if len(named) == 1 else None
-
-
-def _speed(
-    signals: list[StructSignal], nominal_rpm: float | None, description: DatasetDescription
-) -> tuple[ShaftSpeed | None, SpeedSignal | None, str | None, str]:
-    """Speed of the record, its signal, what is wrong with it if anything, and where it was read."""
-    vectors = [s for s in signals if len(s.columns) == 1]
-    if len(vectors) > 1:
-        return None, None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
-    if not vectors:
-        return description.speed.speed(None, nominal_rpm), None, None, "no speed signal in the file"
-    speed = tachometer_speed(vectors[0].columns[0])
-    found_rpm = speed.value_hz * RPM_PER_HZ
-    note = f"speed from {vectors[0].name}, {vectors[0].fs_hz:g} Hz"
-    if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
-        problem = f"{vectors[0].name} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
-        return speed, None, problem, note
-    # A copy: the file's own bytes are good only until the next file is read.
-    signal = SpeedSignal(values_hz=np.array(vectors[0].columns[0]), rate_hz=vectors[0].fs_hz)
-    return speed, signal, None, note

@@ -9,7 +9,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Origin, SpeedSignal
+from srbval.recordings.recording import Origin
 from srbval.recordings.speed import prescribed_speed, profile_signal
 from srbval.storage.hdf5_files import CHECKSUM
 from srbval.storage.json_files import parse_json
@@ -23,13 +23,13 @@ LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
-def is_srbval_file(raw: RawFile) -> bool:
-    """Whether this program wrote the file."""
-    return KIND_ATTRIBUTE in raw.attributes
+def read_srbval_file(raw: RawFile) -> Reading | None:
+    """A run (axes x and y, or the channel behind its path to the sensor) or a stand-in, in m/s2, at its speed.
 
-
-def read_srbval_file(raw: RawFile) -> Reading:
-    """A run (axes x and y, or the channel behind its path to the sensor) or a stand-in, in m/s2, at its speed."""
+    None for a file that another program wrote.
+    """
+    if KIND_ATTRIBUTE not in raw.attributes:
+        return None
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
@@ -41,7 +41,14 @@ def read_srbval_file(raw: RawFile) -> Reading:
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
-    speed_hz = raw.number("shaft_speed_hz")
+    fs_hz, speed_hz, speed_signal = raw.number("fs_hz"), raw.number("shaft_speed_hz"), None
+    try:
+        profile = parse_json(raw.text("scene") or "{}").get("speed_profile")
+        if profile is not None and fs_hz:
+            seconds = next(iter(channels.values())).samples.size / fs_hz
+            speed_signal = profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), seconds)
+    except (ValueError, TypeError, KeyError, AttributeError):
+        raise DataError(f"{raw.path}: the scene stored with the run cannot be read; simulate it again.") from None
     missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
     unchecked = "" if raw.text(CHECKSUM) else ", by a version that wrote no checksum: damage is not noticed"
     return Reading(
@@ -49,9 +56,9 @@ def read_srbval_file(raw: RawFile) -> Reading:
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
         channel=wanted[0] if len(wanted) == 1 else None,
         axes=None if len(wanted) == 1 else RUN_AXES,
-        fs_hz=raw.number("fs_hz"),
+        fs_hz=fs_hz,
         speed=None if speed_hz is None else prescribed_speed(speed_hz),
-        speed_signal=_speed_signal(raw, next(iter(channels.values())).samples.size),
+        speed_signal=speed_signal,
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
@@ -103,15 +110,3 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
                 variable=variable,
             )
     return channels
-
-
-def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:
-    """The prescribed speed profile of a run's scene, None for a constant speed."""
-    fs_hz = raw.number("fs_hz")
-    try:
-        profile = parse_json(raw.text("scene") or "{}").get("speed_profile")
-        if profile is None or not fs_hz:
-            return None
-        return profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), samples / fs_hz)
-    except (ValueError, TypeError, KeyError, AttributeError):
-        raise DataError(f"{raw.path}: the scene stored with the run cannot be read; simulate it again.") from None

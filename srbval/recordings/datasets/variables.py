@@ -1,17 +1,24 @@
-"""Recogniser for data sets of plain named variables: it only applies the rules of the description."""
+"""Recognisers for data sets of plain named variables, by the rules of the description.
+
+The records of Case Western Reserve University (``X105_DE_time``, ``X105RPM``) state no sampling rate, label or unit.
+The record number in the variable names gives all three, from the data set's own list (`records` of the description);
+the file's name, where it states the same things, is checked against it.
+"""
 
 import re
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.datasets.description import DatasetDescription, SpeedRule
+from srbval.recordings.datasets.description import DatasetDescription, RecordRange
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
-from srbval.recordings.recording import SpeedSignal
+from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 N_PER_LBF = 4.4482216152605
+HZ_PER_KHZ = 1e3
 LONGEST_NOTE = 300
+_CWRU_SIGNAL = re.compile(r"X(\d+)_(DE|FE|BA)_time")
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
@@ -23,23 +30,34 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     channels = _channels(raw, description, state)
     if not channels:
         return None
-    nominal_rpm = _nominal_rpm(raw, groups, description.speed)
-    rate, tachometer_rpm = description.rate, description.speed.tachometer_rpm
+    rule, rate, said = description.speed, description.rate, dict(groups)
+    load, nominal_hz = description.load_lbf_variable, rule.nominal_hz_variable
+    radial_kn, axial_kn = (said.get(key, getattr(description, key)) for key in ("radial_kn", "axial_kn"))
+    radial_n = None if radial_kn is None else float(radial_kn) * N_PER_KN
+    if load is not None:
+        load_lbf = raw.number(load)
+        radial_n = None if load_lbf is None else load_lbf * N_PER_LBF
+    nominal_rpm = float(said["rpm"]) if "rpm" in said else rule.nominal_rpm
+    if nominal_hz is not None:
+        hz = raw.number(nominal_hz)
+        nominal_rpm = None if hz is None else hz * RPM_PER_HZ
     fs_hz = (raw.number(rate.variable) if rate.variable else None) or rate.value_hz
-    measured = tachometer_rpm is not None and raw.array(tachometer_rpm) is not None
-    tachometer = raw.signal(tachometer_rpm) / RPM_PER_HZ if tachometer_rpm and measured else None
-    if tachometer is None:
-        stated = description.speed.stated_rpm
-        speed = description.speed.speed(raw.number(stated) if stated else None, nominal_rpm)
-    else:
-        speed = tachometer_speed(tachometer)
+    speed: ShaftSpeed | None
     speed_signal = None
-    if tachometer is not None and fs_hz is not None:  # over the whole record, whatever its own rate
-        seconds = max(c.samples.size for c in channels.values()) / fs_hz
-        speed_signal = SpeedSignal(values_hz=tachometer, rate_hz=tachometer.size / seconds)
-    marked = [rule.name for rule in description.channels if rule.analyse and rule.name in channels]
-    used = [rule for rule in description.channels if rule.name in channels and rule.note]
-    notes = (*description.notes, *(f"{rule.name}: {rule.note}" for rule in used))
+    if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
+        tachometer_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
+        speed = tachometer_speed(tachometer_hz)
+        if fs_hz is not None:  # over the whole record, whatever its own rate
+            seconds = max(c.samples.size for c in channels.values()) / fs_hz
+            speed_signal = SpeedSignal(values_hz=tachometer_hz, rate_hz=tachometer_hz.size / seconds)
+    else:
+        speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
+    used = [rule for rule in description.channels if rule.name in channels]
+    marked = [rule.name for rule in used if rule.analyse]
+    original = raw.attributes.get("copy_of")  # of a compact copy, as those that come with the program are
+    notes = [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
+    notes += [rate.note] if rate.note else []
+    notes += [f"compact copy of {printable(original, LONGEST_NOTE)}"] if isinstance(original, str) else []
     return Reading(
         dataset=description.name,
         channels=channels,
@@ -47,17 +65,11 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         fs_hz=fs_hz,
         speed=speed,
         speed_signal=speed_signal,
-        radial_n=_radial_n(raw, groups, description),
-        axial_n=_kn(groups.get("axial_kn", description.axial_kn)),
+        radial_n=radial_n,
+        axial_n=None if axial_kn is None else float(axial_kn) * N_PER_KN,
         nominal_rpm=nominal_rpm,
-        notes=notes + ((description.rate.note,) if description.rate.note else ()) + _copy_of(raw),
+        notes=tuple(notes),
     )
-
-
-def _copy_of(raw: RawFile) -> tuple[str, ...]:
-    """What the compact copy of a published file says of it, as those that come with the program do."""
-    original = raw.attributes.get("copy_of")
-    return (f"compact copy of {printable(original, LONGEST_NOTE)}",) if isinstance(original, str) else ()
 
 
 def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None) -> dict[str, Channel]:
@@ -76,19 +88,66 @@ def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None
     return channels
 
 
-def _nominal_rpm(raw: RawFile, groups: dict[str, str], rule: SpeedRule) -> float | None:
-    if rule.nominal_hz_variable is not None:
-        nominal_hz = raw.number(rule.nominal_hz_variable)
-        return None if nominal_hz is None else nominal_hz * RPM_PER_HZ
-    return float(groups["rpm"]) if "rpm" in groups else rule.nominal_rpm
+def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
+    """Drive-end channel, or fan-end if the fault is there; stray arrays and other records are left out."""
+    groups = description.match.groups(raw)
+    if groups is None:
+        return None
+    numbers = sorted({int(m[1]) for name in raw.variables if (m := _CWRU_SIGNAL.fullmatch(name))})
+    number = numbers[0] if len(numbers) == 1 else int(groups.get("record", -1))
+    if number not in numbers:
+        raise DataError(
+            f"{raw.path}: holds CWRU records {', '.join(map(str, numbers))} and its name gives none of them; "
+            f"name the file after the record to read, for instance {numbers[0]}.mat."
+        )
+    entry = next((r for r in description.records if r.first <= number <= r.last), None)
+    others = [f"{n:03d}" for n in numbers if n != number]
+    state = description.state_of(groups.get("label") or (entry.label if entry else None))
+    end = (groups.get("end") or (entry.end if entry else None) or "DE").upper()
+    channels = {}
+    for rule in description.channels:
+        variable = f"X{number:03d}_{rule.name}_time"
+        if raw.array(variable) is not None:
+            here = state if rule.name == end or state is Fault.HEALTHY else None
+            channels[rule.name] = rule.channel(raw, variable, here)
+    if not channels:
+        raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
+    named_hz = float(groups["rate_khz"]) * HZ_PER_KHZ if "rate_khz" in groups else None
+    if named_hz and entry and named_hz != entry.fs_hz:
+        raise DataError(
+            f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {entry.fs_hz:g} Hz for this record; "
+            "rename the file or correct the list."
+        )
+    nominal_rpm = _cwru_nominal_rpm(number, groups, entry, description.speed.nominal_rpm_by_load)
+    return Reading(
+        dataset=description.name,
+        channels=channels,
+        channel=end if end in channels else next(iter(channels)),
+        fs_hz=named_hz or (entry.fs_hz if entry else None),
+        speed=description.speed.speed(raw.number(f"X{number:03d}RPM"), nominal_rpm),
+        nominal_rpm=nominal_rpm,
+        notes=(
+            f"record {number} by its variables' names",
+            *description.notes,
+            *((entry.note,) if entry and entry.note else ()),
+            *((f"left out: signals of record {', '.join(others)}",) if others else ()),
+        ),
+        cautions=tuple(
+            f"its name says {groups[key]}, the data set's list {value} for record {number}: the name is used"
+            for key, value in (("label", entry and entry.label), ("end", entry and entry.end))
+            if value and groups.get(key, value).upper() != value.upper()
+        ),
+    )
 
 
-def _radial_n(raw: RawFile, groups: dict[str, str], description: DatasetDescription) -> float | None:
-    if description.load_lbf_variable is not None:
-        load_lbf = raw.number(description.load_lbf_variable)
-        return None if load_lbf is None else load_lbf * N_PER_LBF
-    return _kn(groups.get("radial_kn", description.radial_kn))
-
-
-def _kn(load: str | float | None) -> float | None:
-    return None if load is None else float(load) * N_PER_KN
+def _cwru_nominal_rpm(
+    number: int, groups: dict[str, str], entry: RecordRange | None, by_load: tuple[float, ...]
+) -> float | None:
+    """Set speed of the motor load, from the file's name or the record's position among its four loads."""
+    if "hp" in groups:
+        load = int(groups["hp"])
+    elif entry is not None and entry.last - entry.first == len(by_load) - 1:
+        load = number - entry.first
+    else:
+        return None
+    return by_load[load] if load < len(by_load) else None

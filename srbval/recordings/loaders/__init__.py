@@ -1,21 +1,20 @@
-"""File formats that can be read: one module per format, which turns a file into a `RawFile` and interprets nothing.
+"""File formats that can be read: each has a loader that turns a file into a `RawFile` and interprets nothing.
 
-A new format is a module with a `FORMAT` and its entry in `FORMATS`; where a library that is no dependency reads it, the
-module names that and its extra (`limited.Library`). A file's format is recognised by its first bytes,
-never by its name.
+A new format is a `limited.FileFormat` and its entry in `FORMATS`; where a library that is no dependency reads it, the
+format names that and its extra. A file's format is recognised by its first bytes, never by its name.
 """
 
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.recordings.loaders import arrow, audio, hdf5, matlab_v5, npy, tdms, text, uff
-from srbval.recordings.raw import FileFormat
+from srbval.recordings.loaders import arrays, hdf5, signals, text
+from srbval.recordings.loaders.limited import FileFormat
 
 HEAD_BYTES = 4096
 
 # The first that matches decides.
 FORMATS: tuple[FileFormat, ...] = (
-    npy.FORMAT, npy.ARCHIVE, hdf5.FORMAT, matlab_v5.FORMAT, audio.FORMAT, tdms.FORMAT, uff.FORMAT, arrow.FORMAT,
+    arrays.NPY, arrays.NPZ, hdf5.FORMAT, arrays.MATLAB, signals.AUDIO, signals.TDMS, signals.UFF, arrays.TABLE,
     text.FORMAT,
 )  # fmt: skip
 

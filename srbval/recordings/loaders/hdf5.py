@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import limited_format
+from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
@@ -34,30 +34,18 @@ def load_hdf5(path: Path) -> RawFile:
     checked = checked_summary(path) is not None
     with h5py.File(path, "r") as file:
         reader = _Hdf5Reader(path, file)
-    if CHECKSUM in reader.attributes and not checked:
+    if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
-    return RawFile(
-        path=path,
-        format="MATLAB v7.3" if reader.matlab else FORMAT.name,
-        variables=reader.variables,
-        attributes=reader.attributes,
-        unusable=reader.unusable,
-        units=reader.units,
-        rates_hz=reader.rates_hz,
-    )
+    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else FORMAT.name, **reader.found)
 
 
 class _Hdf5Reader:
-    """Walks an open HDF5 file and collects `variables` under dotted names."""
+    """Walks an open HDF5 file and collects what is `found`, variables under dotted names, for a `RawFile`."""
 
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
         self.claimed = self.items = 0
-        self.variables: dict[str, Value] = {}
-        self.attributes: dict[str, float | str] = {}
-        self.unusable: dict[str, str] = {}
-        self.units: dict[str, str] = {}
-        self.rates_hz: dict[str, float] = {}
+        self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
         members = self._members(file)
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
         for name, item in members:
@@ -65,7 +53,7 @@ class _Hdf5Reader:
         self._count(len(file.attrs))
         for name in file.attrs:
             if (value := self._attribute(file, name)) is not None:
-                self.attributes[name] = value
+                self.found["attributes"][name] = value
 
     def _count(self, items: int) -> None:
         self.items += items
@@ -109,14 +97,14 @@ class _Hdf5Reader:
         self._count(len(dataset.attrs))
         for key in dataset.attrs:
             if key in UNIT_KEYS and isinstance(value := self._attribute(dataset, key), str):
-                self.units[name] = value
+                self.found["units"][name] = value
             elif RATE_NAME.fullmatch(key.lower()) and isinstance(value := self._attribute(dataset, key), float):
-                self.rates_hz[name] = value
+                self.found["rates_hz"][name] = value
         values: Value = ""
         if reason := _not_there(name, dataset, size):
             if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
                 return
-            self.unusable[name] = reason
+            self.found["unusable"][name] = reason
             values = np.full(dataset.shape, np.nan, np.float16)
         elif references:
             held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
@@ -131,7 +119,7 @@ class _Hdf5Reader:
             values = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
         else:
             values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
-        self.variables[name] = values.T if self.matlab and isinstance(values, np.ndarray) else values
+        self.found["variables"][name] = values.T if self.matlab and isinstance(values, np.ndarray) else values
 
     def _attribute(self, item: Any, name: str) -> float | str | None:
         """A single number or text; None without reading it for anything else (dimension scales, arrays)."""
@@ -177,9 +165,10 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = limited_format(
+FORMAT = FileFormat(
     name="HDF5",
     description="HDF5 (MATLAB v7.3 included)",
     matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    load=load_hdf5,
+    read=load_hdf5,
+    kind="HDF5 file",
 )

@@ -1,21 +1,20 @@
-"""Reading a file in a child process whose computing time and memory are limited.
+"""Formats, each with its loader, which runs in a child process of limited computing time and memory.
 
 A few flipped bytes make a C library loop for ever, crash or take gigabytes. Computing time is limited, not time: a
 busy machine refuses nothing. Where the system lacks a limit (Windows, macOS for memory) the wait for an answer has one.
 """
 
 import atexit
-import functools
 import math
 import os
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from srbval.errors import DataError
 from srbval.processes.worker import DiedError, WorkerProcess
-from srbval.recordings.raw import EXPANSION, FileFormat, RawFile, largest_claim
+from srbval.recordings.raw import EXPANSION, RawFile, largest_claim
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
 BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
@@ -28,85 +27,74 @@ _idle: list[WorkerProcess] = []
 _running: set[WorkerProcess] = set()
 
 
-class Library(NamedTuple):
-    """A library that reads a format: the module to import, its name, and what to install where it is missing."""
+@dataclass(frozen=True, kw_only=True)
+class FileFormat:
+    """A format: its name, how messages call it, whether the first bytes of a file show it, and its loader.
 
-    module: str
-    name: str
-    source: str
-
-
-def limited_format(
-    *,
-    name: str,
-    description: str,
-    matches: Callable[[bytes], bool],
-    load: Callable[[Path], RawFile],
-    kind: str | None = None,
-    library: Library | None = None,
-    expansion: int = EXPANSION,
-) -> FileFormat:
-    """A format whose `load` may raise anything, hang or crash: it runs by `read_limited`, where the options are."""
-    read = functools.partial(read_limited, load, kind=kind or f"{name} file", library=library, expansion=expansion)
-    return FileFormat(name=name, description=description, matches=matches, load=read)
-
-
-def read_limited(
-    load: Callable[[Path], RawFile],
-    path: Path,
-    *,
-    kind: str = "file",
-    library: Library | None = None,
-    expansion: int = EXPANSION,
-) -> RawFile:
-    """What `load`, a function of a module, makes of the file at `path`; `DataError` where it fails or takes too much.
-
-    `kind` is what messages call the file. `library` is imported before the limits hold; `expansion` is how many times
-    the file's size its contents may take.
-    Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files before,
-    a new one tries again: one of those may be to blame.
+    `read`, a function of a module, may raise anything, hang or crash. It runs in a process with limits, except where it
+    is `trusted`. `kind` is what messages call a file. `library` is imported before the limits hold: the module, the
+    library's name, what to install where it is missing. The contents may take `expansion` times the file's size.
     """
-    computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
-    folder = None if path.is_absolute() else os.getcwd()
-    memory = largest_claim(path, expansion) + WORKSPACE_BYTES
-    request = (load, path, folder, computing_s, memory, library, kind)
-    for fresh in (False, True):
-        try:
-            reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
-        except IndexError:
-            continue
-        except OSError as error:
-            raise DataError(f"{path}: no process could be started to read it ({error.strerror}). Try again.") from None
-        _running.add(reader)
-        start = time.monotonic()
-        try:
-            answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
-        except BaseException as error:
-            reader.kill()
-            how, waited = reader.death(), time.monotonic() - start >= WAITING * computing_s
-            reader.close()
-            interrupted = reader not in _running
-            _running.discard(reader)
-            if not isinstance(error, DiedError):
-                raise
-            if interrupted:
-                raise DataError(f"{path}: not read, as the program was interrupted.") from None
-            if fresh or waited or how.endswith("SIGXCPU"):
-                break
+
+    name: str
+    description: str
+    matches: Callable[[bytes], bool]
+    read: Callable[[Path], RawFile]
+    trusted: bool = False
+    kind: str = "file"
+    library: tuple[str, str, str] | None = None
+    expansion: int = EXPANSION
+
+    def load(self, path: Path) -> RawFile:
+        """What the loader makes of the file at `path`; `DataError` where it fails or takes too much.
+
+        Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files
+        before, a new one tries again: one of those may be to blame.
+        """
+        if self.trusted:
+            return self.read(path)
+        computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
+        folder = None if path.is_absolute() else os.getcwd()
+        memory = largest_claim(path, self.expansion) + WORKSPACE_BYTES
+        request = (self.read, path, folder, computing_s, memory, self.library, self.kind)
+        for fresh in (False, True):
+            try:
+                reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
+            except IndexError:
+                continue
+            except OSError as error:
+                started = f"no process could be started to read it ({error.strerror})"
+                raise DataError(f"{path}: {started}. Try again.") from None
+            _running.add(reader)
+            start = time.monotonic()
+            try:
+                answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
+            except BaseException as error:
+                reader.kill()
+                how, waited = reader.death(), time.monotonic() - start >= WAITING * computing_s
+                reader.close()
+                interrupted = reader not in _running
+                _running.discard(reader)
+                if not isinstance(error, DiedError):
+                    raise
+                if interrupted:
+                    raise DataError(f"{path}: not read, as the program was interrupted.") from None
+                if fresh or waited or how.endswith("SIGXCPU"):
+                    break
+            else:
+                _idle.append(reader)
+                if isinstance(answer, DataError):
+                    raise answer
+                return answer
+        if waited:
+            text = f"could not be read within {WAITING * computing_s} s; its disk may not answer. Try again, or copy it"
+        elif how.endswith("SIGXCPU"):
+            text = f"reading it took more than {computing_s} s of computing time. The file is damaged; copy it again"
+        elif how.endswith(CRASHES):
+            text = f"the library that reads it crashed ({how}). The file is damaged; copy it again"
         else:
-            _idle.append(reader)
-            if isinstance(answer, DataError):
-                raise answer
-            return answer
-    if waited:
-        text = f"could not be read within {WAITING * computing_s} s; its disk may not answer. Try again, or copy it"
-    elif how.endswith("SIGXCPU"):
-        text = f"reading it took more than {computing_s} s of computing time. The file is damaged; copy it again"
-    elif how.endswith(CRASHES):
-        text = f"the library that reads it crashed ({how}). The file is damaged; copy it again"
-    else:
-        text = f"the process that reads it ended ({how}), perhaps for lack of memory. Try again; see: srbval doctor"
-    raise DataError(f"{path}: {text}")
+            text = f"the process that reads it ended ({how}), perhaps for lack of memory. Try again; see: srbval doctor"
+        raise DataError(f"{path}: {text}")
 
 
 @atexit.register

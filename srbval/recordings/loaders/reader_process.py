@@ -9,10 +9,9 @@ from pathlib import Path
 
 from srbval.errors import DataError
 from srbval.processes.worker import serve_calls
-from srbval.recordings.loaders.limited import Library
 from srbval.recordings.raw import RawFile, first_line
 
-Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, Library | None, str]
+Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str, str, str] | None, str]
 
 
 def load() -> Callable[[Request], RawFile | DataError]:
@@ -31,14 +30,15 @@ def _read(request: Request) -> RawFile | DataError:
 
     Beyond its computing time the system ends this process (SIGXCPU), wherever it is.
     """
-    load_file, path, folder, computing_s, memory, library, kind = request
+    read, path, folder, computing_s, memory, library, kind = request
     if library is not None:
+        module, name, source = library
         try:
-            importlib.import_module(library.module)
+            importlib.import_module(module)
         except (ImportError, OSError) as error:
             return DataError(
-                f"{path}: reading it needs the library {library.name}, which cannot be imported ({first_line(error)}). "
-                f'Install it: pip install "{library.source}"'
+                f"{path}: reading it needs the library {name}, which cannot be imported ({first_line(error)}). "
+                f'Install it: pip install "{source}"'
             )
     _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     with contextlib.suppress(OSError, IndexError):  # known on Linux only
@@ -47,7 +47,7 @@ def _read(request: Request) -> RawFile | DataError:
     try:
         if folder is not None:
             os.chdir(folder)
-        return load_file(path)
+        return read(path)
     except DataError as error:
         return error
     except MemoryError:

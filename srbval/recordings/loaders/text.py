@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import TEXT, FileFormat, RawFile, first_line, printable
+from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.raw import TEXT, RawFile, first_line, printable
 from srbval.recordings.reading import known_unit
 
 MAX_COLUMNS = 64
@@ -217,4 +218,4 @@ def _is_text(head: bytes) -> bool:
     return head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
 
 
-FORMAT = FileFormat(name=TEXT, description="a text table", matches=_is_text, load=load_text)
+FORMAT = FileFormat(name=TEXT, description="a text table", matches=_is_text, read=load_text, trusted=True)

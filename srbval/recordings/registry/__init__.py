@@ -1,14 +1,5 @@
 """The user's register of recordings: which files there are, what they hold, whether they changed."""
 
-from srbval.recordings.registry.download import fetch
-from srbval.recordings.registry.entry import (
-    Coverage,
-    FileStatus,
-    GridPoint,
-    RegisteredRecording,
-    RegisterListing,
-    without_copies,
-)
 from srbval.recordings.registry.lookup import (
     RIG_DATASETS,
     find_recording,
@@ -19,14 +10,20 @@ from srbval.recordings.registry.lookup import (
     rig_recordings,
     unopened,
 )
-from srbval.recordings.registry.register import RIG_EXCERPTS, add, listing, verify
+from srbval.recordings.registry.manifest import (
+    Coverage,
+    FileStatus,
+    RegisteredRecording,
+    RegisterListing,
+    without_copies,
+)
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, verify
 
 __all__ = [
     "RIG_DATASETS",
     "RIG_EXCERPTS",
     "Coverage",
     "FileStatus",
-    "GridPoint",
     "RegisterListing",
     "RegisteredRecording",
     "add",

@@ -10,8 +10,7 @@ from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Recording
-from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
-from srbval.recordings.registry.manifest import read_manifest
+from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, read_manifest, without_copies
 from srbval.recordings.registry.register import listing, shipped_recordings
 from srbval.recordings.settings import RecordingSettings
 from srbval.recordings.speed import RPM_PER_HZ
@@ -30,18 +29,14 @@ def rig_recordings(
     state, load and speed.
     """
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
-    points = {_operating_point(r) for r in own}
-    shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and _operating_point(r) not in points]
+    points = {r.operating_point for r in own}
+    shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]
     found = [r for r in (*own, *shipped) if state in (None, r.state) and nominal_rpm in (None, r.nominal_rpm)]
     return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
 
 
 def _usable_of_rig(entry: RegisteredRecording) -> bool:
     return entry.dataset in RIG_DATASETS and entry.status is FileStatus.OK
-
-
-def _operating_point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
-    return entry.state, entry.radial_kn, entry.axial_kn, entry.nominal_rpm
 
 
 def unopened(entry: RegisteredRecording) -> bool:
@@ -54,7 +49,7 @@ def unopened(entry: RegisteredRecording) -> bool:
     names = [re.search(excerpts.match.file or "", file.name, re.IGNORECASE) for file in opened]
     loads = excerpts.radial_kn, excerpts.axial_kn
     points = {(excerpts.state_of(name["label"]), *loads, float(name["rpm"])) for name in names if name}
-    known = entry.sha256 in {file.sha256 for file in opened} or _operating_point(entry) in points
+    known = entry.sha256 in {file.sha256 for file in opened} or entry.operating_point in points
     return _usable_of_rig(entry) and not known
 
 
@@ -84,6 +79,12 @@ def healthy_baseline(recording: Recording, registered: Registered | None = None)
 
 def _comparable(entry: RegisteredRecording, recording: Recording, file: str) -> bool:
     loads_n = tuple(None if load is None else load * N_PER_KN for load in (entry.radial_kn, entry.axial_kn))
+    if recording.dataset is not None or recording.speed is None:
+        same_speed = entry.nominal_rpm == recording.nominal_rpm
+    else:
+        rpm = recording.speed.value_hz * RPM_PER_HZ
+        same_speed = entry.rpm is not None and abs(entry.rpm / rpm - 1) <= SAME_SPEED
+        same_speed &= entry.bearing == recording.bearing
     return (
         (entry.status, entry.state) == (FileStatus.OK, Fault.HEALTHY)
         and entry.file != file
@@ -91,15 +92,8 @@ def _comparable(entry: RegisteredRecording, recording: Recording, file: str) -> 
         and rig_of(entry.dataset, entry.file) == rig_of(recording.dataset, file)
         and (entry.channel, entry.fs_hz, *loads_n)
         == (recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n)
-        and _same_speed(entry, recording)
+        and same_speed
     )
-
-
-def _same_speed(entry: RegisteredRecording, recording: Recording) -> bool:
-    if recording.dataset is not None or recording.speed is None:
-        return entry.nominal_rpm == recording.nominal_rpm
-    rpm = recording.speed.value_hz * RPM_PER_HZ
-    return entry.bearing == recording.bearing and entry.rpm is not None and abs(entry.rpm / rpm - 1) <= SAME_SPEED
 
 
 def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:

@@ -1,27 +1,49 @@
-"""The register itself: `srbval data add`, `list` and `verify`."""
+"""The register itself: `srbval data add`, `list`, `verify` and `fetch`."""
 
 import contextlib
+import logging
 import os
-from collections.abc import Iterable, Mapping
+import stat
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 from srbval.bearing import known_bearings, load_bearing
-from srbval.errors import DataError
+from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.recordings.load import sha256_of
+from srbval.recordings.datasets.description import dataset, known_datasets
+from srbval.recordings.load import read_file, sha256_of
+from srbval.recordings.loaders import detect_format
 from srbval.recordings.loaders.limited import end_readers
-from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, RegisterListing, coverage_of
-from srbval.recordings.registry.inspect import inspect_file
-from srbval.recordings.registry.label_table import label_table
-from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
-from srbval.recordings.settings import RecordingSettings
+from srbval.recordings.raw import first_line
+from srbval.recordings.reading import N_PER_KN
+from srbval.recordings.registry.manifest import (
+    Entries,
+    FileStatus,
+    RegisteredRecording,
+    RegisterListing,
+    home_folder,
+    inspected_path,
+    manifest_path,
+    read_manifest,
+    update_manifest,
+)
+from srbval.recordings.settings import (
+    RecordingSettings,
+    apply_settings,
+    label_table,
+    open_for_analysis,
+    open_questions,
+)
+from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.installation import shipped_folder
 
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
+TIMEOUT_S = 30
+LONGEST_REASON = 160
 
 
 def add(
@@ -66,7 +88,7 @@ def add(
         entries |= {e.file: e if repin else _compared_with_pin(entries.get(e.file), e) for e in found}
 
     entries = update_manifest(change)
-    return _listing(entries[entry.file] for entry in found)
+    return RegisterListing(entries[entry.file] for entry in found)
 
 
 def listing(*, or_none: bool = False) -> RegisterListing:
@@ -83,7 +105,7 @@ def listing(*, or_none: bool = False) -> RegisterListing:
             raise
         unreadable = str(error).removeprefix(f"{manifest_path().parent}{os.sep}")
     entries = _with_environment_folder(registered)
-    return _listing((e if _unchanged(e) else _verified(e) for e in entries.values()), unreadable)
+    return RegisterListing((e if _unchanged(e) else _verified(e) for e in entries.values()), unreadable)
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
@@ -94,7 +116,44 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
         checked.append(_verified(entry))
         done += entry.size_bytes
         progress("Verify", done / max(total, 1))
-    return _listing(checked)
+    return RegisterListing(checked)
+
+
+def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
+    """Download the open data set `name` into `folder` (default: below the home folder) and register it.
+
+    Files that exist with the right SHA-256 are kept, so an interrupted download continues where it
+    stopped. `progress` is the share of the files. Raises `DataError` for a set that is restricted or has no pinned
+    files, and without a network, each with the remedy.
+    """
+    import pooch
+
+    wanted = dataset(name)
+    if wanted.access != "open":
+        raise DataError(f"{wanted.name}: no download; {wanted.licence}. {wanted.source}.")
+    by_hand = f"{wanted.url} and register"
+    pinned = [file for file in wanted.files if file.url and file.sha256]
+    if not pinned:
+        downloadable = ", ".join(d.name for d in known_datasets() if any(f.url and f.sha256 for f in d.files))
+        raise DataError(
+            f"{wanted.name}: no pinned files to download. Get it from {by_hand} its folder with `srbval data add DIR`. "
+            f"Downloadable: {downloadable}."
+        )
+    target = Path(folder) if folder is not None else home_folder() / "recordings" / name
+    downloader = pooch.HTTPDownloader(timeout=TIMEOUT_S)
+    pooch.get_logger().setLevel(logging.WARNING)
+    progress("Download", 0.0)
+    for done, file in enumerate(pinned, 1):
+        known = f"sha256:{file.sha256}"
+        try:
+            pooch.retrieve(url=file.url, known_hash=known, fname=file.name, path=target, downloader=downloader)
+        except Exception as error:  # the network and its libraries fail in many ways; the remedy is the same
+            raise DataError(
+                f"{file.name} could not be downloaded from {file.url} ({first_line(error, LONGEST_REASON)}). Try again "
+                f"with a network, or get the files from {by_hand} their folder with `srbval data add DIR`."
+            ) from None
+        progress("Download", done / len(pinned))
+    return add(target)
 
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
@@ -102,10 +161,69 @@ def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     return tuple(_look_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
 
 
-def _listing(entries: Iterable[RegisteredRecording], unreadable: str = "") -> RegisterListing:
-    recordings = tuple(sorted(entries, key=lambda e: e.file))
-    coverage = coverage_of(recordings)
-    return RegisterListing(manifest=manifest_path(), recordings=recordings, coverage=coverage, unreadable=unreadable)
+def inspect_file(path: Path, settings: RecordingSettings | None = None) -> RegisteredRecording:
+    """Hash and read `path`; whatever is wrong becomes a status with a reason.
+
+    `settings` decide what the file leaves open; one that does not fit it, as a channel that is not there, is ignored
+    and reported. A file that still leaves something open is ok, with all questions and their options as its reason.
+    """
+    entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
+        sha256 = sha256_of(path)
+        entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
+        entry = replace(entry, format=detect_format(path).name)
+        entry = _described(entry, path, settings or RecordingSettings())
+    except OSError as error:
+        return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
+    except SrbvalError as error:
+        text = str(error).removeprefix(f"{path}: ")
+        cut = "truncated: " in text or "truncated file" in text  # as the loaders and the HDF5 library say it
+        return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
+    expected = (file for d in known_datasets() if d.name == entry.dataset for file in d.files)
+    published = next((file.sha256 for file in expected if file.name == path.name and file.sha256), sha256)
+    if published != sha256:
+        return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
+    return entry
+
+
+def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
+    file, wrong = read_file(path), []
+    try:
+        reading = apply_settings(path, file, settings)
+    except DataError:  # one by one, to keep those that fit
+        stated, settings = settings, RecordingSettings()
+        for name, value in vars(stated).items():
+            try:
+                apply_settings(path, file, replace(settings, **{name: value}))
+                settings = replace(settings, **{name: value})
+            except DataError as error:
+                wrong.append(str(error).removeprefix(f"{path}: "))
+        reading = apply_settings(path, file, settings)
+    if questions := (*open_questions(reading), *open_for_analysis(reading)):
+        wrong.append(f"not stated: {'; '.join(questions)}")
+    names = tuple(reading.channels)
+    main = reading.channels[reading.channel or (reading.axes or names)[0]]
+    return replace(
+        entry,
+        reason="; ".join(wrong) or None,
+        origin=reading.origin,
+        dataset=reading.dataset,
+        state=main.state,
+        radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
+        axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
+        nominal_rpm=reading.nominal_rpm,
+        rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
+        bearing=main.bearing,
+        fs_hz=reading.fs_hz,
+        seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
+        channels=names,
+        channel=reading.channel,
+        settings=settings or None,
+        cautions=reading.all_cautions(),
+    )
 
 
 def _files_under(folder: Path) -> list[Path]:
@@ -176,13 +294,11 @@ def _unchanged(entry: RegisteredRecording) -> bool:
 
 def _compared_with_pin(pinned: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
     """The entry for the register: the pin stays, and a file that differs from it is marked."""
-    return found if pinned is None or pinned.sha256 == found.sha256 else _changed(pinned, found.sha256)
-
-
-def _changed(pinned: RegisteredRecording, sha256: str) -> RegisteredRecording:
+    if pinned is None or pinned.sha256 == found.sha256:
+        return found
     return pinned.with_status(
         FileStatus.CHANGED,
-        f"SHA-256 was {pinned.sha256[:12]}... when registered and is {sha256[:12]}... now; restore the file, "
+        f"SHA-256 was {pinned.sha256[:12]}... when registered and is {found.sha256[:12]}... now; restore the file, "
         "or register it again if it was changed on purpose (`srbval data add --repin`)",
     )
 
@@ -200,9 +316,9 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
         sha256 = sha256_of(path) if entry.sha256 else ""  # without one it could not even be hashed
     except DataError as error:
         return entry.with_status(FileStatus.UNREADABLE, str(error))
-    if sha256 != entry.sha256:
-        return _changed(entry, sha256)
-    return inspect_file(path, entry.settings) if entry.status is FileStatus.CHANGED or not sha256 else entry
+    if sha256 == entry.sha256 and (entry.status is FileStatus.CHANGED or not sha256):
+        return inspect_file(path, entry.settings)
+    return _compared_with_pin(entry, replace(entry, sha256=sha256))
 
 
 def _with_environment_folder(entries: Entries) -> Entries:

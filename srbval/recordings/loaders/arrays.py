@@ -1,0 +1,187 @@
+"""Files of named arrays: NumPy (pickled objects are never opened), MATLAB v5 to v7, Parquet and Feather."""
+
+import math
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from srbval.errors import DataError
+from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
+
+# Version 3 differs in the names of fields, and arrays with fields are not recordings.
+READ_HEADER = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+MAT_VERSION_AND_ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")  # bytes 124 to 127
+MAT_EXPANSION = 4  # compressed once, and held twice while the contents are handed over
+MAX_DEPTH = 32
+MAX_VARIABLES = 25_000
+TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
+MAX_COLUMNS = 256
+PARQUET, FEATHER = b"PAR1", b"ARROW1\0\0"
+UNIT_KEYS = (b"unit", b"units")  # in the metadata of a column
+
+
+def load_npy(path: Path) -> RawFile:
+    """Read the one array of a .npy file, mapped from disk; its variable is called ``data``.
+
+    Header and size of the file must agree: a damaged header would otherwise cut samples off, or claim more than memory.
+    """
+    try:
+        with path.open("rb") as stream:
+            version = np.lib.format.read_magic(stream)
+            if version not in READ_HEADER:
+                raise DataError(f"{path}: version {version} of its format holds fields. Save plain numbers.")
+            shape, fortran, kind = READ_HEADER[version](stream)
+            start, end = stream.tell(), stream.seek(0, 2)
+        if kind.kind not in "fiu":
+            raise DataError(f"{path}: holds {kind} values; real numbers are needed.")
+        if min(shape, default=0) < 0 or math.prod(shape) * kind.itemsize != end - start:
+            size = " x ".join(map(str, shape))[:LONGEST_NAME]
+            held = f"{size} values ({kind}) in {end - start} bytes"
+            raise DataError(f"{path}: truncated or damaged: its header claims {held}. Copy it again.")
+        values = np.memmap(path, kind, "r", start, shape, "F" if fortran else "C")
+    except DataError:
+        raise
+    except Exception as error:  # the one border where a hostile file meets foreign code
+        raise DataError(f"{path}: truncated or unusable .npy file ({first_line(error)}). Save plain numbers.") from None
+    return RawFile(path=path, format=NPY.name, variables={"data": values})
+
+
+def load_npz(path: Path) -> RawFile:
+    """Read every array of an .npz archive under its own name; texts of one element stay texts, objects are left out."""
+    with zipfile.ZipFile(path) as archive:
+        check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
+        names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
+    if not names:
+        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export a workbook as CSV, unpack an archive.")
+    variables: dict[str, Value] = {}
+    left = []
+    with np.load(path, allow_pickle=False) as arrays:
+        for name in names:
+            try:
+                array = arrays[name]
+                variables[name] = str(array.flat[0]) if array.dtype.kind == "U" and array.size == 1 else array
+            except ValueError as error:  # objects, which only unpickling would bring
+                if "allow_pickle" not in str(error):
+                    raise
+                left.append(name)
+    notes = (f"left out, no plain numbers: {', '.join(left)[:LONGEST_NAME]}",) if left else ()
+    return RawFile(path=path, format=NPZ.name, variables=variables, notes=notes)
+
+
+def load_matlab(path: Path) -> RawFile:
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file, as stored, never converted.
+
+    Cells and structs of one element are unwrapped; of larger ones each element's index goes into its name.
+    Complex and sparse arrays, function handles and Java objects are left out.
+    """
+    from scipy.io import loadmat, whosmat
+
+    for name, shape, _ in whosmat(path):
+        check_claim(path, math.prod(shape), f"{name!r}")
+    variables: dict[str, Value] = {}
+    for name, value in loadmat(path).items():
+        if not name.startswith("__"):  # scipy's own, and what MATLAB itself stores without a name
+            _collect(variables, name, value, 0)
+    return RawFile(path=path, format=MATLAB.name, variables=variables)
+
+
+def _collect(variables: dict[str, Value], name: str, value: Any, depth: int) -> None:
+    from scipy.io.matlab import MatlabFunction, MatlabOpaque
+
+    if not isinstance(value, np.ndarray) or isinstance(value, MatlabFunction | MatlabOpaque):
+        return
+    if depth > MAX_DEPTH or len(variables) >= MAX_VARIABLES:
+        most = f"{MAX_DEPTH} levels and {MAX_VARIABLES} variables"
+        raise DataError(f"{name[:99]!r} is beyond the {most} that are read at most. Not a recording.")
+    if value.dtype.kind == "U":
+        variables[name] = "".join(value.ravel(order="F")).strip()
+    elif value.dtype.kind in "fiu":
+        variables[name] = value
+    elif value.dtype.kind in "OV":
+        for i, element in enumerate(value.ravel(order="F"), 1):
+            place = name if value.size == 1 else f"{name}({i})"
+            for field in value.dtype.names or ("",):
+                member = element[field] if field else element
+                _collect(variables, f"{place}.{field}" if field else place, member, depth + 1)
+
+
+def load_table(path: Path) -> RawFile:
+    """Read the numeric columns and the times of a table; metadata of the table are attributes, of columns units.
+
+    Times of the calendar become seconds from the first one. A value that is missing becomes NaN, which is refused
+    where it is used.
+    """
+    import pyarrow
+    from pyarrow import parquet, types
+
+    def numeric(schema: Any) -> list[str]:
+        fits = (types.is_integer, types.is_floating, types.is_timestamp)
+        names = [field.name for field in schema if any(fit(field.type) for fit in fits)]
+        if len(names) > MAX_COLUMNS or len(set(names)) < len(names):
+            most = f"{MAX_COLUMNS} are read at most, each with a name of its own"
+            raise DataError(f"{path}: {len(names)} columns; {most}.")
+        return names
+
+    with path.open("rb") as stream:
+        is_parquet = stream.read(len(PARQUET)) == PARQUET
+    if is_parquet:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            wanted = numeric(file.schema_arrow)
+            check_claim(path, 8 * file.metadata.num_rows * len(wanted), "its table", TABLE_EXPANSION)
+            table = file.read(columns=wanted, use_threads=False)
+    else:
+        options = pyarrow.ipc.IpcReadOptions(use_threads=False)
+        with pyarrow.OSFile(str(path)) as source, pyarrow.ipc.open_file(source, options=options) as file:
+            table = file.read_all()
+            table = table.select(numeric(table.schema))
+    table.validate(full=True)
+    variables = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}
+    units = {f.name: (f.metadata or {})[k].decode() for f in table.schema for k in UNIT_KEYS if k in (f.metadata or {})}
+    for name, values in variables.items():
+        if values.dtype.kind == "M":
+            variables[name] = (values - values[:1]) / np.timedelta64(1, "s")
+            units[name] = "s"
+    return RawFile(
+        path=path,
+        format="Parquet" if is_parquet else "Feather",
+        variables=variables,
+        attributes={k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()},
+        units=units,
+    )
+
+
+NPY = FileFormat(
+    name="NumPy",
+    description="NumPy .npy",
+    matches=lambda head: head.startswith(b"\x93NUMPY"),
+    read=load_npy,
+    trusted=True,
+)
+NPZ = FileFormat(
+    name="NumPy archive",
+    description="NumPy .npz",
+    matches=lambda head: head.startswith(b"PK\x03\x04"),
+    read=load_npz,
+    kind=".npz file",
+)
+MATLAB = FileFormat(
+    name="MATLAB v5",
+    description="MATLAB v5",
+    matches=lambda head: head.startswith(b"MATLAB 5.0") or head[124:128] in MAT_VERSION_AND_ENDIAN,
+    read=load_matlab,
+    kind="MATLAB v5 file",
+    library=("scipy.io.matlab", "scipy", "srbval"),
+    expansion=MAT_EXPANSION,
+)
+TABLE = FileFormat(
+    name="table in columns",
+    description="Parquet, Feather",
+    matches=lambda head: head.startswith((PARQUET, FEATHER)),
+    read=load_table,
+    kind="table",
+    library=("pyarrow.parquet", "pyarrow", "srbval[tables]"),
+    expansion=TABLE_EXPANSION,
+)

@@ -1,0 +1,183 @@
+"""Files of measuring systems and sound cards, by libraries of their own: WAV and FLAC, TDMS, universal files."""
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from srbval.errors import DataError
+from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.raw import RawFile, Value, check_claim
+
+PACKED = 8  # times: bits packed without loss, or 8 and 16-bit samples, become 32 or 64-bit ones
+BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
+NEVER_WRITTEN = 0xFFFF_FF00  # sizes from here on: of a header that was not completed, as of a stream
+FLAC_MD5 = slice(26, 42)  # of the unpacked samples, in the block STREAMINFO (RFC 9639, section 8.2)
+MAX_CHANNELS = 256
+TDMS_UNITS = ("unit_string", "NI_UnitDescription")  # properties of a channel that name its unit
+TDMS_INCREMENT = "wf_increment"  # and its time step [s]
+UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
+FUNCTION, UNITS = 58, 164  # data sets
+TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
+ACCELERATION = 12  # specific data type of its ordinate
+SI = 1  # units code of data set 164
+EVEN = 1  # abscissa spacing
+_SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
+_UFF_MARK = re.compile(rb"^    -1[ \t]*\r?$", re.MULTILINE)
+_UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
+
+
+def load_audio(path: Path) -> RawFile:
+    """Read all channels into ``data`` and the sampling rate into ``fs_hz``.
+
+    Whole numbers become shares of full scale, as the format defines them; what full scale is in volt no file says.
+    A header that claims more than there is, and a FLAC checksum that does not fit, are a `DataError`.
+    """
+    import soundfile
+
+    with soundfile.SoundFile(path) as file:
+        bits, frames = BITS.get(file.subtype), file.frames
+        kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
+        check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", PACKED)
+        cautions: tuple[str, ...] = ()
+        # libsndfile reads what there is of a file shorter than its header says, and only logs it
+        for name, claimed, there in ((m[1], int(m[2]), int(m[3])) for m in _SIZES.finditer(file.extra_info)):
+            if there < claimed < NEVER_WRITTEN:
+                raise DataError(f"{path}: truncated: {name} has {there} of {claimed} bytes. Copy it again.")
+            if claimed >= NEVER_WRITTEN or claimed == 0:
+                cautions = ("its header was never completed: the record may be cut",)
+                break
+        samples = file.read(dtype=kind, always_2d=True)
+        if len(samples) != frames:
+            raise DataError(f"{path}: truncated: {len(samples)} of {frames} samples. Copy it again.")
+        if file.format == "FLAC" and bits:
+            _check_md5(path, file, bits)
+        rate = float(file.samplerate)
+    note = f"{bits}-bit samples read as shares of full scale; --scale states what that is"
+    return RawFile(
+        path=path,
+        format=AUDIO.name,
+        variables={"data": samples[:, 0] if samples.shape[1] == 1 else samples},
+        attributes={"fs_hz": rate},
+        notes=(note,) if bits else (),
+        cautions=cautions,
+    )
+
+
+def _check_md5(path: Path, file: Any, bits: int) -> None:
+    """Unpack once more, to whole numbers of as many bytes as the samples have, and hash those."""
+    with path.open("rb") as stream:
+        stated = stream.read(FLAC_MD5.stop)[FLAC_MD5]
+    file.seek(0)
+    whole = np.ascontiguousarray(file.read(dtype="int32", always_2d=True) >> (32 - bits), "<i4")
+    packed = whole.view("u1").reshape(-1, 4)[:, : -(-bits // 8)]
+    if any(stated) and hashlib.md5(packed.tobytes(), usedforsecurity=False).digest() != stated:
+        raise DataError(f"{path}: damaged: its samples do not have the checksum in its header. Copy it again.")
+
+
+def load_tdms(path: Path) -> RawFile:
+    """Read every numeric channel, scaled as its properties say, with its unit and rate.
+
+    Channels are named ``group.channel``, or ``channel`` where there is one group. Other properties of the file that are
+    numbers or texts become attributes. A last segment that is shorter than its header says is a `DataError`.
+    """
+    from nptdms import TdmsFile
+
+    with TdmsFile.open(path) as file:
+        status = file.file_status
+        short = [s for s in (status.channel_statuses or {}).values() if s.read_length < s.expected_length]
+        if short or status.incomplete_final_segment:
+            held = f", {short[0].read_length} of {short[0].expected_length} samples of a channel" if short else ""
+            raise DataError(f"{path}: truncated: its last segment is not whole{held}. Copy it again.")
+        one = len(file.groups()) == 1
+        channels = {
+            c.name if one else f"{c.group_name}.{c.name}": c
+            for group in file.groups()
+            for c in group.channels()
+            if c.dtype.kind in "fiu" and len(c)
+        }
+        if len(channels) > MAX_CHANNELS:
+            raise DataError(f"{path}: {len(channels)} channels; {MAX_CHANNELS} are read at most.")
+        check_claim(path, sum(c.dtype.itemsize * len(c) for c in channels.values()), "its channels", PACKED)
+        steps = {name: c.properties.get(TDMS_INCREMENT) for name, c in channels.items()}
+        return RawFile(
+            path=path,
+            format=TDMS.name,
+            variables={name: c[:] for name, c in channels.items()},
+            attributes={k: v for k, v in file.properties.items() if isinstance(v, int | float | str)},
+            units={n: str(c.properties[u]) for n, c in channels.items() for u in TDMS_UNITS if u in c.properties},
+            rates_hz={name: 1 / step for name, step in steps.items() if isinstance(step, float) and step > 0},
+        )
+
+
+def load_uff(path: Path) -> RawFile:
+    """Read the time signals: real ones of data sets 58 that are time responses or general functions.
+
+    Named by their first identification line, with node and direction where that names more than one. The unit is the
+    ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 says SI.
+    """
+    import pyuff
+
+    if len(_UFF_MARK.findall(path.read_bytes())) % 2:
+        raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
+    file = pyuff.UFF(str(path))
+    types = [int(kind) for kind in file.get_set_types()]
+    functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
+    systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
+    titles = [str(function["id1"]).strip() for function in functions]
+    variables: dict[str, Value] = {}
+    units: dict[str, str] = {}
+    rates: dict[str, float] = {}
+    for title, function in zip(titles, functions, strict=True):
+        if function["func_type"] not in TIME_SIGNALS:
+            continue
+        name = title
+        if title in ("", "NONE") or titles.count(title) > 1:
+            name = f"{len(variables) + 1}: node {function['rsp_node']}, direction {function['rsp_dir']}"
+        samples, count = np.asarray(function["data"]), function["num_pts"]
+        if samples.size != count:
+            raise DataError(f"{path}: truncated: {name!r} has {samples.size} of {count} samples. Copy it again.")
+        variables[name] = samples
+        label = str(function["ordinate_axis_units_lab"]).strip()
+        if label not in ("", "NONE"):
+            units[name] = label
+        elif function["ordinate_spec_data_type"] == ACCELERATION and systems == {SI}:
+            units[name] = "m/s2"
+        if function["abscissa_spacing"] != EVEN:
+            variables[f"{name}.time"] = np.asarray(function["x"])
+        elif function["abscissa_inc"] > 0:
+            rates[name] = 1 / float(function["abscissa_inc"])
+    return RawFile(path=path, format=UFF.name, variables=variables, units=units, rates_hz=rates)
+
+
+AUDIO = FileFormat(
+    name="sound",
+    description="WAV, FLAC",
+    matches=lambda head: (
+        head.startswith(b"fLaC") or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
+    ),
+    read=load_audio,
+    kind="sound file",
+    library=("soundfile", "soundfile", "srbval[formats]"),
+    expansion=PACKED,
+)
+TDMS = FileFormat(
+    name="TDMS",
+    description="TDMS",
+    matches=lambda head: head.startswith(b"TDSm"),
+    read=load_tdms,
+    kind="TDMS file",
+    library=("nptdms", "npTDMS", "srbval[formats]"),
+    expansion=PACKED,
+)
+UFF = FileFormat(
+    name="UFF58",
+    description="universal file (UFF, data set 58)",
+    matches=lambda head: _UFF_HEAD.match(head) is not None,
+    read=load_uff,
+    kind="universal file",
+    library=("pyuff", "pyuff", "srbval[formats]"),
+    expansion=UFF_EXPANSION,
+)
