@@ -32,8 +32,7 @@ _NAMES = {
     "diagnosis.baseline_comparison": ("BaselineComparison", "compare_with_baseline"),
     "diagnosis.diagnose": ("Diagnosis", "diagnose"),
     "path.identify": ("identify as identify_path",),
-    "report.findings.findings": ("Findings",),
-    "report.findings.gather": ("gather",),
+    "report.findings.findings": ("Findings", "gather"),
     "studies.harness": ("run_study",),
     "plan.plan": ("make_plan",),
     "campaign.settings": ("load_campaign",),
@@ -88,8 +87,7 @@ if TYPE_CHECKING:
     from srbval.recordings.registry import listing as list_recordings
     from srbval.recordings.registry import verify as verify_recordings
     from srbval.report.figures.plot import plot
-    from srbval.report.findings.findings import Findings
-    from srbval.report.findings.gather import gather
+    from srbval.report.findings.findings import Findings, gather
     from srbval.report.reports import make_report, report_recordings, write_plot
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram

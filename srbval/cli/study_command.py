@@ -9,8 +9,7 @@ from srbval.cli.arguments import Parser
 from srbval.cli.output import own_command, print_json, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay, prefixed
-from srbval.report.blocks import Tone
-from srbval.report.model import Report, VerdictBox
+from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.pages import results_of
 from srbval.report.write import write_report
 from srbval.storage.stored_result import newest_result

@@ -19,7 +19,7 @@ import shlex
 import shutil
 import tempfile
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,20 +56,18 @@ LITERAL = re.compile(r"(``.*?``)")
 
 def modules_of(room: str) -> list[str]:
     """Dotted names of a room's modules, packages before what is in them; a room may be a single module."""
-    place = PACKAGE / room
-    if not place.is_dir():
-        return [f"srbval.{room}"]
-    files = [path.relative_to(PACKAGE.parent) for path in place.rglob("*.py")]
+    files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
 
 def reference(room: str) -> str:
     """The reference of a room's modules. Names that a package gathers are documented where they are defined."""
-    entries = []
-    for name in modules_of(room):
-        members = "   :ignore-module-all:\n" if (PACKAGE.parent / Path(*name.split("."))).is_dir() else ""
-        entries.append(f"## `{name}`\n\n```{{eval-rst}}\n.. automodule:: {name}\n{members}```\n")
-    return "\n".join(entries)
+    entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n{1}```\n"
+    packages = {path.parent for path in PACKAGE.rglob("__init__.py")}
+    return "\n".join(
+        entry.format(name, "   :ignore-module-all:\n" * (PACKAGE.parent / Path(*name.split(".")) in packages))
+        for name in modules_of(room)
+    )
 
 
 def offered() -> str:
@@ -77,24 +75,21 @@ def offered() -> str:
     rows = []
     for name in srbval.__all__:
         thing = getattr(srbval, name)
-        if not hasattr(thing, "__module__"):
-            continue
-        first = (thing.__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").replace("|", "\\|")
-        rows.append(f"| {{py:obj}}`srbval.{name} <{thing.__module__}.{thing.__qualname__}>` | {first} |")
-    return "\n".join(["| name | |", "| --- | --- |", *rows])
+        if hasattr(thing, "__module__"):
+            first = cell((thing.__doc__ or "").strip().split("\n\n")[0])
+            rows.append((f"{{py:obj}}`srbval.{name} <{thing.__module__}.{thing.__qualname__}>`", first))
+    return table(("name", ""), rows)
 
 
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
-    """Put the reference into its pages."""
-    if page.startswith("api/"):
-        room = page.removeprefix("api/")
-        makers: dict[str, Callable[[], str]] = {
-            "MODULES": lambda: reference(room), "NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys,
-        }  # fmt: skip
+    """Put the reference, the notebooks and what commands draw into their pages."""
+    folder, _, name = page.partition("/")
+    if folder == "api":
+        makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
         source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
-    if page.startswith("notebooks/") and not page.endswith("index"):
-        source[0] = notebook(page.removeprefix("notebooks/"))
-    if page.startswith("guide/"):
+    if folder == "notebooks" and name != "index":
+        source[0] = notebook(name)
+    if folder == "guide":
         source[0] = DRAWN.sub(lambda found: found["before"] + drawn(found["command"], found["alt"]), source[0])
 
 
@@ -106,27 +101,24 @@ def drawn(command: str, alt: str) -> str:
         shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", folder, dirs_exist_ok=True)
         words = shlex.split(command)
         assert main(words[1:]) == 0, command
-        picture = base64.b64encode(Path(words[words.index("--plot") + 1]).read_bytes()).decode()
-    return PICTURE.format(alt, picture)
+        return PICTURE.format(alt, base64.b64encode(Path(words[words.index("--plot") + 1]).read_bytes()).decode())
 
 
 def notebook(name: str) -> str:
     """The Markdown of a notebook: its text, its code and the output that is stored in it, nothing run."""
     text = (shipped_folder("notebooks") / f"{name}.ipynb").read_text(encoding="utf-8")
-    return "\n\n".join(part for cell in json.loads(text)["cells"] for part in _cell_parts(cell))
-
-
-def _cell_parts(cell: dict[str, Any]) -> Iterator[str]:
-    source = "".join(cell["source"])
-    yield source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```"
-    for output in cell.get("outputs", ()):
-        data = output.get("data", {})
-        if "image/png" in data:
-            yield PICTURE.format(cell["metadata"]["alt"], "".join(data["image/png"]).strip())
-        elif "text/html" in data:
-            yield "".join(data["text/html"]).replace("\n", "")
-        else:
-            yield f"```none\n{''.join(output.get('text', data.get('text/plain', ''))).rstrip()}\n```"
+    parts = []
+    for cell in json.loads(text)["cells"]:
+        source = "".join(cell["source"])
+        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
+        for output in cell.get("outputs", ()):
+            data = {kind: "".join(lines) for kind, lines in output.get("data", {}).items()}
+            printed = "".join(output.get("text", data.get("text/plain", ""))).rstrip()
+            if "image/png" in data:
+                parts.append(PICTURE.format(cell["metadata"]["alt"], data["image/png"].strip()))
+            else:
+                parts.append(data["text/html"].replace("\n", "") if "text/html" in data else f"```none\n{printed}\n```")
+    return "\n\n".join(parts)
 
 
 def commands() -> str:
@@ -137,21 +129,17 @@ def commands() -> str:
 
 
 def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for name, below in action.choices.items():
-                options = [a for a in below._actions if a.dest not in ("help", "json", "action")]
-                title = f"{parser.prog} {name}"
-                yield f"## `{title}`\n\n{cell(below.description)}"
-                if options:
-                    yield table(
-                        ("option", ""), [(f"`{_signature(a)}`", cell((a.help or "") % vars(a))) for a in options]
-                    )
-                yield from _commands_below(below)
+    subparsers = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    for name, below in (item for action in subparsers for item in action.choices.items()):
+        yield f"## `{parser.prog} {name}`\n\n{cell(below.description)}"
+        options = [a for a in below._actions if a.dest not in ("help", "json", "action")]
+        if options:
+            yield table(("option", ""), [(f"`{_signature(a)}`", cell((a.help or "") % vars(a))) for a in options])
+        yield from _commands_below(below)
 
 
 def _signature(action: argparse.Action) -> str:
-    value = action.metavar or ("|".join(action.choices) if action.choices else "")
+    value = action.metavar or "|".join(action.choices or ())
     value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
     return " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
 
@@ -173,11 +161,11 @@ def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
         takes = typing.get_type_hints(kind)[field.name]
         parts = [part for part in (takes, *typing.get_args(takes)) if dataclasses.is_dataclass(part)]
         key = field.name.removesuffix(SI_SUFFIX.get(dimension, "")) if dimension else field.name
-        below += [(parts[0], field.name, values.get(key, {}))] if parts else []
+        value = values.get(key, values.get(field.name, ""))
+        below += [(parts[0], field.name, value)] if parts else []
         units = f"{dimension}: {', '.join(unit for unit in UNITS[dimension] if unit)}" if dimension else ""
         words = units or (f"table [{field.name}](#{field.name})" if parts else _type_in_words(takes))
-        value = "" if parts else values.get(key, values.get(field.name, ""))
-        rows.append((f"`{key}`", cell(words), f"`{value}`" if value != "" else ""))
+        rows.append((f"`{key}`", cell(words), f"`{value}`" if value != "" and not parts else ""))
     title = f"## {name}\n\n" if name else ""
     yield title + cell((kind.__doc__ or "").replace("\n\n", "\n")) + "\n\n" + table(("key", "takes", "paper"), rows)
     for part, key, table_of in below:
@@ -198,7 +186,7 @@ def cell(text: str | None) -> str:
     return " ".join((text or "").split()).replace("|", "\\|").replace("<", "&lt;")
 
 
-def table(titles: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def table(titles: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     """A table in Markdown."""
     return "\n".join(f"| {' | '.join(row)} |" for row in (titles, ("---",) * len(titles), *rows))
 
@@ -210,18 +198,13 @@ def mathml(formula: str, *, as_block: bool = False) -> str:
     return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))
 
 
-def inline_formula(translator: Any, node: Any) -> None:
-    """A formula within a line as MathML."""
-    from docutils.nodes import SkipNode
+def formula(translator: Any, node: Any) -> None:
+    """A formula as MathML, one of its own with its number and a link to it."""
+    from docutils.nodes import SkipNode, math_block
 
-    translator.body.append(mathml(node.astext()))
-    raise SkipNode
-
-
-def displayed_formula(translator: Any, node: Any) -> None:
-    """A formula of its own as MathML, with its number and a link to it."""
-    from docutils.nodes import SkipNode
-
+    if not isinstance(node, math_block):
+        translator.body.append(mathml(node.astext()))
+        raise SkipNode
     translator.body.append(translator.starttag(node, "div", CLASS="math"))
     if node["number"]:
         translator.body.append(f'<span class="eqno">({node["number"]})')
@@ -233,13 +216,14 @@ def displayed_formula(translator: Any, node: Any) -> None:
 
 def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
     """In docstrings a bar stands for a modulus, never for a substitution."""
-    for i, line in enumerate(lines):
-        parts = LITERAL.split(line)
-        lines[i] = "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in parts)
+    lines[:] = [
+        "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in LITERAL.split(line))
+        for line in lines
+    ]
 
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
-    app.add_html_math_renderer("mathml", (inline_formula, None), (displayed_formula, None))
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", bars_are_text)

@@ -1,4 +1,4 @@
-"""What a section of the report may hold: text, tables, pictures, key-value lists, callouts; where each comes from.
+"""The report as a tree of frozen dataclasses: sections of text, tables and pictures; renderers only walk it.
 
 Where a number comes from (`Badge`) and how it is judged (`Tone`) are words first: colour only repeats what the word and
 the sign already say.
@@ -7,10 +7,12 @@ the sign already say.
 import enum
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
 
-from srbval.report.figures.files import Drawing
+from srbval.report.figures.style import Drawing
 
 PICTURES = (".svg", ".png")
 FIGURES = "figures"  # the folder of pictures and their data beside the documents
@@ -46,26 +48,15 @@ class Tone(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """One column. `format` is a Python format specification for numbers, such as ``.2f`` or ``+.3g``.
+    """One column. `format` is a Python format specification for numbers, such as ``.2f``; with one it is set right.
 
-    A column with a format is numeric and set to the right; `align` (``left``, ``right``, ``center``)
-    overrules that. `unit` is shown below the title. `timed` values differ from run to run: report.json leaves them out.
+    `unit` is shown below the title. `timed` values differ from run to run: report.json leaves them out.
     """
 
     title: str
     unit: str = ""
     format: str = ""
-    align: str = ""
     timed: bool = False
-
-    def __post_init__(self) -> None:
-        if self.align not in ("", "left", "right", "center"):
-            raise ValueError(f"column {self.title!r}: align {self.align!r} must be left, right or center.")
-
-    @property
-    def alignment(self) -> str:
-        """Alignment to draw with."""
-        return self.align or ("right" if self.format else "left")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,57 +76,12 @@ class Cell:
 
     def text(self, column: Column) -> str:
         """The value as every renderer shows it."""
-        spec = _as_precise(column.format, self.ci95)
+        spec, ci95 = column.format, self.ci95
+        fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
+        if fixed and ci95 and math.isfinite(ci95):
+            spec = f"{fixed[1]}.{min(int(fixed[2]), max(0, 1 - math.floor(math.log10(ci95))))}f"
         shown = format_value(self.value, spec)
-        if self.ci95 is None or shown == MISSING:
-            return shown
-        return f"{shown} ± {format_value(self.ci95, spec.lstrip('+'))}"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """A table with a caption. A row may hold plain values; each becomes a `Cell`.
-
-    `label` is the bold start of the caption ("Table 6"). The first column holds row headers unless
-    `row_headers` is False. `notes` are set below the table; they and the caption may use inline markup.
-    """
-
-    id: str
-    caption: str
-    columns: tuple[Column, ...]
-    rows: Sequence[Sequence[Cell | Value]]
-    label: str = ""
-    notes: tuple[str, ...] = ()
-    row_headers: bool = True
-    cells: tuple[tuple[Cell, ...], ...] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        check_identifier(self.id, "table")
-        if not self.caption.strip():
-            raise ValueError(f"table {self.id!r} needs a caption.")
-        if not self.columns:
-            raise ValueError(f"table {self.id!r} needs at least one column.")
-        for number, row in enumerate(self.rows, start=1):
-            if len(row) != len(self.columns):
-                raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
-        cells = tuple(tuple(c if isinstance(c, Cell) else Cell(value=c) for c in row) for row in self.rows)
-        object.__setattr__(self, "cells", cells)
-
-
-def _as_precise(spec: str, ci95: float | None) -> str:
-    """A format of fixed decimals, cut to those that show two digits of the interval."""
-    fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
-    if not fixed or not ci95 or not math.isfinite(ci95):
-        return spec
-    return f"{fixed[1]}.{min(int(fixed[2]), max(0, 1 - math.floor(math.log10(ci95))))}f"
-
-
-def check_identifier(identifier: str, what: str) -> None:
-    """Raise ValueError unless an id, which names anchors and files, is lower-case letters, digits and hyphens."""
-    if not _IDENTIFIER.fullmatch(identifier):
-        raise ValueError(
-            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
-        )
+        return shown if ci95 is None or shown == MISSING else f"{shown} ± {format_value(ci95, spec.lstrip('+'))}"
 
 
 def format_value(value: Value, spec: str) -> str:
@@ -151,19 +97,50 @@ def format_value(value: Value, spec: str) -> str:
     return shown.lstrip("+-") if reads_as_zero else shown
 
 
+def _check(identifier: str, what: str) -> None:
+    """Raise ValueError unless an id, which names anchors and files, is lower-case letters, digits and hyphens."""
+    if not _IDENTIFIER.fullmatch(identifier):
+        raise ValueError(
+            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table with a caption; the first column holds row headers.
+
+    `label` is the bold start of the caption ("Table 6"). `notes` are set below the table; they and the caption may use
+    inline markup. Raises ValueError without a caption and for a row of another length than the columns.
+    """
+
+    id: str
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    label: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check(self.id, "table")
+        if not self.caption.strip():
+            raise ValueError(f"table {self.id!r} needs a caption.")
+        for number, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
+
+
 @dataclass(frozen=True)
 class Paragraph:
-    """Running text with inline markup (see `srbval.report.inline`)."""
+    """Running text with inline markup (see `srbval.report.plain`)."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Listing:
-    """A list of short texts with inline markup, numbered or not."""
+    """A list of short texts with inline markup."""
 
     items: tuple[str, ...]
-    numbered: bool = False
 
 
 @dataclass(frozen=True)
@@ -179,7 +156,7 @@ class Callout:
 class Command:
     """A command line or a file's text, set in a box of its own, letter for letter."""
 
-    text: str
+    line: str
 
 
 @dataclass(frozen=True)
@@ -227,39 +204,120 @@ class Figure:
     explore: Explore | None = None
 
     def __post_init__(self) -> None:
-        check_identifier(self.id, "figure")
-        if not self.alt.strip():
-            raise ValueError(f"figure {self.id!r} needs an alt text: say what the picture shows.")
-        if not self.caption.strip():
-            raise ValueError(f"figure {self.id!r} needs a caption.")
+        _check(self.id, "figure")
+        for what, text in (("an alt text: say what the picture shows", self.alt), ("a caption", self.caption)):
+            if not text.strip():
+                raise ValueError(f"figure {self.id!r} needs {what}.")
         if self.suffix not in PICTURES:
             raise ValueError(f"figure {self.id!r}: {self.suffix!r} is not one of {', '.join(PICTURES)}.")
 
     @property
-    def picture_name(self) -> str:
-        """Where the report keeps the picture, relative to its folder."""
-        return f"{FIGURES}/{self.id}{self.suffix}"
-
-    @property
-    def data_name(self) -> str:
-        """Where the report keeps the plotted data, relative to its folder."""
-        return f"{FIGURES}/{self.id}.csv"
+    def files(self) -> dict[str, str]:
+        """Where the report keeps the `picture` and the plotted `data`, relative to its folder."""
+        return {"picture": f"{FIGURES}/{self.id}{self.suffix}", "data": f"{FIGURES}/{self.id}.csv"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class FigureGrid:
-    """Panels (a), (b), ... side by side in `columns`, with one caption for the whole."""
+    """Panels (a), (b), ... side by side in `columns`, 1 to 3, with one caption for the whole."""
 
     figures: tuple[Figure, ...]
     columns: int = 2
     caption: str = ""
     label: str = ""
 
-    def __post_init__(self) -> None:
-        if not self.figures:
-            raise ValueError("a figure grid needs at least one figure.")
-        if not 1 <= self.columns <= 3:
-            raise ValueError(f"a figure grid of {self.columns} columns: use 1, 2 or 3.")
-
 
 Block = Paragraph | Listing | Callout | Command | KeyValues | Table | Figure | FigureGrid
+
+
+class Document(enum.StrEnum):
+    """One of the two documents of a report; its value names the file."""
+
+    MAIN = "report"
+    APPENDIX = "appendix"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictBox:
+    """The answer in plain words, first on the page: a tone, one sentence, a few points."""
+
+    tone: Tone
+    headline: str
+    points: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """One section; `id` is its anchor. `blocks` stand in the main document, those of `appendix` in the appendix."""
+
+    id: str
+    title: str
+    blocks: tuple[Block, ...] = ()
+    appendix: tuple[Block, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check(self.id, "section")
+
+    @property
+    def all_blocks(self) -> tuple[Block, ...]:
+        """Those of both documents."""
+        return (*self.blocks, *self.appendix)
+
+    def part(self, document: Document) -> tuple[Block, ...]:
+        """What of the section stands in a document."""
+        return self.blocks if document is Document.MAIN else self.appendix
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """A whole report: its main document and its appendix, which may be empty.
+
+    `generated_utc` dates the page and the PDF (time zone required). `data` becomes ``report.json``; its
+    ``figures`` list is filled from the tree. Raises ValueError when two parts share an id.
+    """
+
+    title: str
+    generated_utc: datetime
+    verdict: VerdictBox
+    sections: tuple[Section, ...]
+    subtitle: str = ""
+    data: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.generated_utc.utcoffset() is None:
+            raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
+        seen = {"verdict", "contents", "main"}  # anchors of the page itself
+        parts: tuple[Section | Table | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
+        for part in parts:
+            if part.id in seen:
+                raise ValueError(f"report id {part.id!r} is used twice.")
+            seen.add(part.id)
+
+    @property
+    def generated_text(self) -> str:
+        """Date and time of making, UTC, to the second."""
+        return self.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+    @property
+    def has_appendix(self) -> bool:
+        """Whether anything stands in the appendix."""
+        return any(section.appendix for section in self.sections)
+
+    def figures(self, document: Document | None = None) -> Iterator[Figure]:
+        """The figures of a document, or of both, section by section, those in grids included."""
+        for section in self.sections:
+            yield from figures_in(section.all_blocks if document is None else section.part(document))
+
+    def tables(self) -> Iterator[Table]:
+        """All tables of both documents, section by section."""
+        for section in self.sections:
+            yield from (block for block in section.all_blocks if isinstance(block, Table))
+
+
+def figures_in(blocks: tuple[Block, ...]) -> Iterator[Figure]:
+    """The figures among some blocks, those in grids included."""
+    for block in blocks:
+        if isinstance(block, Figure):
+            yield block
+        elif isinstance(block, FigureGrid):
+            yield from block.figures

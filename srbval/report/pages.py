@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import Any, Self
+from typing import Any
 
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.storage.stored_result import StoredResult, newest_result
 
 
@@ -24,10 +24,6 @@ class StoredResults(Mapping[str, StoredResult]):
 
     def __len__(self) -> int:
         return len(self.stored)
-
-    def without(self, *names: str) -> Self:
-        """The others."""
-        return replace(self, stored={name: result for name, result in self.stored.items() if name not in names})
 
     def content(self, name: str) -> Mapping[str, Any]:
         """The content of a result; empty where there is none."""

@@ -1,26 +1,83 @@
-"""The report as nested dicts of finished text: what both page renderers are given.
+"""The report as nested dicts of finished text, which both renderers are given, and its inline markup.
 
-Every number is formatted here and only here, so the HTML page and the PDF cannot differ.
+Every number is formatted here and only here, so the HTML page and the PDF cannot differ. The markup is ``**strong**``
+and ```code```, everything else is text; a backslash before ``*``, a backtick or a backslash makes it text. Text from a
+file or a recording goes through `literal` first, so that it can never turn into markup.
 """
 
+import dataclasses
+import enum
+import re
 from typing import Any
 
-from srbval.report import blocks
-from srbval.report.blocks import Cell, Column, Figure, FigureGrid, Table, format_value
-from srbval.report.inline import printable, spans
-from srbval.report.model import Document, Report
+from srbval.report.blocks import (
+    Block,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    KeyValues,
+    Report,
+    Table,
+    figures_in,
+    format_value,
+)
 from srbval.storage.json_files import json_text
 
-Plain = dict[str, Any]
+Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
+MARKUP = {"caption", "headline", "items", "notes", "points", "text"}  # fields whose text may hold inline markup
+DRAWN = {"draw", "suffix"}  # fields of a figure that no renderer needs
+
+_TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
+# C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
+_UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+
+# Where a line must not end: between a number and its unit, and on both sides of a plus-minus sign.
+_WITHIN_QUANTITY = re.compile(
+    r"(?<=\d) (?=(?:%|°|dB|rpm|[kM]?Hz|k?N|[mµn]?m|[mµn]?s|m/s²?|h|min)(?![\w/]))| (?=±)|(?<=±) "
+)
 
 
-def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> Plain:
+def literal(text: str) -> str:
+    """Escape `text` so that `spans` gives it back unchanged, as one piece of plain text."""
+    return re.sub(r"([*`\\])", r"\\\1", text)
+
+
+def printable(text: str) -> str:
+    """Replace what no page can show (controls, lone surrogates, direction overrides) by U+FFFD."""
+    return _UNPRINTABLE.sub("\ufffd", text)
+
+
+def spans(text: str) -> tuple[Span, ...]:
+    """Split `text` into runs of (kind, text); a marker without its partner is text.
+
+    Quantities are held together: the blank between a number and its unit is one that no line ends at.
+    """
+    found: list[Span] = []
+
+    def append(kind: str, part: str) -> None:
+        part = printable(part) if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", printable(part))
+        if part and kind == "text" and found and found[-1][0] == "text":
+            found[-1] = ("text", found[-1][1] + part)
+        elif part:
+            found.append((kind, part))
+
+    position = 0
+    for match in _TOKEN.finditer(text):
+        append("text", text[position : match.start()])
+        kind = match.lastgroup or "text"
+        append("text" if kind == "escaped" else kind, match[kind])
+        position = match.end()
+    append("text", text[position:])
+    return tuple(found)
+
+
+def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> dict[str, Any]:
     """Turn one document of a report into dicts, lists and strings; inline markup becomes lists of (kind, text).
 
     `other` names the file of the other document where it is made too (`with_appendix`), for links to it.
     """
-    is_main = document is Document.MAIN
-    verdict, other = report.verdict, Document.APPENDIX if is_main else Document.MAIN
+    other = Document.APPENDIX if document is Document.MAIN else Document.MAIN
     return {
         "document": document.value,
         "other": other.value if with_appendix else None,
@@ -28,100 +85,68 @@ def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendi
         "title": printable(report.title),
         "subtitle": printable(report.subtitle),
         "generated": report.generated_text,
-        "language": report.language,
-        "verdict": {
-            "tone": verdict.tone.value,
-            "sign": verdict.tone.sign,
-            "headline": spans(verdict.headline),
-            "points": [spans(point) for point in verdict.points],
-        }
-        if is_main
-        else None,
+        "verdict": _plain(report.verdict) if document is Document.MAIN else None,
         "sections": [
             {
-                "id": s.id,
-                "title": printable(s.title),
-                "blocks": [_plain_block(b) for b in s.part(document)],
-                "elsewhere": _counted(s.part(other)),
+                "id": section.id,
+                "title": printable(section.title),
+                "blocks": [_plain(block) for block in section.part(document)],
+                "elsewhere": _counted(section.part(other)),
             }
-            for s in report.sections
-            if s.part(document)
+            for section in report.sections
+            if section.part(document)
         ],
     }
 
 
-def _counted(elsewhere: tuple[blocks.Block, ...]) -> str | None:
+def _counted(elsewhere: tuple[Block, ...]) -> str | None:
     """How many tables and figures a section has in the other document, in words; None where it has nothing there."""
     if not elsewhere:
         return None
-    tables = sum(isinstance(block, Table) for block in elsewhere)
-    figures = sum(len(block.figures) if isinstance(block, FigureGrid) else isinstance(block, Figure)
-                  for block in elsewhere)  # fmt: skip
-    return ", ".join(f"{n} {what}{'s' * (n > 1)}" for n, what in ((tables, "table"), (figures, "figure")) if n)
+    counts = {"table": sum(isinstance(b, Table) for b in elsewhere), "figure": len(list(figures_in(elsewhere)))}
+    return ", ".join(f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n)
 
 
-def _plain_block(block: blocks.Block) -> Plain:
-    """One block as a dict with its `kind`."""
-    match block:
-        case blocks.Paragraph():
-            return {"kind": "paragraph", "text": spans(block.text)}
-        case blocks.Listing():
-            return {"kind": "listing", "numbered": block.numbered, "items": [spans(item) for item in block.items]}
-        case blocks.Callout():
-            return {"kind": "callout", "tone": block.tone.value, "sign": block.tone.sign,
-                    "title": printable(block.title), "text": spans(block.text)}  # fmt: skip
-        case blocks.Command():
-            return {"kind": "command", "text": printable(block.text)}
-        case blocks.KeyValues():
-            pairs = [(printable(str(key)), printable(format_value(value, ""))) for key, value in block.pairs.items()]
-            return {"kind": "key-values", "pairs": pairs}
-        case Figure():
-            return _plain_figure(block)
-        case FigureGrid():
-            return {"kind": "grid", "columns": block.columns, "label": printable(block.label),
-                    "caption": spans(block.caption), "figures": [_plain_figure(f) for f in block.figures]}  # fmt: skip
-        case Table():
-            return _plain_table(block)
+def _plain(value: Any, name: str = "") -> Any:
+    """What stands in the field `name`: a dataclass as a dict of its fields, with its class as its `kind`."""
+    if isinstance(value, enum.Enum):
+        return value.value
+    if isinstance(value, str):
+        return spans(value) if name in MARKUP else printable(value)
+    if isinstance(value, list | tuple):
+        return [_plain(item, name) for item in value]
+    if isinstance(value, dict):
+        return {key: printable(item) if isinstance(item, str) else item for key, item in value.items()}
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return value
+    kind = type(value).__name__
+    parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in DRAWN}
+    if name == "explore":
+        return json_text(value)
+    if isinstance(value, KeyValues):
+        parts["pairs"] = [(str(key), format_value(item, "")) for key, item in value.pairs.items()]
+    if isinstance(value, Figure):
+        parts |= value.files
+    if isinstance(value, Table):
+        parts |= {"columns": [vars(column) | {"align": _align(column)} for column in value.columns]}
+        parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
+    found = {"kind": kind} | {key: _plain(item, key) for key, item in parts.items()}
+    if "tone" in parts:
+        found["sign"] = parts["tone"].sign
+    return found
 
 
-def _plain_figure(block: Figure) -> Plain:
+def _align(column: Column) -> str:
+    return "right" if column.format else "left"
+
+
+def _cell(cell: Cell, column: Column) -> dict[str, Any]:
     return {
-        "kind": "figure",
-        "id": block.id,
-        "label": printable(block.label),
-        "caption": spans(block.caption),
-        "alt": printable(block.alt),
-        "picture": block.picture_name,
-        "data": block.data_name,
-        "synthetic": block.synthetic,
-        "badge": block.badge.value if block.badge else None,
-        "wide": block.wide,
-        "explore": None if block.explore is None else json_text(block.explore),
-    }
-
-
-def _plain_table(block: Table) -> Plain:
-    return {
-        "kind": "table",
-        "id": block.id,
-        "label": printable(block.label),
-        "caption": spans(block.caption),
-        "row_headers": block.row_headers,
-        "columns": [
-            {"title": printable(c.title), "unit": printable(c.unit), "align": c.alignment} for c in block.columns
-        ],
-        "rows": [[_plain_cell(v, c) for v, c in zip(row, block.columns, strict=True)] for row in block.cells],
-        "notes": [spans(note) for note in block.notes],
-    }
-
-
-def _plain_cell(cell: Cell, column: Column) -> Plain:
-    return {
-        "text": printable(cell.text(column)),
+        "text": cell.text(column),
         "number": not isinstance(cell.value, str),
-        "align": column.alignment,
-        "badge": cell.badge.value if cell.badge else None,
-        "tone": cell.tone.value if cell.tone else None,
+        "align": _align(column),
+        "badge": cell.badge and cell.badge.value,
+        "tone": cell.tone and cell.tone.value,
         "sign": cell.tone.sign if cell.tone else "",
-        "note": printable(cell.note),
+        "note": cell.note,
     }

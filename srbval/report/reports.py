@@ -11,16 +11,13 @@ from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
-from srbval.report.figures.files import picture_bytes
+from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
-from srbval.report.figures.style import figure_style
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.gather import gather
+from srbval.report.figures.style import figure_style, picture_bytes
+from srbval.report.findings.findings import Findings, gather
 from srbval.report.findings.user_records import UserRecord, gather_user_records, user_record
-from srbval.report.html import render_html
-from srbval.report.model import Document, Report
 from srbval.report.pages import Page
-from srbval.report.pdf import require_typst
+from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report

@@ -17,22 +17,28 @@ from typing import Any, Self
 
 from srbval.bearing import Fault
 from srbval.models.run import USABLE
+from srbval.reading.analyse import Analysis
+from srbval.recordings import Origin
 from srbval.report.blocks import (
     Badge,
     Block,
     Callout,
     Cell,
     Column,
+    Explore,
     Figure,
+    FigureGrid,
     Listing,
     Paragraph,
+    Section,
     Table,
     Tone,
+    VerdictBox,
     format_value,
 )
-from srbval.report.figures.files import Drawing
-from srbval.report.inline import literal
-from srbval.report.model import Section
+from srbval.report.figures.style import Drawing
+from srbval.report.plain import literal
+from srbval.storage.stored_result import StoredResult
 
 Entry = Mapping[str, Any]
 
@@ -79,14 +85,23 @@ class Texts:
         items = (_render(item, values) for item in self._content["text"][name])
         return Listing(items=tuple(filter(None, items)))
 
+    def each(self, name: str, rows: Iterable[Any], /) -> tuple[str, ...]:
+        """The items of a list of texts for every `row`, those that come out empty left out."""
+        return tuple(item for row in rows for item in self.listing(name, row=row).items)
+
     def callout(self, name: str, /, *, tone: Tone, **values: Any) -> Callout:
         """A boxed remark."""
         entry = self._content["callout"][name]
         return Callout(tone=tone, title=_render(entry.get("title", ""), values), text=_render(entry["text"], values))
 
+    def verdict(self, tone: Tone, of: str = "", /, **values: Any) -> VerdictBox:
+        """The verdict with its text ``headline`` and its list ``points``, of the name `of` added."""
+        points = self.listing(f"points{of}", **values).items
+        return VerdictBox(tone=tone, headline=self.text(f"headline{of}", **values), points=points)
+
     def figure(
         self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None, suffix: str = ".svg",
-        **values: Any,
+        explore: Explore | None = None, **values: Any,
     ) -> Figure:  # fmt: skip
         """A figure with its label, caption and alt text; `id` is `name` unless given."""
         entry = self._content["figure"][name]
@@ -94,11 +109,19 @@ class Texts:
         source = Badge(badge) if badge else None
         return Figure(
             id=id or name, draw=draw, suffix=suffix, badge=source, synthetic=source is Badge.STAND_IN,
-            wide=entry.get("wide", True), label=label, caption=caption, alt=alt,
+            wide=entry.get("wide", True), label=label, caption=caption, alt=alt, explore=explore,
         )  # fmt: skip
 
-    def table(self, name: str, rows: Iterable[Any], /, *, further_notes: Iterable[str] = (), **values: Any) -> Table:
-        """A table of one row for each of `rows`; `further_notes` stand before its own."""
+    def grid(
+        self, name: str, figures: Iterable[Figure], /, label: str = "", *, columns: int = 2, **values: Any
+    ) -> FigureGrid:
+        """Panels with the text `name` as their common caption."""
+        return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
+
+    def table(
+        self, name: str, rows: Iterable[Any], /, *, id: str = "", further_notes: Iterable[str] = (), **values: Any
+    ) -> Table:
+        """A table of one row for each of `rows`; `further_notes` stand before its own, `id` is `name` unless given."""
         entry = self._content["table"][name]
         entry = self._content["table"].get(entry.get("like"), {}) | entry
         columns = list(_columns(entry["columns"], values))
@@ -106,11 +129,17 @@ class Texts:
         if "note-for" in entry:
             notes += [_render(entry["note"], {**values, "item": item}) for item in _value(entry["note-for"], values)]
         return Table(
-            id=name,
+            id=id or name,
             label=_render(entry.get("label", ""), values),
             caption=_render(entry["caption"], values),
-            columns=tuple(_heading(column, given) for column, given in columns),
-            rows=[[_cell(column, given | {"row": row}) for column, given in columns] for row in rows],
+            columns=tuple(
+                Column(
+                    title=_render(column["title"], given),
+                    **{key: column[key] for key in ("unit", "format", "timed") if key in column},
+                )
+                for column, given in columns
+            ),
+            rows=tuple(tuple(_cell(column, given | {"row": row}) for column, given in columns) for row in rows),
             notes=tuple(filter(None, (*further_notes, *notes))),
         )
 
@@ -121,15 +150,6 @@ def _columns(entries: Iterable[Entry], values: Mapping[str, Any]) -> Iterator[tu
         columns = list(group)
         for item in _value(items, values) if items else (None,):
             yield from ((column, {**values, "item": item}) for column in columns)
-
-
-def _heading(entry: Entry, values: Mapping[str, Any]) -> Column:
-    return Column(
-        title=_render(entry["title"], values),
-        unit=entry.get("unit", ""),
-        format=entry.get("format", ""),
-        timed=entry.get("timed", False),
-    )
 
 
 def _cell(entry: Entry, values: Mapping[str, Any]) -> Cell:
@@ -146,10 +166,6 @@ def _cell(entry: Entry, values: Mapping[str, Any]) -> Cell:
 
 def _render(source: str, values: Mapping[str, Any]) -> str:
     return str(_template(source).render(values))
-
-
-def _value(expression: str, values: Mapping[str, Any]) -> Any:
-    return _expression(expression)(**values)
 
 
 @lru_cache(maxsize=1)
@@ -170,14 +186,48 @@ def _template(source: str) -> Any:
 
 @cache
 def _expression(source: str) -> Any:
+    return _environment().compile_expression(source, undefined_to_none=False)
+
+
+def _value(source: str, values: Mapping[str, Any]) -> Any:
     from jinja2 import Undefined
 
-    compiled = _environment().compile_expression(source, undefined_to_none=False)
+    found = _expression(source)(**values)
+    if isinstance(found, Undefined):
+        raise KeyError(f"{source!r} names nothing that the table has.")
+    return found
 
-    def value(**values: Any) -> Any:
-        found = compiled(**values)
-        if isinstance(found, Undefined):
-            raise KeyError(f"{source!r} names nothing that the table has.")
-        return found
 
-    return value
+STORED = Texts("stored")
+SIDE_NAME = {
+    Origin.MEASURED: "rig",
+    Origin.SIMULATED: "model",
+    Origin.STAND_IN: "SYNTHETIC STAND-IN, not a measurement",
+}
+FETCH_COMMAND = "srbval data fetch torino-excerpts"
+VERDICT_TONE = {"resolved": "warning", "agrees": "good", "undecided": "neutral", "insufficient data": "neutral"}
+
+
+def badge_of(analysis: Analysis) -> Badge:
+    """Badge of what an analysis was made from."""
+    return Badge(analysis.recording.origin.value)
+
+
+def side_of(analysis: Analysis) -> str:
+    """Which side of a comparison an analysis is, in words."""
+    return SIDE_NAME[analysis.recording.origin]
+
+
+def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
+    """The states of a side that are stand-ins, in words."""
+    return [state.label for state, analysis in side.items() if analysis.recording.origin is Origin.STAND_IN]
+
+
+def origin_of(result: StoredResult) -> Paragraph:
+    """Machine, date, revision and command of a stored result, and whether it is stale."""
+    return STORED.paragraph("origin", origin=result.origin, stale=result.stale)
+
+
+def missing(name: str) -> Callout:
+    """What stands in place of a result that is not there."""
+    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval study run {name}")

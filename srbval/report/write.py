@@ -2,15 +2,13 @@
 
 import os
 import tempfile
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES, Cell, Column, Table
-from srbval.report.html import render_html
-from srbval.report.model import Document, Report
-from srbval.report.pdf import render_pdf, require_typst
+from srbval.report.blocks import FIGURES, Cell, Column, Document, Report
+from srbval.report.renderers import render_html, render_pdf, require_typst
 from srbval.storage.json_files import write_json
 
 FORMATS = ("html", "pdf", "json")
@@ -46,17 +44,30 @@ def write_report(
 
 
 def _write(report: Report, folder: Path, wanted: tuple[str, ...], appendix: bool) -> dict[str, Path]:
-    parts = {kind: (Document.MAIN, kind) for kind in wanted}
-    if appendix:
-        parts |= {f"appendix_{kind}": (Document.APPENDIX, kind) for kind in wanted if kind != "json"}
-    with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=_nearest_existing(folder)) as name:
+    documents = (Document.MAIN, Document.APPENDIX) if appendix else (Document.MAIN,)
+    made = {}
+    existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())
+    # on the file system of the folder, so that moving is atomic
+    with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
         stage = Path(name)
-        documents = (Document.MAIN, Document.APPENDIX) if appendix else (Document.MAIN,)
         draw_figures(report, stage, documents)
-        for document, kind in parts.values():
-            _render(report, document, kind, stage, documents)
-        _move(stage, folder)
-    return {name: folder / f"{document}.{kind}" for name, (document, kind) in parts.items()}
+        for document in documents:
+            for kind in wanted:
+                target = stage / f"{document}.{kind}"
+                if kind == "html":
+                    target.write_text(render_html(report, stage, document, with_appendix=appendix), encoding="utf-8")
+                elif kind == "pdf":
+                    target.write_bytes(render_pdf(report, stage, document, with_appendix=appendix))
+                elif document is Document.MAIN:
+                    write_json(target, report_data(report, documents))
+                else:
+                    continue
+                made[kind if document is Document.MAIN else f"appendix_{kind}"] = folder / target.name
+        for path in sorted(path for path in stage.rglob("*") if path.is_file()):
+            moved = folder / path.relative_to(stage)
+            moved.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(path, moved)
+    return made
 
 
 def draw_figures(report: Report, folder: Path, documents: Iterable[Document]) -> None:
@@ -64,29 +75,6 @@ def draw_figures(report: Report, folder: Path, documents: Iterable[Document]) ->
     for document in documents:
         for figure in report.figures(document):
             figure.draw(folder / FIGURES, figure.id)
-
-
-def _render(report: Report, document: Document, kind: str, stage: Path, made: Collection[Document]) -> None:
-    target, both = stage / f"{document}.{kind}", len(made) > 1
-    if kind == "html":
-        target.write_text(render_html(report, stage, document, with_appendix=both), encoding="utf-8")
-    elif kind == "pdf":
-        target.write_bytes(render_pdf(report, stage, document, with_appendix=both))
-    else:
-        write_json(target, report_data(report, made))
-
-
-def _move(stage: Path, folder: Path) -> None:
-    for path in sorted(p for p in stage.rglob("*") if p.is_file()):
-        target = folder / path.relative_to(stage)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(path, target)
-
-
-def _nearest_existing(folder: Path) -> Path:
-    """`folder` or its nearest ancestor that exists: on the same file system, so that moving is atomic."""
-    resolved = folder.resolve()
-    return next(p for p in (resolved, *resolved.parents) if p.is_dir())
 
 
 def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> dict[str, Any]:
@@ -101,28 +89,30 @@ def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> d
             "label": figure.label,
             "caption": figure.caption,
             "alt": figure.alt,
-            "file": figure.picture_name,
-            "data": figure.data_name,
+            "file": figure.files["picture"],
+            "data": figure.files["data"],
             "synthetic": figure.synthetic,
         }
         for figure in report.figures()
         if figure.id in drawn
     ]
-    return {**report.data, "tables": [_table(table) for table in report.tables()], "figures": figures}
-
-
-def _table(table: Table) -> dict[str, Any]:
-    return {
-        "id": table.id,
-        "label": table.label,
-        "caption": table.caption,
-        "columns": [{"title": c.title, "unit": c.unit, "format": c.format, "timed": c.timed} for c in table.columns],
-        "rows": [[_cell(cell, c) for cell, c in zip(row, table.columns, strict=True)] for row in table.cells],
-    }
+    tables = [
+        {
+            "id": table.id,
+            "label": table.label,
+            "caption": table.caption,
+            "columns": [
+                {"title": c.title, "unit": c.unit, "format": c.format, "timed": c.timed} for c in table.columns
+            ],
+            "rows": [[_cell(cell, c) for cell, c in zip(row, table.columns, strict=True)] for row in table.rows],
+        }
+        for table in report.tables()
+    ]
+    return {**report.data, "tables": tables, "figures": figures}
 
 
 def _cell(cell: Cell, column: Column) -> dict[str, Any]:
     """The value, and what else is known of it."""
-    value = None if column.timed else cell.value
     further = {"ci95": cell.ci95, "badge": cell.badge, "tone": cell.tone, "note": cell.note}
+    value = None if column.timed else cell.value
     return {"value": value} | {key: known for key, known in further.items() if known not in (None, "")}

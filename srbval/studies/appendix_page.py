@@ -3,11 +3,9 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from srbval.report.blocks import Block
-from srbval.report.model import Section
+from srbval.report.blocks import Block, Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 
 def appendix_page(

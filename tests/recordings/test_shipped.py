@@ -16,7 +16,7 @@ from srbval.recordings import Origin, SpeedSource, load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, healthy_baseline, lookup, rig_recordings
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.report.findings.gather import choose_rig_recordings
+from srbval.report.findings.findings import choose_rig_recordings
 from srbval.report.findings.provenance import provenance
 from srbval.storage.installation import shipped_folder
 

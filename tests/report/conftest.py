@@ -24,16 +24,17 @@ from srbval.report.blocks import (
     KeyValues,
     Listing,
     Paragraph,
+    Report,
+    Section,
     Table,
     Tone,
+    VerdictBox,
 )
-from srbval.report.figures.signals import acceleration_panel
-from srbval.report.figures.spectrum import spectrum_panel
-from srbval.report.findings import gather as gathering
+from srbval.report.figures.signals import acceleration_panel, spectrum_panel
+from srbval.report.findings import findings as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
-from srbval.report.inline import literal
-from srbval.report.model import Report, Section, VerdictBox
+from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages
@@ -62,23 +63,16 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
 
 
 @pytest.fixture(scope="session")
-def alone(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """A report of the same runs with no recording of the rig, but one of another rig under a hostile name."""
-    runs = dict(with_rig.findings.runs)
-    cases = [SimpleNamespace(id=fact["id"], purpose=fact["purpose"]) for fact in with_rig.findings.run_facts]
-    kept = [case for case in cases if not case.id.startswith("counterpart")]
+def hostile(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A report of the same runs with no recording of the rig, in which every text that a file may bring is hostile."""
+    facts = [fact for fact in with_rig.findings.run_facts if not fact["id"].startswith("counterpart")]
+    runs = {fact["id"]: with_rig.findings.runs[fact["id"]] for fact in facts}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        patch.setattr(gathering, "_simulate", lambda *_: (kept, {case.id: runs[case.id] for case in kept}))
+        patch.setattr(gathering, "_simulate", lambda *_: (runs, facts))
         found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("stand-ins"), pages=pages())
-        return written(found, tmp_path_factory.mktemp("alone"))
-
-
-@pytest.fixture(scope="session")
-def hostile(alone: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """A whole report in which every text that a recording may bring is hostile."""
-    return written(with_hostile_names(alone.findings), tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
+    return written(with_hostile_names(found), tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:
@@ -131,16 +125,19 @@ def table() -> Table:
             Column(title="Deviation", unit="%", format="+.2f"),
             Column(title="Verdict"),
         ),
-        rows=(
-            (
-                "outer",
-                96.79,
-                Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997"),
-                0.2149,
-                Cell(value="within", tone=Tone.GOOD),
-            ),
-            ("inner", 128.04, float("nan"), -0.164, Cell(value="outside", tone=Tone.BAD)),
-            (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
+        rows=tuple(
+            tuple(cell if isinstance(cell, Cell) else Cell(value=cell) for cell in row)
+            for row in (
+                (
+                    "outer",
+                    96.79,
+                    Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997"),
+                    0.2149,
+                    Cell(value="within", tone=Tone.GOOD),
+                ),
+                ("inner", 128.04, float("nan"), -0.164, Cell(value="outside", tone=Tone.BAD)),
+                (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
+            )
         ),
         notes=("Deviation from **kinematics**.",),
     )
@@ -153,7 +150,7 @@ def report(panels: tuple[Figure, ...], table: Table) -> Report:
         Paragraph("Text with **weight** and `code`."),
         Paragraph(literal(HOSTILE)),
         Paragraph("A" * 10_000),
-        Listing(("first", "second"), numbered=True),
+        Listing(("first", "second")),
         Callout(Tone.WARNING, "A stand-in.", title="Mind:"),
         Command("srbval report -o out"),
         KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),

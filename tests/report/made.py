@@ -20,9 +20,9 @@ from srbval.bearing import Fault
 from srbval.comparison.other_rigs import OtherRecord
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import dataset
+from srbval.report.blocks import Report
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordKurtogram, RecordView
-from srbval.report.model import Report
 from srbval.report.sections.assemble import assemble
 
 PACKAGE = Path(srbval.__file__).parent

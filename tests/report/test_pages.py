@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from srbval.report.blocks import Callout, Figure, Table
-from srbval.report.model import Section
+from srbval.report.blocks import Callout, Figure, Section, Table
 from srbval.report.pages import Page, StoredResults, in_order, joined_data, results_of
 from srbval.report.write import report_data
 from srbval.studies.harness import pages

@@ -6,7 +6,6 @@ Chromium is driven through Playwright: one on the PATH, one named by SRBVAL_CHRO
 
 from __future__ import annotations
 
-import itertools
 import os
 import shutil
 from collections.abc import Iterator
@@ -17,10 +16,8 @@ import pytest
 
 from .made import Made
 
-WIDTHS = (390, 1400)
-NARROWEST = 360
-BRIEFLY = ((390, "dark"), (1400, "light"))  # of the appendix, whose hundreds of rows take long
-DOCUMENTS = ("html", "appendix_html")
+LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
+PAGES = (("hostile", "html"), ("with_rig", "appendix_html"))  # every kind of block, stand-ins and measured records
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.
 CUT = """() => {
@@ -86,56 +83,33 @@ def violations(page: Any) -> list[str]:
     return [f"{v['id']}: {v['help']}: {v['nodes'][0]['html'][:200]} ({len(v['nodes'])})" for v in found]
 
 
-@pytest.fixture(scope="session", params=[f"{report}, {d}" for report in ("hostile names", "rig") for d in DOCUMENTS])
-def whole(request: pytest.FixtureRequest) -> Path:
-    """A page of a whole report."""
-    report, document = request.param.split(", ")
-    made: Made = request.getfixturevalue("with_rig" if report == "rig" else "hostile")
-    return made.files[document]
-
-
-def test_axe_finds_nothing(chromium: Any, whole: Path) -> None:
-    """In light and dark, wide and narrow, with every chart opened for zooming."""
-    with Visit(chromium, whole) as visit:
-        for button in visit.page.locator("button.open").all():
-            button.click()
-        for width, scheme in BRIEFLY if whole.stem == "appendix" else itertools.product(WIDTHS, ("light", "dark")):
+@pytest.mark.parametrize(("report", "document"), PAGES)
+def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(
+    chromium: Any, request: pytest.FixtureRequest, report: str, document: str
+) -> None:
+    """Wide and narrow, light and dark, before and after every chart is opened for zooming."""
+    made: Made = request.getfixturevalue(report)
+    with Visit(chromium, made.files[document]) as visit:
+        for width, scheme in LOOKS:
             visit.page.set_viewport_size({"width": width, "height": 1000})
             visit.page.emulate_media(color_scheme=scheme)
+            assert visit.page.evaluate(CUT) == [], width
+            for button in visit.page.locator("button.open").all() if scheme == LOOKS[0][1] else ():
+                button.click()
+            assert visit.page.evaluate(CUT) == [], width
             assert violations(visit.page) == [], (width, scheme)
+        assert visit.page.evaluate(BROKEN) == []
         assert visit.complaints == []
 
 
-def test_the_answer_comes_before_the_contents(chromium: Any, with_rig: Made) -> None:
+def test_the_answer_comes_before_the_contents(chromium: Any, hostile: Made) -> None:
     """On a telephone, and in the order in which the page is read aloud."""
-    with Visit(chromium, with_rig.files["html"], viewport={"width": 390, "height": 844}) as visit:
+    with Visit(chromium, hostile.files["html"], viewport={"width": 390, "height": 844}) as visit:
         tops = [visit.page.locator(what).bounding_box()["y"] for what in ("h1", "#verdict", "nav", "#records-section")]
         assert tops == sorted(tops)
         assert visit.page.evaluate(
             "document.querySelector('#verdict').compareDocumentPosition(document.querySelector('nav')) & 4"
         )
-
-
-def test_each_document_leads_to_the_other(chromium: Any, with_rig: Made) -> None:
-    for kind in DOCUMENTS:
-        with Visit(chromium, with_rig.files[kind]) as visit:
-            links = visit.page.evaluate("[...document.querySelectorAll('a[href*=\".html\"]')].map((a) => a.href)")
-            assert len(links) > 3
-            for link in links:
-                file, _, anchor = link.removeprefix("file://").partition("#")
-                page = Path(file).read_text(encoding="utf-8")
-                assert not anchor or f'id="{anchor}"' in page, link
-
-
-@pytest.mark.parametrize("width", [NARROWEST, WIDTHS[1]])
-def test_nothing_is_cut_asked_for_or_complained_of(chromium: Any, whole: Path, width: int) -> None:
-    with Visit(chromium, whole, viewport={"width": width, "height": 900}) as visit:
-        assert visit.page.evaluate(CUT) == []
-        for button in visit.page.locator("button.open").all():
-            button.click()
-        assert visit.page.evaluate(CUT) == []
-        assert visit.page.evaluate(BROKEN) == []
-        assert visit.complaints == []
 
 
 def test_without_scripts_everything_is_there(chromium: Any, hostile: Made) -> None:
@@ -183,11 +157,7 @@ def test_the_pointer_zooms_and_reads(chromium: Any, hostile: Made) -> None:
         page.mouse.up()
         shown = [float(t) for t in plot.locator("text").all_text_contents() if t.replace(".", "").isdigit()]
         assert max(shown) < 400
-
-
-def test_on_paper_there_are_no_controls(chromium: Any, hostile: Made) -> None:
-    with Visit(chromium, hostile.files["html"]) as visit:
-        visit.page.emulate_media(media="print")
-        assert not visit.page.locator("nav").is_visible()
-        assert not visit.page.locator("button.open").first.is_visible()
-        assert visit.page.locator("#fig12a img").is_visible()
+        page.emulate_media(media="print")  # on paper there are no controls
+        assert not page.locator("nav").is_visible()
+        assert not page.locator("button.open").first.is_visible()
+        assert page.locator("#fig12a img").is_visible()

@@ -6,7 +6,6 @@ import dataclasses
 import functools
 import json
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +17,13 @@ from srbval.diagnosis.baseline_comparison import OTHER_CONDITIONS
 from srbval.errors import ConfigurationError
 from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed
-from srbval.report.blocks import Tone
+from srbval.report.blocks import Report, Tone
 from srbval.report.findings.records import first_lines
 from srbval.report.findings.user_records import NotDetected, UserRecord, gather_user_records
-from srbval.report.model import Report
 from srbval.report.reports import write_plot
 from srbval.report.sections.user_report import assemble_user_report
 from tests.reading.test_shaft_speed import BEARING, record
-from tests.report.test_report_pdf import unpacked
+from tests.report.test_report_files import unpacked
 
 MOST_PAGES = 5
 
@@ -44,81 +42,74 @@ def gathered(*recordings: Recording, **options: Any) -> tuple[UserRecord, ...]:
 
 
 @functools.cache
-def held() -> tuple[UserRecord, ...]:
-    return gathered(faulted(), healthy=healthy())
+def compared() -> UserRecord:
+    """A faulted record beside a healthy one."""
+    return gathered(faulted(), healthy=healthy())[0]
 
 
-def assembled(records: Sequence[UserRecord]) -> Report:
+def assembled(*records: UserRecord) -> Report:
     return assemble_user_report(records, command="srbval report", provenance={})
 
 
-def test_against_a_healthy_record_the_fault_is_named_first() -> None:
-    report = assembled(held())
+def test_against_a_healthy_record_the_fault_is_named_first_with_its_probability() -> None:
+    own, report = compared(), assembled(compared())
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
     assert report.data["records"][0].call.called is Fault.INNER
-
-
-def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> None:
-    report = assembled(held())
-    naming = held()[0].naming
-    assert naming is not None
-    assert naming.state == "inner"
+    assert own.naming is not None
+    assert own.naming.state == "inner"
     said = next(point for point in report.verdict.points if "By the record alone" in point)
     words = {"outer": "outer race", "inner": "inner race", "roller": "rolling element", "other": "something else"}
-    for name, share in naming.probabilities.items():
+    for name, share in own.naming.probabilities.items():
         assert f"{words.get(name, name)} {100 * share:.0f} %" in " ".join(said.split())
     assert "Named: inner race" in said
 
 
 def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    record = held()[0]
-    assert record.naming is not None
-    doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
+    own = compared()
+    assert own.naming is not None
+    doubted = dataclasses.replace(own, naming=dataclasses.replace(own.naming, state="undecided"))
     for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
         monkeypatch.setattr("srbval.report.findings.user_records.is_fault_like", lambda *_, deep=deep: deep)
-        assert assembled([doubted]).verdict.headline.startswith(f"{said}: the BPFI line")
+        assert assembled(doubted).verdict.headline.startswith(f"{said}: the BPFI line")
 
 
-def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
-    records = gathered(faulted())
-    report = assembled(records)
+def test_without_one_a_line_is_a_sign_no_fault_is_called_and_two_recordings_are_told_apart() -> None:
+    own, other = records = gathered(faulted(), faulted(name="the other"))
+    report = assembled(own)
     assert report.verdict.tone is Tone.WARNING
     assert report.verdict.headline.startswith("Sign of a fault of the inner race")
-    assert records[0].call.called is None
-    assert any(
-        "No healthy record was given" in item for s in report.sections if s.id == "limits" for item in s.blocks[0].items
-    )
+    assert own.call.called is other.call.called is None
+    limits = next(section for section in report.sections if section.id == "limits")
+    assert any("No healthy record was given" in item for item in limits.blocks[0].items)
+    both = assembled(*records)
+    assert both.sections[0].id == "overview"
+    assert {"spectrum-1", "spectrum-2"} <= {section.id for section in both.sections}
+    assert both.verdict.headline == "Signs of a fault in 2 of 2 recordings"
 
 
 def test_a_healthy_record_shows_no_fault() -> None:
     other = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=4), name="another")
-    records = gathered(other, healthy=healthy())
-    assert assembled(records).verdict.headline.startswith("No fault is called")
+    assert assembled(*gathered(other, healthy=healthy())).verdict.headline.startswith("No fault is called")
 
 
 def test_every_line_is_either_seen_or_has_a_reason() -> None:
-    for own in held():
-        seen = {line.name for line in first_lines(own.analysis) if line.detected}
-        assert seen | {line.name for line, _ in own.not_detected} == {"BPFO", "BPFI", "2xBSF", "FTF"}
-        assert not seen & {line.name for line, _ in own.not_detected}
-
-
-def test_a_line_above_a_narrow_band_is_out_of_reach() -> None:
-    records = gathered(faulted(), band_hz=(1000.0, 1100.0))
-    assert {line.name: why for line, why in records[0].not_detected}["BPFI"] is NotDetected.OUT_OF_REACH
+    own = compared()
+    seen = {line.name for line in first_lines(own.analysis) if line.detected}
+    unseen = [line.name for line, _ in own.not_detected]
+    assert sorted([*seen, *unseen]) == ["2xBSF", "BPFI", "BPFO", "FTF"]
+    (narrow,) = gathered(faulted(), band_hz=(1000.0, 1100.0))
+    assert {line.name: why for line, why in narrow.not_detected}["BPFI"] is NotDetected.OUT_OF_REACH
 
 
 def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why() -> None:
-    elsewhere = healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0)
-    records = gathered(faulted(), healthy=elsewhere)
-    call = records[0].call
-    assert call.ratio is not None
-    assert call.ratio_ci95 is not None
-    assert call.ratio / call.ratio_ci95[0] >= OTHER_CONDITIONS
-    assert records[0].baseline.conditions == ("1200 rpm instead of 1500 rpm",)
-    points = assembled(records).verdict.points
-    assert any("Less certain" in point and "1200 rpm" in point for point in points)
+    (own,) = gathered(faulted(), healthy=healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0))
+    assert own.call.ratio is not None
+    assert own.call.ratio_ci95 is not None
+    assert own.call.ratio / own.call.ratio_ci95[0] >= OTHER_CONDITIONS
+    assert own.baseline is not None
+    assert own.baseline.conditions == ("1200 rpm instead of 1500 rpm",)
+    assert any("Less certain" in point and "1200 rpm" in point for point in assembled(own).verdict.points)
 
 
 def test_the_record_itself_is_no_baseline() -> None:
@@ -126,41 +117,36 @@ def test_the_record_itself_is_no_baseline() -> None:
         gathered(faulted(sha256="a"), healthy=healthy(sha256="a"))
 
 
-def test_two_recordings_are_told_apart() -> None:
-    records = gathered(faulted(), faulted(name="the other"))
-    report = assembled(records)
-    assert report.sections[0].id == "overview"
-    assert {"spectrum-1", "spectrum-2"} <= {section.id for section in report.sections}
-    assert report.verdict.headline == "Signs of a fault in 2 of 2 recordings"
-
-
-def test_options_about_files_need_a_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["report", "--healthy", "healthy.csv"]) == 2
-    assert "name it too" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["report", "--healthy", "healthy.csv"], "name it too"),
+        (["analyse", "nowhere.csv", "--plot", "picture.tiff"], ".png, .svg, .html"),
+    ],
+)
+def test_options_that_fit_nothing_are_refused_before_anything_is_read(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.recordings
 @pytest.mark.parametrize(
-    ("file", "baseline", "expected"),
+    ("file", "baseline", "expected", "line"),
     [
-        ("cwru/109_IR007_0_48kDE.mat", "cwru/97_Normal_0_48kDE.mat", "Inner race fault"),
-        ("mfpt/OuterRaceFault_vload_5.mat", None, "Sign of a fault of the outer race"),
+        ("cwru/109_IR007_0_48kDE.mat", "cwru/97_Normal_0_48kDE.mat", "Inner race fault", "bpfi"),
+        ("mfpt/OuterRaceFault_vload_5.mat", None, "Sign of a fault of the outer race", "bpfo"),
     ],
 )
 def test_a_published_record_in_five_pages(
-    file: str,
-    baseline: str | None,
-    expected: str,
-    recordings_dir: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    file: str, baseline: str | None, expected: str, line: str, recordings_dir: Path, tmp_path: Path
 ) -> None:
     more = ["--healthy", str(recordings_dir / baseline)] if baseline else []
     assert main(["report", str(recordings_dir / file), *more, "-o", str(tmp_path), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["html"]
     found = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert found["headline"]["text"].startswith(expected)
-    model, line = found["records"][0]["model"], "bpfi" if "inner" in file.lower() or "IR" in file else "bpfo"
+    model = found["records"][0]["model"]
     assert model["model"] == "planar"
     (read,) = (x for x in found["records"][0]["lines"] if x["name"] == line.upper() and x["harmonic"] == 1)
     assert model[f"{line}_hz"] == pytest.approx(read["kinematic_hz"], rel=1e-3)
@@ -172,13 +158,7 @@ def test_a_published_record_in_five_pages(
 
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")])
 def test_one_picture_in_each_format(suffix: str, start: bytes, tmp_path: Path) -> None:
-    own = held()[0]
-    path = tmp_path / f"picture{suffix}"
+    own, path = compared(), tmp_path / f"picture{suffix}"
     write_plot(own.analysis, path, baseline=own.baseline)
     assert path.read_bytes().startswith(start)
     assert [found.name for found in tmp_path.iterdir()] == [path.name]
-
-
-def test_a_picture_in_another_format_is_refused_before_anything_is_read(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["analyse", "nowhere.csv", "--plot", "picture.tiff"]) == 2
-    assert ".png, .svg, .html" in capsys.readouterr().err

@@ -1,14 +1,14 @@
 """The bearing as the model has it: a section, its point clouds, all of it, the scene along the shaft, the load zone."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
+from srbval.models.full.point_cloud import Circle as PointCircle
 from srbval.report.figures.style import (
     BLUE,
     INK,
@@ -16,19 +16,20 @@ from srbval.report.figures.style import (
     SOFT,
     VERMILION,
     WIDE,
+    Drawn,
     legend_above,
     new_axes,
     new_figure,
     panel,
 )
-from srbval.report.findings.bearing_views import DEFECT_CIRCLE, BearingViews, LoadZone, RacewayCircle
+from srbval.report.findings.bearing_views import DEFECT_CIRCLE, BearingViews, LoadZone
 from srbval.scene import Scene
 
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
 PIXELS_PER_INCH = 130  # of the three-dimensional picture
 NEAR_MM = 22.0  # shown either side of a defect
-CIRCLE_COLUMNS = ("raceway", "circle", "radius_m", "height_m")
 SENSOR_RAD = np.pi / 4
+Circles = Mapping[tuple[str, float], PointCircle]  # see `BearingViews`
 STRETCH_DEG = 12.0
 LIGHT = "#a9cfe6"
 LOADED = 0.25  # of the largest mean force: what counts as the load zone
@@ -43,9 +44,7 @@ def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> Fl
 
 
 @panel()
-def axial_section(
-    geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle]
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def axial_section(geometry: SphericalRollerGeometry, circles: Circles) -> Drawn:
     """The paper's Figure 1: upper half of a section in the shaft's plane, with the circles of contact points."""
     figure, axes = new_axes(SECTION_INCHES)
     for side in (1, -1):
@@ -54,10 +53,12 @@ def axial_section(
     outer = geometry.outer_diameter_m / 2 * 1e3
     axes.set(aspect="equal", xlabel="Along the shaft, mm", ylabel="From the shaft's axis, mm",
              xlim=(-112, 168), ylim=(92, outer + 6))  # fmt: skip
-    return figure, {key: [getattr(c, key) for c in circles] for key in CIRCLE_COLUMNS}
+    raceways, numbers = zip(*circles, strict=True)
+    places = {key: [getattr(circle, key) for circle in circles.values()] for key in ("radius_m", "height_m")}
+    return figure, {"raceway": raceways, "circle": numbers} | places
 
 
-def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle], side: int) -> None:
+def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Circles, side: int) -> None:
     """Races and roller of the row at `side` (1: right) of the middle."""
     alpha, raceway = geometry.tilt_rad, geometry.raceway_radius_m
     reach = np.linspace(0.0, min(1.9 * alpha, math.asin(geometry.width_m / 2 / raceway)), 60)
@@ -72,8 +73,8 @@ def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Sequence[Ra
     axes.plot(side * inner_z * 1e3, inner * 1e3, color=SOFT, lw=0.8)
     z, r = _outline(geometry)
     axes.fill(side * z * 1e3, r * 1e3, fc="#cfe3f2", ec=INK, lw=1.0, zorder=3)
-    for circle in circles:
-        colour = VERMILION if circle.raceway == "outer" else ORANGE
+    for (race, _), circle in circles.items():
+        colour = VERMILION if race == "outer" else ORANGE
         axes.plot(side * circle.height_m * 1e3, circle.radius_m * 1e3, "o", color=colour, ms=4, zorder=5)
 
 
@@ -112,7 +113,7 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
 
 
 @panel()
-def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
+def defect_cloud(views: BearingViews) -> Drawn:
     """The paper's Figure 5: the points of one row of a raceway about its defect, seen flat and from the side."""
     figure = new_figure(CLOUD_INCHES)
     flat, side = figure.subplots(1, 2)
@@ -136,9 +137,7 @@ def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
 
 
 @panel(".png")
-def whole_bearing(
-    geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def whole_bearing(geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float) -> Drawn:
     """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions.
 
     `defect_rad`: where the outer race's middle circle of row 1 is raised.
@@ -151,7 +150,7 @@ def whole_bearing(
         for angle in angles:
             axes.plot_surface(*_surface(geometry, angle, sign), color="#9cc7e6", lw=0, alpha=0.9, shade=True)
         _scatter(axes, views.circles, sign)
-    circle = next(c for c in views.circles if (c.raceway, c.circle) == ("outer", DEFECT_CIRCLE))
+    circle = views.circles["outer", DEFECT_CIRCLE]
     at = np.array([circle.radius_m * math.cos(defect_rad), circle.radius_m * math.sin(defect_rad)]) * 1e3
     axes.plot([at[0]], [circle.height_m * 1e3], [at[1]], "*", color=VERMILION, ms=14, mec="white", zorder=99)
     axes.set(xlim=(-150, 150), ylim=(-150, 150), zlim=(-150, 150))
@@ -178,18 +177,16 @@ def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tupl
     return x * 1e3, axial * 1e3, z * 1e3
 
 
-def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
+def _scatter(axes: Any, circles: Circles, sign: int) -> None:
     turn = np.linspace(0, 2 * np.pi, 160, endpoint=False)
-    for circle in circles:
-        colour = SOFT if circle.raceway == "outer" else ORANGE
+    for (race, _), circle in circles.items():
+        colour = SOFT if race == "outer" else ORANGE
         axes.scatter(circle.radius_m * np.cos(turn) * 1e3, np.full(turn.size, sign * circle.height_m * 1e3),
                      circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
 
 
 @panel()
-def bearing_scene(
-    scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def bearing_scene(scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone) -> Drawn:
     """One row of rollers of `scene`, whose defect is in the outer race.
 
     Angles are counter-clockwise from the right; the load pushes the outer ring, so that the load zone lies opposite.
@@ -273,7 +270,7 @@ def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
 
 
 @panel()
-def load_zone(zone: LoadZone) -> tuple[Any, Mapping[str, ArrayLike]]:
+def load_zone(zone: LoadZone) -> Drawn:
     """The force of every roller on either race at every moment kept."""
     order = np.argsort(zone.angle_deg)
     angle, outer, inner = zone.angle_deg[order], zone.outer_n[order] / 1e3, zone.inner_n[order] / 1e3

@@ -6,11 +6,10 @@ import numpy as np
 
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.report.figures.files import extreme_indices
-from srbval.report.figures.signals import draw_acceleration
-from srbval.report.figures.spectrum import ORDER_LABEL_POINTS, draw_spectrum
+from srbval.report.figures.signals import ORDER_LABEL_POINTS, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import (
     BLUE,
+    extreme_indices,
     figure_style,
     legend_above,
     new_figure,

@@ -1,16 +1,23 @@
-"""The look of the figures: one style file, one colour and one line style for each origin."""
+"""The look of the figures, and a panel's files: the picture and, beside it, the plotted data as CSV.
+
+One style file, one colour and one line style for each origin; fewer digits and points for pictures and data.
+"""
 
 import functools
+import io
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ParamSpec
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from srbval.report.figures.files import Drawing, PanelFiles, picture_bytes, save_panel
+from srbval.arrays import FloatArray
 
 P = ParamSpec("P")
 
@@ -23,6 +30,101 @@ TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
 INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
 STAMP, STAMP_RED = "SYNTHETIC STAND-IN", "#a3161f"
+BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
+
+
+@dataclass(frozen=True)
+class PanelFiles:
+    """Where a panel's picture and its data were written."""
+
+    picture: Path
+    data: Path
+
+
+Drawn = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
+Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
+
+
+def save_panel(
+    figure: Any, folder: Path, name: str, columns: Mapping[str, ArrayLike], suffix: str = ".svg"
+) -> PanelFiles:
+    """Write ``folder/name.svg`` (or ``.png``) and ``folder/name.csv``; the folder is made if need be.
+
+    `columns` maps a unit-named column to its values, all of one length. The same figure gives the same
+    bytes: no date is stored.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    files = PanelFiles(picture=folder / f"{name}{suffix}", data=folder / f"{name}.csv")
+    files.picture.write_bytes(picture_bytes(figure, suffix))
+    write_csv(files.data, columns)
+    return files
+
+
+def picture_bytes(figure: Any, suffix: str) -> bytes:
+    """A figure as SVG (``.svg``) or PNG; call it in the style that the figure was drawn in.
+
+    The SVG has coordinates to a hundredth of a point and no names nobody asks for: a smaller file.
+    """
+    buffer = io.BytesIO()
+    if suffix != ".svg":
+        figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
+        return buffer.getvalue()
+    figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = re.sub(rb' d="[^"]*"', lambda path: _short(path[0]), buffer.getvalue())
+    text = re.sub(rb'( [xy]|translate\()(="|)([^")]*)', lambda m: m[1] + m[2] + _short(m[3]), text)
+    used = set(re.findall(rb"#([\w.-]+)", text))
+    text = re.sub(rb' id="([^"]*)"', lambda name: name[0] if name[1] in used else b"", text)
+    return re.sub(rb">\s*\n\s*<", b">\n<", text)
+
+
+def _short(path: bytes) -> bytes:
+    return re.sub(rb"\s*\n", b" ", re.sub(rb"(\.\d\d)\d+", rb"\1", path))
+
+
+def rounded(values: FloatArray) -> FloatArray:
+    """Values to four significant digits, for data that are many and only looked at."""
+    with np.errstate(divide="ignore"):
+        digits = 3 - np.floor(np.log10(np.abs(values)))
+    scale = 10.0 ** np.where(np.isfinite(digits), digits, 0)
+    return np.asarray(np.round(values * scale) / scale)
+
+
+def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
+    """Indices of the least and greatest value of each of `bins` equal stretches, ascending.
+
+    A line through them covers the same pixels as one through all samples. Fewer than 2 `bins` samples
+    are all kept.
+    """
+    n = len(values)
+    if n <= 2 * bins:
+        return np.arange(n)
+    edges = np.linspace(0, n, bins + 1).astype(int)
+    kept = {0, n - 1}
+    for start, stop in pairwise(edges):
+        kept |= {start + int(values[start:stop].argmin()), start + int(values[start:stop].argmax())}
+    return np.array(sorted(kept))
+
+
+def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int) -> tuple[FloatArray, FloatArray]:
+    """A spectrum above zero up to `end_hz`, thinned by `extreme_indices`."""
+    inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
+    frequency, height = frequency_hz[inside], amplitude[inside]
+    kept = extreme_indices(height, bins)
+    return frequency[kept], height[kept]
+
+
+def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> None:
+    """Write columns of numbers, six significant digits, empty where a number is missing."""
+    arrays = [np.asarray(values) for values in columns.values()]
+    lines = [",".join(columns)]
+    lines += [",".join(_text(value) for value in row) for row in zip(*arrays, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace('"', '""') + '"'
+    return "" if not np.isfinite(value) else f"{value:.6g}"
 
 
 @dataclass(frozen=True)
@@ -43,11 +145,8 @@ ORIGINS = {
 
 
 def origin_style(origin: str) -> OriginStyle:
-    """Style of an origin (``simulated``, ``measured``, ``stand-in``); ValueError for anything else."""
-    try:
-        return ORIGINS[str(origin)]
-    except KeyError:
-        raise ValueError(f"origin {origin!r} is not one of {', '.join(ORIGINS)}.") from None
+    """Style of an origin (``simulated``, ``measured``, ``stand-in``); KeyError for anything else."""
+    return ORIGINS[str(origin)]
 
 
 @contextmanager
@@ -61,15 +160,13 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def panel(
-    suffix: str = ".svg",
-) -> Callable[[Callable[P, tuple[Any, Mapping[str, ArrayLike]]]], Callable[P, Drawing]]:
+def panel(suffix: str = ".svg") -> Callable[[Callable[P, Drawn]], Callable[P, Drawing]]:
     """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
 
     The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
     """
 
-    def decorate(draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]]) -> Callable[P, Drawing]:
+    def decorate(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
         @functools.wraps(draw)
         def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
             def write(folder: Path, name: str) -> PanelFiles:
@@ -104,8 +201,7 @@ def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
     """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
     style = origin_style(origin)
-    parts = [f"({letter}) {style.word}" if letter else style.word, title]
-    text = " · ".join(part for part in parts if part)
+    text = " · ".join(filter(None, (f"({letter}) {style.word}" if letter else style.word, title)))
     room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
     if len(text) > 1.4 * room:
         text = text[: int(1.4 * room) - 1] + "…"

@@ -11,7 +11,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.full.parameters import make_parameters
-from srbval.models.full.point_cloud import circle_points, inner_circle, outer_circle, wrapped
+from srbval.models.full.point_cloud import Circle, circle_points, inner_circle, outer_circle, wrapped
 from srbval.models.run import Run
 from srbval.scene import Defect, Scene
 
@@ -19,16 +19,6 @@ from srbval.scene import Defect, Scene
 LOAD_ZONE_ID, LOAD_ZONE_SECONDS, LOAD_SNAPSHOTS_HZ = "load-zone", 0.5, 160.0
 LOADED_DEG = 30.0  # either side of the middle of the load zone, and of the place opposite
 DEFECT_CIRCLE = 1.0  # the middle one of row 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class RacewayCircle:
-    """One circle of contact points of row 1: its raceway (``outer``, ``inner``), number p, radius and height [m]."""
-
-    raceway: str
-    circle: float
-    radius_m: float
-    height_m: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,12 +46,12 @@ class LoadZone:
 class BearingViews:
     """`slot_angle_rad`, [2 M], row 1 first, at the start of a run; `spacing_m` of points on the defect's circle.
 
-    `defect` holds, for every circle of the outer raceway, its points about the defect: along the race and raised by
-    [m], [n] each.
+    `circles` are those of contact points of row 1, by raceway (``outer``, ``inner``) and number p. `defect` holds, for
+    every circle of the outer raceway, its points about the defect: along the race and raised by [m], [n] each.
     """
 
     slot_angle_rad: FloatArray
-    circles: tuple[RacewayCircle, ...]
+    circles: Mapping[tuple[str, float], Circle]
     defect: Mapping[float, tuple[FloatArray, FloatArray]]
     spacing_m: float
     load_zone: LoadZone
@@ -85,14 +75,10 @@ def bearing_views(scene: Scene, geometry: SphericalRollerGeometry, load_zone_run
     """The views of `scene`, an outer-race defect, and of the run of its `load_zone_case`."""
     slots = make_parameters(scene, geometry).slot_angle
     outer = {p: outer_circle(geometry, p) for p in CIRCLES}
-    inner = {p: inner_circle(geometry, p) for p in CIRCLES}
     return BearingViews(
         slot_angle_rad=slots,
-        circles=tuple(
-            RacewayCircle(raceway=name, circle=p, radius_m=circle.radius_m, height_m=circle.height_m)
-            for name, circles in (("outer", outer), ("inner", inner))
-            for p, circle in circles.items()
-        ),
+        circles={("outer", p): circle for p, circle in outer.items()}
+        | {("inner", p): inner_circle(geometry, p) for p in CIRCLES},
         defect={p: _defect_points(scene, p, circle.radius_m) for p, circle in outer.items()},
         spacing_m=2 * math.pi * outer[DEFECT_CIRCLE].radius_m / scene.contact.points_per_circle,
         load_zone=_load_zone(load_zone_run, slots),

@@ -1,24 +1,65 @@
-"""The findings: all that the report shows, as frozen data."""
+"""The findings, all that the report shows, as frozen data: run, read, analyse and compare, then nothing is computed."""
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from srbval.bearing import Bearing, Fault
-from srbval.comparison.effects import Sensitivity
-from srbval.comparison.headline import Headline
-from srbval.comparison.matrix import Matrix
-from srbval.comparison.table6 import Table6
+from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
+from srbval.comparison.comparison import deviation_pct
+from srbval.comparison.counterpart import (
+    PAPER_STATES,
+    AnalysedRun,
+    paper_cases,
+    run_cases,
+    run_counterpart,
+)
+from srbval.comparison.effects import Sensitivity, sensitivity_of
+from srbval.comparison.headline import Headline, biases, headline
+from srbval.comparison.matrix import Matrix, build_matrix, point_of
+from srbval.comparison.other_rigs import read_other_rigs
+from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
+from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
+from srbval.errors import ConfigurationError, NumericsError
+from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
-from srbval.plan.table import CalibrationTable
-from srbval.reading.analyse import Analysis
-from srbval.recordings import Origin
-from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
-from srbval.report.findings.bearing_views import BearingViews
-from srbval.report.findings.records import RecordKurtogram, RecordView
-from srbval.report.pages import StoredResults
-from srbval.scene import RollerFit
+from srbval.models.run_file import scene_dict
+from srbval.plan.calibrated import shipped_calibration
+from srbval.plan.table import CalibrationTable, summary
+from srbval.progress import Progress, silent, stage
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
+from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, rig_recordings
+from srbval.recordings.synthetic_record import write_synthetic_record
+from srbval.report.findings.bearing_views import (
+    BearingViews,
+    bearing_views,
+    load_sharing,
+    load_zone_case,
+    point_passing,
+)
+from srbval.report.findings.patterns import clearness, harmonic_patterns, impulse_trains, pattern_cases
+from srbval.report.findings.provenance import TIMED, provenance, run_facts
+from srbval.report.findings.records import (
+    RecordKurtogram,
+    RecordView,
+    cross_bands,
+    envelope_scalogram,
+    record_kurtogram,
+    record_view,
+    sideband_shares,
+)
+from srbval.report.pages import Page, StoredResults, results_of
+from srbval.scene import LoadPath, RollerFit
 from srbval.signal import Scalogram
+
+SCHEMA_VERSION = 1
+SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
+STAND_IN_SECONDS = 2.0
+RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
+Side = Mapping[Fault, Analysis]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +80,7 @@ class Findings:
     printed: Table6
     runs: Mapping[str, Run]
     run_facts: tuple[Mapping[str, Any], ...]
-    analyses: Mapping[str, Mapping[Fault, Analysis]]
+    analyses: Mapping[str, Side]
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
     fits: Mapping[RollerFit, tuple[RecordView, Scalogram]]
@@ -60,6 +101,212 @@ class Findings:
         return found
 
     @property
-    def measured_states(self) -> tuple[Fault, ...]:
-        """States for which the rig side is a measured recording."""
-        return tuple(s for s, one in self.analyses["rig"].items() if one.recording.origin is Origin.MEASURED)
+    def measured(self) -> Side:
+        """The rig's recordings that are measured, by their state."""
+        return {s: one for s, one in self.analyses["rig"].items() if one.recording.origin is Origin.MEASURED}
+
+
+def gather(
+    *,
+    seconds: float,
+    stand_in_folder: Path,
+    pages: Iterable[Page] = (),
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> Findings:
+    """Run the cases and analyse everything; the rig's recordings are those registered.
+
+    `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
+    per core), `pages` what the report shows of stored results; `stand_in_folder` receives the stand-ins' files, where
+    any are needed. Raises what simulating and loading raise; a failed run is a `NumericsError` that names it.
+    """
+    if seconds < SHORTEST_S:
+        raise ConfigurationError(
+            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
+            "or more."
+        )
+    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, *RESULTS)
+    with stage(progress, "Look up the registered recordings"):
+        register = listing(or_none=True)
+        of_rig = rig_recordings(register.recordings)
+        chosen = choose_rig_recordings(printed, of_rig)
+    runs, facts = _simulate(seconds, jobs, progress)
+    known = sensitivity_of(results.content("sensitivity"))
+    points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
+    with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
+        matrix = build_matrix(
+            of_rig, bearing=bearing, sensitivity=known, keep_sides_of=set(points.values()), jobs=jobs,
+            counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
+        )  # fmt: skip
+    with stage(progress, "Read the recordings of other rigs"):
+        other_rigs = read_other_rigs(register.recordings, jobs=jobs)
+    with stage(progress, "Analyse the paper's runs and read the stand-ins"):
+        paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
+        sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
+        models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
+        stand_ins = _stand_ins(set(PAPER_STATES) - set(sides), printed, stand_in_folder)
+        rig = {state: side for state, (side, _) in sides.items()}
+        rig |= {state: analyse(record, bearing=bearing) for state, record in stand_ins.items()}
+    analyses = {
+        "paper": paper, "model": paper | {state: side.analysis for state, side in models.items()},
+        "rig": {state: rig[state] for state in PAPER_STATES},
+    }  # fmt: skip
+    runs |= {side.case.id: side.run for side in models.values()}
+    facts += [run_facts(side.case, side.run) for side in models.values()]
+    with stage(progress, "Prepare the records that figures show"):
+        shown = {name: analyses[name] if name != "paper" or sides else {} for name in ("model", "rig", "paper")}
+        views = {name: {state: record_view(one) for state, one in side.items()} for name, side in shown.items()}
+        trains = impulse_trains(runs, bearing)
+        fits = {fit: record_view(trains[fit, LoadPath.HOUSING]) for fit in RollerFit}
+    scene, geometry = runs["paper-outer"].scene, bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    registered = [chosen[state] for state in sides]
+    sets = [*(one.dataset for one in registered), *(one.dataset for one in other_rigs)]
+    found = Findings(
+        data={}, bearing=bearing, printed=printed, runs=runs, run_facts=tuple(facts), analyses=analyses, views=views,
+        scalograms={name: {s: envelope_scalogram(v) for s, v in views[name].items()} for name in ("model", "rig")},
+        fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
+        bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
+        kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
+        datasets={name: dataset(name) for name in sets if name},
+        speed_source=published_speeds(), ladders={base: shipped_calibration(base) for base in ("paper", "rig")},
+        results=results, provenance=provenance(runs.values(), registered),
+    )  # fmt: skip
+    with stage(progress, "Look for missing harmonics"):
+        patterns = harmonic_patterns(runs)
+    data = _compared(found, models, register, registered) | {
+        "harmonic_patterns": patterns,
+        "impulse_trains": [clearness(fit, path, analysis) for (fit, path), analysis in trains.items()],
+        "other_rigs": other_rigs,
+        "scene": scene_dict(scene) | {"geometry": vars(geometry)},
+        "cautions": cautions([*matrix.cells, *other_rigs]),
+    }
+    return dataclasses.replace(found, data=data)
+
+
+def _compared(
+    found: Findings, models: Mapping[Fault, AnalysedRun], register: RegisterListing,
+    registered: Sequence[RegisteredRecording],
+) -> dict[str, Any]:  # fmt: skip
+    """The part of ``report.json`` that follows from the findings, and what it says of the register."""
+    printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
+    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
+    model_runs = {state: side.run for state, side in models.items()}
+    paper, model, rig = (found.analyses[side] for side in ("paper", "model", "rig"))
+    rpm, cage_pct = one_speed_reading(printed, bearing)
+    content = found.results.content
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "status": "ok",
+        "headline": headline(comparisons, content("rig_inputs"), content("verdict_scan")),
+        "table6": (*published_rows(printed, paper, runs), *measured_rows(found.measured, model_runs, comparisons)),
+        "closure": tuple(sum_rules(printed, paper, runs, found.measured)),
+        "comparisons": comparisons,
+        "matrix": matrix.cells,
+        "crossed_bands": cross_bands(model, rig),
+        "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
+        "published_speeds": list(published_speed_rows()),
+        "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
+        "recordings": tuple(registered),
+        "recordings_not_used": [
+            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
+        ],
+        "register_unreadable": register.unreadable or None,
+        "bias": biases(matrix.comparisons, used_for="withheld"),
+        "sensitivity": found.known.defects,
+        "analyses": {
+            f"{name}-{state}": analysis
+            for name, side in (("paper", paper), ("beside-rig", model), ("rig", rig))
+            for state, analysis in side.items()
+        },
+        "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
+        "load_zone": found.bearing_views.load_zone,
+        "load_path": load_sharing(runs["paper-healthy"]),
+        "point_passing": point_passing(runs["paper-healthy"]),
+        "kurtograms": found.kurtograms,
+        "kept_results": {name: result.origin for name, result in found.results.items()},
+        "ladder": summary(found.ladders["paper"]),
+        "rig_ladder": summary(found.ladders["rig"]),
+        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in found.run_facts],
+    }  # fmt: skip
+
+
+def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dict[str, Run], list[dict[str, Any]]]:
+    """The runs that no recording asks for, by their case, and how each went."""
+    paper = paper_cases(seconds)
+    outer = next(case for case in paper if case.state is Fault.OUTER)
+    cases = [*paper, load_zone_case(outer.scene), *pattern_cases()]
+    missing = [m for m in dict.fromkeys(case.scene.model for case in cases) if not is_compiled(m)]
+    if missing:
+        with stage(progress, f"Compile the models ({', '.join(missing)}), once after installation"):
+            precompile(*missing, jobs=jobs)
+    runs = run_cases(cases, jobs=jobs, progress=progress)
+    return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
+
+
+def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
+    """Figures cannot do without the model's run."""
+    if isinstance(model, str):
+        raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
+    return model
+
+
+def _kurtograms(model: Side, rig: Side, progress: Progress) -> Iterator[RecordKurtogram]:
+    """Model and rig, outer race and inner race."""
+    wanted = [(fault, side[fault]) for fault in RACE_DEFECTS for side in (model, rig)]
+    for number, (fault, analysis) in enumerate(wanted):
+        progress("Look for impulsive bands", number / len(wanted))
+        yield record_kurtogram(analysis, fault.line or "")
+    progress("Look for impulsive bands", 1.0)
+
+
+def cautions(records: Iterable[Any]) -> list[dict[str, str]]:
+    """What may make the numbers of a recording wrong that this report uses, each file and caution once."""
+    once = dict.fromkeys((Path(record.file).name, caution) for record in records for caution in record.cautions)
+    return [{"file": file, "caution": caution} for file, caution in once]
+
+
+def published_speed_rows() -> Iterator[dict[str, Any]]:
+    """Mean tachometer speed of each state's published record at a nominal speed, and from the outer-race record's."""
+    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published_speeds().means}
+    for state, rpm in sorted(means, key=lambda key: (list(Fault).index(key[0]), key[1])):
+        mean = means[state, rpm]
+        from_outer_pct = deviation_pct(mean, means[Fault.OUTER, rpm])
+        yield {"state": state, "nominal_rpm": rpm, "mean_rpm": mean, "from_outer_pct": from_outer_pct}
+
+
+def choose_rig_recordings(
+    printed: Table6, registered: Iterable[RegisteredRecording]
+) -> dict[Fault, RegisteredRecording]:
+    """Those of the rig's recordings to hold the model against: one nominal speed, the paper's load, no axial load.
+
+    The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
+    a state the longest, as in the matrix.
+    """
+    by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
+    for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
+        at_load = entry.radial_kn == printed.radial_kn and not entry.axial_kn
+        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= SHORTEST_S:
+            by_state = by_speed.setdefault(entry.nominal_rpm, {})
+            if entry.state in PAPER_STATES and entry.state is not None:
+                by_state.setdefault(entry.state, entry)
+    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)), default=None)
+    chosen = {} if best is None else by_speed[best]
+    return {state: chosen[state] for state in PAPER_STATES if state in chosen}
+
+
+def _stand_ins(states: set[Fault], printed: Table6, folder: Path) -> dict[Fault, Recording]:
+    folder.mkdir(parents=True, exist_ok=True)
+    made = {
+        state: write_synthetic_record(
+            folder / f"stand-in-{state}.h5",
+            state=state,
+            shaft_hz=printed.shaft_rpm / 60,
+            seconds=STAND_IN_SECONDS,
+            seed=i,
+        )
+        for i, state in enumerate(PAPER_STATES)
+        if state in states
+    }
+    # the folder is gone by the time the report is read, and has another name each time
+    return {state: dataclasses.replace(recording, file=f"stand-in-{state}.h5") for state, recording in made.items()}

@@ -19,7 +19,7 @@ HEIGHTS_MM = (0.05, 0.1, 0.2, 0.3)
 PAPER_HEIGHT_MM = 0.2
 SWEPT_MODEL = "impulse"
 SECONDS = 1.0
-BY_RUNG = [(rung.name, fit, PAPER_HEIGHT_MM) for rung in LEVELS for fit in RollerFit]
+BY_LEVEL = [(level.name, fit, PAPER_HEIGHT_MM) for level in LEVELS for fit in RollerFit]
 BY_HEIGHT = [(SWEPT_MODEL, RollerFit.PLAY, height_mm) for height_mm in HEIGHTS_MM]
 PHASES = 40  # of a passage, of which the envelope's mean is taken
 
@@ -30,7 +30,7 @@ def pattern_cases() -> list[SimulationCase]:
         *(
             _case(_pattern_id(model, fit, height_mm), "which harmonic is missing", model=model,
                   defect={"kind": "outer", "height_m": height_mm / 1e3}, contact={"roller_fit": fit.value})
-            for model, fit, height_mm in dict.fromkeys([*BY_RUNG, *BY_HEIGHT])
+            for model, fit, height_mm in dict.fromkeys([*BY_LEVEL, *BY_HEIGHT])
         ),
         *(
             _case(_train_id(fit, LoadPath.BEARING), "how clear the impulses are", defect={"kind": "outer"},
@@ -54,19 +54,19 @@ def _train_id(fit: RollerFit, path: LoadPath) -> str:
 
 
 def harmonic_patterns(runs: Mapping[str, Run]) -> dict[str, Any]:
-    """The missing harmonic by rung and roller fit at the paper's bump, and by bump height on one rung; bands [Hz].
+    """The missing harmonic by model and roller fit at the paper's bump, and by bump height on one model; bands [Hz].
 
     Each row has the length of the run's pulse over the distance of two passages, and the missing harmonic of BPFO:
     `by_sinc` is what the pulse's length predicts, the other two are measured in envelope spectra of a wide band and of
     the paper's. Not whole: where between two harmonics the heights pass zero. None: none of the first ten is missing.
     """
-    found = {key: _missing(runs[_pattern_id(*key)], *key) for key in dict.fromkeys([*BY_RUNG, *BY_HEIGHT])}
+    found = {key: _missing(runs[_pattern_id(*key)], *key) for key in dict.fromkeys([*BY_LEVEL, *BY_HEIGHT])}
     return {
         "height_mm": PAPER_HEIGHT_MM,
         "swept_model": SWEPT_MODEL,
         "wide_band_hz": WIDE_BAND_HZ,
         "paper_band_hz": SIMULATED_BAND_HZ,
-        "by_rung": [found[key] for key in BY_RUNG],
+        "by_rung": [found[key] for key in BY_LEVEL],
         "by_height": [found[key] for key in BY_HEIGHT],
     }
 

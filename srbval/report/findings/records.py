@@ -17,7 +17,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.band_choice import band_kurtogram
 from srbval.reading.lines import Line, detected_fault_lines, line_entry
 from srbval.recordings import Origin
-from srbval.report.figures.files import BINS_SHOWN, plotted
+from srbval.report.figures.style import BINS_SHOWN, plotted
 from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
 from srbval.signal.scalogram import COLUMNS, ROWS
 
@@ -275,6 +275,21 @@ class RecordKurtogram:
     kurtogram: Kurtogram
     second_comb: Analysis | None
 
+    def to_dict(self) -> dict[str, Any]:
+        """Its entry in ``report.json``."""
+        recording, picture, second = self.analysis.recording, self.kurtogram, self.second_comb
+        return {
+            "file": recording.file,
+            "origin": recording.origin,
+            "state": recording.state,
+            "line": self.line,
+            "band_hz": self.analysis.processed.band_hz,
+            "most_impulsive_hz": picture.best_hz,
+            "kurtosis_less_2": float(picture.kurtosis.max()),
+            "bands": picture.size,
+            "second_comb": None if second is None else second.line(self.line),
+        }
+
 
 def record_kurtogram(analysis: Analysis, line: str) -> RecordKurtogram:
     """Kurtogram of the signal that is analysed, and the comb of its most impulsive band."""
@@ -298,33 +313,14 @@ def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis 
     return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
 
 
-@dataclass(frozen=True, kw_only=True)
-class CrossBand:
-    """The line of a record's state in one band [Hz]; `own` marks the band in which all else of it is analysed.
+def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[dict[str, Any], ...]:
+    """Model and rig, outer and inner race, each in both sides' bands [Hz], its `own` first.
 
-    Where the record cannot be read in the band the line has no values, and `why` says so.
-    """
-
-    state: Fault
-    origin: str
-    file: str
-    band_hz: tuple[float, float]
-    own: bool
-    line: Line
-    why: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``."""
-        return vars(self) | line_entry(self.line)
-
-
-def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[CrossBand, ...]:
-    """Model and rig, outer and inner race, each in both sides' bands, its own band first.
-
-    Both bands were fixed before these records were looked at, so neither costs a trial.
+    A row is about the line of the record's state. Where the record cannot be read in the band the line has no values,
+    and `why` says so. Both bands were fixed before these records were looked at, so neither costs a trial.
     """
     return tuple(
-        _row(state, side, band_hz)
+        _crossed(state, side, band_hz)
         for state in RACE_DEFECTS
         if state in model and state in rig
         for side, other in ((model[state], rig[state]), (rig[state], model[state]))
@@ -332,7 +328,7 @@ def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) 
     )
 
 
-def _row(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
+def _crossed(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> dict[str, Any]:
     line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
     if not own:
         try:
@@ -340,6 +336,5 @@ def _row(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBan
         except SrbvalError as error:
             line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
     file = side.recording.file or side.recording.name
-    return CrossBand(
-        state=state, origin=side.recording.origin.value, file=file, band_hz=band_hz, own=own, line=line, why=why
-    )
+    given = {"state": state, "origin": side.recording.origin.value, "file": file, "band_hz": band_hz, "own": own}
+    return given | {"why": why} | line_entry(line)

@@ -1,30 +1,31 @@
-"""Put the report together from the findings."""
+"""Put the report together; and what its answer rests on: bearing, what is open, words, failures, runs, sources."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
 
+from srbval.comparison.matrix import NOT_DETECTED
+from srbval.models.run import USABLE
+from srbval.report.blocks import Badge, Command, FigureGrid, KeyValues, Listing, Report, Section, Value
+from srbval.report.figures.bearing import axial_section, bearing_scene, defect_cloud, load_zone, whole_bearing
 from srbval.report.findings.findings import Findings
-from srbval.report.model import Report
+from srbval.report.findings.provenance import TIMED
 from srbval.report.pages import Page, in_order, joined_data
-from srbval.report.sections.background import (
-    assumptions_section,
-    bearing_section,
-    failures_section,
-    glossary_section,
-    limits_section,
-    provenance_section,
-    references_section,
-    runs_section,
-    scene_section,
-)
-from srbval.report.sections.bands import band_section
+from srbval.report.section_texts import Texts
+from srbval.report.sections.fidelity import fidelity_section
 from srbval.report.sections.figures import figures_section, paper_speed_section
-from srbval.report.sections.ladder import ladder_section
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.other_rigs import other_rigs_section
-from srbval.report.sections.records import records_section
+from srbval.report.sections.records import band_section, records_section
 from srbval.report.sections.table6 import speed_or_slip_section, table6_section, verdict_box
 from srbval.storage.json_files import to_json
+
+BEARING, ASSUMPTIONS, LIMITS, GLOSSARY = Texts("bearing"), Texts("assumptions"), Texts("limits"), Texts("glossary")
+FAILURES, RUNS, SCENE = Texts("failures"), Texts("runs"), Texts("scene")
+PROVENANCE, REFERENCES = Texts("provenance"), Texts("references")
+PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds per day
+SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a conversion of units
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
@@ -32,30 +33,30 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
     verdict = verdict_box(findings)
-    headline = {"text": verdict.headline} | to_json(findings.headline)
     placed = (
         (10, records_section(findings)),
         (20, table6_section(findings)),
         (30, speed_or_slip_section(findings)),
         (40, figures_section(findings)),
-        (50, ladder_section(findings)),
-        (60, limits_section(findings)),
-        (70, glossary_section()),
+        (50, fidelity_section(findings)),
+        (60, _limits(findings)),
+        (70, GLOSSARY.section(GLOSSARY.listing("words"))),
         # from here on the appendix alone, but for the command
-        (80, bearing_section(findings)),
-        *(((90, paper_speed_section(findings)),) if findings.measured_states else ()),
+        (80, _bearing(findings)),
+        *(((90, paper_speed_section(findings)),) if findings.measured else ()),
         (100, band_section(findings)),
         (110, matrix_section(findings)),
         *((120, section) for section in other_rigs_section(findings)),
-        (130, assumptions_section(findings)),
-        (140, failures_section(findings)),
-        (150, runs_section(findings)),
-        (160, scene_section(findings)),
+        (130, _assumptions(findings)),
+        (140, _failures(findings)),
+        (150, _runs(findings)),
+        (160, SCENE.section(appendix=(SCENE.paragraph("intro"), KeyValues(pairs=flatten(findings.data["scene"]))))),
         (170, provenance_section(origin)),
-        (180, references_section(findings)),
+        (180, _references(findings)),
         *((page.place, page.section(findings.results)) for page in pages),
     )
     data = joined_data(findings.data, (page.data(findings.results) for page in pages))
+    headline = {"text": verdict.headline} | to_json(findings.headline)
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
@@ -64,3 +65,96 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         sections=in_order(placed),
         data=data | {"headline": headline, "provenance": origin},
     )
+
+
+def _bearing(findings: Findings) -> Section:
+    """What the simulated bearing looks like, where its defect and its load are: the paper's Figures 1, 5 and 8."""
+    scene, views, geometry = findings.runs["paper-outer"].scene, findings.bearing_views, findings.bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    defect, zone, simulated = scene.defect, views.load_zone, Badge.SIMULATED
+    whole = whole_bearing(geometry=geometry, views=views, defect_rad=scene.load.zone_rad + defect.angle_rad)
+    along = bearing_scene(scene=scene, geometry=geometry, zone=zone)
+    cloud = defect_cloud(views=views)
+    return BEARING.section(
+        appendix=(
+            BEARING.paragraph("intro"),
+            BEARING.figure("bearing-section", axial_section(geometry=geometry, circles=views.circles)),
+            FigureGrid(
+                figures=(
+                    BEARING.figure("bearing-whole", whole, suffix=".png", rollers=len(views.slot_angle_rad)),
+                    BEARING.figure("bearing-scene", along, badge=simulated, geometry=geometry),
+                ),
+            ),
+            BEARING.figure(
+                "defect-cloud", cloud, badge=simulated, scene=scene, defect=defect, spacing_m=views.spacing_m
+            ),
+            BEARING.figure("load-zone", load_zone(zone=zone), badge=simulated, scene=scene, zone=zone),
+        )
+    )
+
+
+def _assumptions(findings: Findings) -> Section:
+    """What the paper leaves open, and how the load divides; what it does stands with the matrix."""
+    scene = findings.runs["paper-outer"].scene
+    listed = ASSUMPTIONS.listing(
+        "assumptions", geometry=findings.bearing.geometry, contact=scene.contact, defect=scene.defect,
+        bodies=scene.bodies,
+    )  # fmt: skip
+    return ASSUMPTIONS.section(appendix=(listed, ASSUMPTIONS.paragraph("load-path", path=findings.data["load_path"])))
+
+
+def _limits(findings: Findings) -> Section:
+    """What nothing in this report says anything about."""
+    studies = findings.results.content("rig_inputs").get("studies", ())
+    second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
+    passing = findings.data["point_passing"]
+    return LIMITS.section(LIMITS.listing("limits", passing=passing, second=second, studies=studies))
+
+
+def _failures(findings: Findings) -> Section:
+    """One line per failure; those of stored results by their number, since their sections name each."""
+    failed = [run for run in findings.run_facts if run["status"] not in USABLE]
+    unusable = [(Path(file).name, why) for file, why in findings.matrix.unusable]
+    cells, other_rigs = findings.matrix.cells, findings.data["other_rigs"]
+    summary = FAILURES.listing(
+        "summary",
+        failed_runs=failed,
+        runs=len(findings.run_facts),
+        undetected=[Path(cell.file).name for cell in cells if cell.verdict == NOT_DETECTED],
+        cells=len(cells),
+        refused=sum(bool(record.refused) for record in other_rigs),
+        other_rigs=len(other_rigs),
+    )
+    items = (*FAILURES.each("run", failed), *FAILURES.each("record", unusable), *summary.items)
+    return FAILURES.section(appendix=(FAILURES.paragraph("intro"), Listing(items)))
+
+
+def _runs(findings: Findings) -> Section:
+    """Every run behind the report: how it ended and what it cost."""
+    slowest = max(run[TIMED] for run in findings.run_facts)
+    cost = RUNS.paragraph("cost", paper_wall_per_s=PAPER_WALL_PER_S, slowest=slowest)
+    return RUNS.section(appendix=(RUNS.table("runs-table", findings.run_facts), cost))
+
+
+def provenance_section(origin: Mapping[str, Any]) -> Section:
+    """The command that makes the report again; in the appendix versions, machine, seeds and recordings."""
+    flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
+    command = str(flat.pop("command"))
+    return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), appendix=(KeyValues(pairs=flat),))
+
+
+def _references(findings: Findings) -> Section:
+    """Papers first, then the data sets of the recordings that were read."""
+    items = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets.values()))
+    return REFERENCES.section(appendix=(Listing(items),))
+
+
+def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+    """A nested table with dotted keys."""
+    flat: dict[str, Value] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = float(f"{value:.{SHOWN_DIGITS}g}") if isinstance(value, float) else value
+    return flat

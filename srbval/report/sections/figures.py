@@ -1,6 +1,5 @@
 """Figures 11 to 14: the model and the rig, each pair on identical axes, and where their peaks lie."""
 
-import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,9 @@ from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.recordings import Origin
-from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
-from srbval.report.figures.scalogram import scalogram_panel
-from srbval.report.figures.signals import acceleration_panel, band_panel
-from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing, Section
+from srbval.report.figures.images import scalogram_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import (
     SCALOGRAM_ERROR,
@@ -28,9 +26,7 @@ from srbval.report.findings.records import (
     highest_of,
     tall_peaks,
 )
-from srbval.report.model import Section
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import badge_of, side_of, synthetic_states
+from srbval.report.section_texts import Texts, badge_of, side_of, synthetic_states
 from srbval.signal import Scalogram
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
@@ -52,12 +48,24 @@ def figures_section(findings: Findings) -> Section:
     bands = {name: TEXTS.text("band", shown=side[Fault.OUTER].analysis.processed) for name, side in sides.items()}
     shares = [(side_of(side[Fault.INNER].analysis), findings.data["sidebands"][name]) for name, side in sides.items()]
     trains = findings.data["impulse_trains"]
+    places = [
+        (side, letter, state)
+        for state, letters in PANEL_LETTERS.items()
+        for side, letter in zip(sides, letters, strict=True)
+    ]
+    burst = _highest_burst([*model.values(), *rig.values()])
+    brightest = _brightest(image for side in findings.scalograms.values() for image in side.values())
+    times = [_time_panel(f"fig11{c}", f"11{c}", state, sides[side][state], burst) for side, c, state in places]
+    images = [
+        _image_panel(f"fig14{c}", f"14{c}", state, sides[side][state], findings.scalograms[side][state], brightest)
+        for side, c, state in places
+    ]
     return TEXTS.section(
-        TEXTS.paragraph("intro", bands=bands, measured=findings.measured_states),
-        _figure_11(model, rig),
+        TEXTS.paragraph("intro", bands=bands, measured=list(findings.measured)),
+        TEXTS.grid("grid-11", times, "Figure 11", window_s=WINDOW_S),
         *(_spectrum_figure(number, model, rig) for number in SPECTRUM_FIGURES),
         TEXTS.paragraph("sidebands", sides=shares, height_mm=height_mm),
-        _figure_14(findings),
+        TEXTS.grid("grid-14", images, "Figure 14"),
         TEXTS.paragraph("readings", trains=trains),
         appendix=(
             _readings(findings),
@@ -69,7 +77,7 @@ def figures_section(findings: Findings) -> Section:
             ),
             *_scalogram_checks(findings),
             TEXTS.paragraph("once-more"),
-            Listing(items=tuple(_again(model, rig, state) for state in model)),
+            Listing(tuple(_again(model, rig, state) for state in model)),
         ),
     )
 
@@ -82,15 +90,13 @@ def paper_speed_section(findings: Findings) -> Section:
         _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model) for n, state in SPECTRUM_FIGURES.items()
     ]
     times = [
-        _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model[state], limit)
+        _time_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model[state], limit)
         for state, letters in PANEL_LETTERS.items()
     ]
     grids = (
-        FigureGrid(figures=tuple(spectra), columns=2, label="Figures 12a and 13a at the paper's speed",
-                   caption=TEXTS.text("grid-paper-spectra")),
-        FigureGrid(figures=tuple(times), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
-                   caption=TEXTS.text("grid-paper-time")),
-    )  # fmt: skip
+        TEXTS.grid("grid-paper-spectra", spectra, "Figures 12a and 13a at the paper's speed"),
+        TEXTS.grid("grid-paper-time", times, "Figure 11 (a, c, e) at the paper's speed"),
+    )
     return PAPER_SPEED.section(appendix=(PAPER_SPEED.paragraph("intro", rpm=rpm), *grids), rpm=rpm)
 
 
@@ -107,37 +113,21 @@ def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
         plot = band_panel(records={state.label: record for state, record in side.items()},
             limits_db=(top - BAND_RANGE_DB, top), end_hz=reach, letter=letter,
         )  # fmt: skip
-        figure = TEXTS.figure(
-            "band", plot, id=f"band-{name}", badge=origin.value, side=name, band_hz=analysis.processed.band_hz,
-            synthetic=synthetic, states=states,
-        )  # fmt: skip
         explore = Explore(
             x="frequency_hz", x_label="Frequency, Hz", y_label="Power density, dB re 1/Hz",
             curves={state.replace(" ", "_") + "_db": state for state in states},
         )  # fmt: skip
-        panels.append(dataclasses.replace(figure, explore=explore))
-    caption = TEXTS.text("grid-band", resolution_hz=SEGMENT_HZ)
-    return FigureGrid(figures=tuple(panels), columns=1, label="Before demodulation", caption=caption)
+        panels.append(TEXTS.figure(
+            "band", plot, id=f"band-{name}", badge=origin.value, side=name, band_hz=analysis.processed.band_hz,
+            synthetic=synthetic, states=states, explore=explore,
+        ))  # fmt: skip
+    return TEXTS.grid("grid-band", panels, "Before demodulation", columns=1, resolution_hz=SEGMENT_HZ)
 
 
-def _figure_11(model: Side, rig: Side) -> FigureGrid:
-    limit = _highest_burst([*model.values(), *rig.values()])
-    panels = [
-        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side[state], limit)
-        for state, letters in PANEL_LETTERS.items()
-        for side, letter in zip((model, rig), letters, strict=True)
-    ]
-    caption = TEXTS.text("grid-11", window_s=WINDOW_S)
-    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
-
-
-def _acceleration_panel(
-    name: str, letter: str, state: Fault, record: RecordView, limit: float, reading: str = ""
-) -> Figure:
+def _time_panel(name: str, letter: str, state: Fault, record: RecordView, limit: float, reading: str = "") -> Figure:
     period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
-    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=reading or _title(record, state),
-        period=period,
-    )  # fmt: skip
+    title = reading or _title(record, state)
+    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=title, period=period)
     return TEXTS.figure("acceleration", plot, **_words(name, letter, record, state))
 
 
@@ -148,35 +138,32 @@ def _spectrum_figure(number: str, model: Side, rig: Side) -> FigureGrid:
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
-    caption = TEXTS.text("grid-spectrum", state=state)
-    return FigureGrid(figures=tuple(panels), columns=2, label=f"Figure {number}", caption=caption)
+    return TEXTS.grid("grid-spectrum", panels, f"Figure {number}", state=state)
 
 
 def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side) -> Figure:
     record, line = side[state], state.line
     assert line is not None, "only the defects of races have a spectrum figure"
+    shaft_hz, orders = record.shaft_hz, record.analysis.bearing.orders
+    line_hz = record.analysis.line(line).kinematic_hz
     cursors = fault_cursors(
-        line, record.analysis.line(line).kinematic_hz, SPECTRUM_HZ, sideband_hz=record.shaft_hz,
-        sidebands=2 if state.sidebands else 0,
+        line, line_hz, SPECTRUM_HZ, sideband_hz=shaft_hz, sidebands=2 if state.sidebands else 0
     )  # fmt: skip
-    found, orders = (
-        [(hz, height) for n, hz, height in record.peaks if n.startswith(line)],
-        record.analysis.bearing.orders,
-    )
+    found = tuple((hz, height) for n, hz, height in record.peaks if n.startswith(line))
     others = tall_peaks(
-        record.frequency_hz, record.amplitude, SPECTRUM_HZ, shaft_hz=record.shaft_hz,
+        record.frequency_hz, record.amplitude, SPECTRUM_HZ, shaft_hz=shaft_hz,
         marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for hz, _ in found)],
         orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
     )  # fmt: skip
     view = SpectrumView(
-        record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=tuple(found), end_hz=SPECTRUM_HZ,
-        others=others,
-    )  # fmt: skip
+        record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ, others=others
+    )
     top = LABEL_ROOM * max(highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
     plot = spectrum_panel(view, top=top, letter=letter[-1], title=_title(record, state), brief=True)
-    figure = TEXTS.figure("spectrum", plot, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-    return dataclasses.replace(figure, explore=explore_spectrum(view, "Envelope amplitude, std. dev.", curves))
+    explore = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
+    words = _words(name, letter, record, state)
+    return TEXTS.figure("spectrum", plot, **words, f_max_hz=SPECTRUM_HZ, explore=explore)
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
@@ -209,18 +196,6 @@ def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
     return dict.fromkeys(("found_hz", "ci95_hz", "order", "snr", "badge"))
 
 
-def _figure_14(findings: Findings) -> FigureGrid:
-    top = _brightest(image for side in findings.scalograms.values() for image in side.values())
-    panels = [
-        _image_panel(
-            f"fig14{letter}", f"14{letter}", state, findings.views[side][state], findings.scalograms[side][state], top
-        )
-        for state, letters in PANEL_LETTERS.items()
-        for side, letter in zip(("model", "rig"), letters, strict=True)
-    ]
-    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 14", caption=TEXTS.text("grid-14"))
-
-
 def _image_panel(
     name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float, reading: str = ""
 ) -> Figure:
@@ -236,10 +211,9 @@ def _readings(findings: Findings) -> FigureGrid:
     times, images = [], []
     for fit, (record, image) in findings.fits.items():
         head = TEXTS.text("fit", fit=fit.value)
-        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, record, limit, head))
+        times.append(_time_panel(f"fig11c-{fit.value}", "11c", state, record, limit, head))
         images.append(_image_panel(f"fig14c-{fit.value}", "14c", state, record, image, top, head))
-    label, caption = "Figures 11c and 14c, two readings", TEXTS.text("grid-readings")
-    return FigureGrid(figures=(*times, *images), columns=2, label=label, caption=caption)
+    return TEXTS.grid("grid-readings", (*times, *images), "Figures 11c and 14c, two readings")
 
 
 def _scalogram_checks(findings: Findings) -> Iterator[Block]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from srbval.comparison.budget import PRIOR
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
@@ -13,12 +14,10 @@ from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.baseline_comparison import Basis
-from srbval.report.blocks import Badge, Block, Figure, FigureGrid, Listing, Tone
-from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
+from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
+from srbval.report.figures.comparison import agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings
-from srbval.report.model import Section
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
+from srbval.report.section_texts import FETCH_COMMAND, VERDICT_TONE, Texts
 
 TEXTS = Texts("matrix")
 DEVIATION_LIMIT_PCT = 0.5
@@ -44,7 +43,7 @@ def matrix_section(findings: Findings) -> Section:
     if matrix.cells:
         remarks = [cell for cell in matrix.cells if cell.remark]
         blocks += [
-            _maps(matrix),
+            TEXTS.grid("grid-maps", _maps(matrix), "Validation matrix", columns=1),
             TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
             TEXTS.paragraph("reading"),
             *(_bias_blocks(findings) if shown_rows(matrix) else ()),
@@ -52,8 +51,7 @@ def matrix_section(findings: Findings) -> Section:
     else:
         blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
     if matrix.unusable:
-        unusable = (TEXTS.listing("unusable", file=Path(file).name, why=why) for file, why in matrix.unusable)
-        blocks.append(Listing(items=tuple(item for listing in unusable for item in listing.items)))
+        blocks.append(Listing(TEXTS.each("unusable", [(Path(file).name, why) for file, why in matrix.unusable])))
     return TEXTS.section(appendix=blocks)
 
 
@@ -74,46 +72,40 @@ def _call(cell: MatrixCell) -> str:
     return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
-def _deviation_text(cell: MatrixCell) -> str:
-    deviation = cell.line.detected_deviation_pct
-    return "n.d." if deviation is None else f"{deviation:+.2f}"
-
-
-def _snr_text(cell: MatrixCell) -> str:
-    return f"{cell.line.snr or 0:.0f}" if cell.line.detected else "n.d."
-
-
 def _verdict_text(cell: MatrixCell) -> str:
     return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
 
 
-MAPS = (
-    MapOf(
-        name="deviation", label="Deviation, %", limits=(-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), colours="RdBu_r",
-        value=lambda cell: cell.line.detected_deviation_pct, text=_deviation_text,
-    ),
-    MapOf(
-        name="detectability", label="Line over noise, powers of ten", limits=SNR_LIMITS, colours="Blues",
-        value=lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)), text=_snr_text,
-    ),
-    MapOf(
-        name="verdict", limits=(-1.6, 1.6), colours="PiYG", value=lambda cell: VERDICT_LEVEL.get(cell.verdict),
-        text=_verdict_text,
-    ),
-)  # fmt: skip
+def _number(value: float | None, spec: str) -> str:
+    return "n.d." if value is None else format(value, spec)
 
 
-def _maps(matrix: Matrix) -> FigureGrid:
-    figures = []
-    for of in MAPS:
+MAPS: dict[str, dict[str, Any]] = {
+    "deviation": {
+        "label": "Deviation, %", "limits": (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "colours": "RdBu_r",
+        "value": lambda cell: cell.line.detected_deviation_pct,
+        "text": lambda cell: _number(cell.line.detected_deviation_pct, "+.2f"),
+    },
+    "detectability": {
+        "label": "Line over noise, powers of ten", "limits": SNR_LIMITS, "colours": "Blues",
+        "value": lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)),
+        "text": lambda cell: _number((cell.line.snr or 0) if cell.line.detected else None, ".0f"),
+    },
+    "verdict": {
+        "limits": (-1.6, 1.6), "colours": "PiYG", "value": lambda cell: VERDICT_LEVEL.get(cell.verdict),
+        "text": _verdict_text,
+    },
+}  # fmt: skip
+
+
+def _maps(matrix: Matrix) -> Iterator[Figure]:
+    for name, of in MAPS.items():
         values = "; ".join(
-            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}"
+            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of['text'](c)}"
             for c in matrix.cells
         )
-        plot = matrix_map(matrix, of)
-        figures.append(TEXTS.figure(f"matrix-{of.name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values))
-    caption = TEXTS.text("grid-maps")
-    return FigureGrid(figures=tuple(figures), columns=1, label="Validation matrix", caption=caption)
+        plot = matrix_map(matrix, **of)
+        yield TEXTS.figure(f"matrix-{name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values)
 
 
 def _bias_blocks(findings: Findings) -> Iterator[Block]:
@@ -134,34 +126,24 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
         rows = [row for defect in findings.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)
     yield TEXTS.table("bias", findings.data["bias"], shown_by=shown_by, least_records=LEAST_RECORDS)
-    yield FigureGrid(
-        figures=tuple(_agreement(findings)), label="Predicted against measured",
-        caption=TEXTS.text("grid-agreement"),
-    )  # fmt: skip
+    yield TEXTS.grid("grid-agreement", _agreement(shown), "Predicted against measured")
 
 
 def _entry(cell: MatrixCell, kind: ComparedQuantity) -> str:
     """What a cell's comparison of one kind says."""
     rows = [row for row in cell.comparisons if row.kind == kind.kind]
     if kind.yes_or_no:
-        texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
+        yes = {False: "no", True: "yes"}
+        texts = (f"{yes[bool(x.model.value)]} / {yes[bool(x.rig.value)]}, {x.verdict.value}" for x in rows)
         return "; ".join(texts) or "none expected"
-    shown = [row for row in rows if row.both_present]
-    if not shown:
-        return "not on both sides" if rows else ""
-    return "; ".join(map(_error, shown))
-
-
-def _yes(value: float) -> str:
-    return "yes" if value else "no"
+    return "; ".join(_error(row) for row in rows if row.both_present) or ("not on both sides" if rows else "")
 
 
 def _error(row: Comparison) -> str:
     if row.uncertainty is None:
         return f"{row.error:+.2g}"
-    resolved = "" if row.p is None else f", p {row.p:.2g}"
-    resolved += ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
-    return f"{row.error:+.2g} [{row.uncertainty:.2g}]{resolved}"
+    p = "" if row.p is None else f", p {row.p:.2g}"
+    return f"{row.error:+.2g} [{row.uncertainty:.2g}]{p}{', resolved' * (row.verdict is ComparisonVerdict.RESOLVED)}"
 
 
 def _errors(judged: RecordVerdict) -> str:
@@ -176,8 +158,7 @@ def _most_by(row: QuantityEffects) -> str:
     return ", ".join(f"{name} {100 * row.shares[name]:.0f} %" for name in most)
 
 
-def _agreement(findings: Findings) -> Iterator[Figure]:
-    shown = shown_rows(findings.matrix)
+def _agreement(shown: list[Comparison]) -> Iterator[Figure]:
     for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in COMPARED if kind.plot):
         kinds = {kind.kind for kind in COMPARED if kind.plot == name}
         own = [row for row in shown if row.kind in kinds]

@@ -8,9 +8,8 @@ from srbval.comparison.other_rigs import OtherRecord
 from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
-from srbval.report.blocks import Block, Paragraph, Tone
+from srbval.report.blocks import Block, Paragraph, Section, Tone
 from srbval.report.findings.findings import Findings
-from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 
 TEXTS = Texts("other_rigs")

@@ -5,12 +5,10 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import Answer
-from srbval.report.blocks import Block, Figure, Tone
+from srbval.report.blocks import Block, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import deviation_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.model import Section, VerdictBox
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
+from srbval.report.section_texts import FETCH_COMMAND, VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
 
 TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
@@ -21,18 +19,13 @@ ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLV
 def verdict_box(findings: Findings) -> VerdictBox:
     """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
     found = findings.headline
-    points = VERDICT.listing(
-        "points",
+    return VERDICT.verdict(
+        ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
         found=found,
         judged=[(cell.state, cell.verdict) for cell in findings.matrix.cells if cell.judged],
         records=[findings.analyses["rig"][one.state] for one in found.errors],
         study=findings.known.of(found.errors[0].state) if found.errors else None,
         fetch_command=FETCH_COMMAND,
-    )
-    return VerdictBox(
-        tone=ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
-        headline=VERDICT.text("headline", found=found),
-        points=points.items,
     )
 
 
@@ -47,7 +40,7 @@ def table6_section(findings: Findings) -> Section:
             shaft_rpm=findings.printed.shaft_rpm,
             computed=[findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published],
         ),
-        _deviations(findings),
+        TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
     ]
     if not measured:
         blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
@@ -59,12 +52,6 @@ def table6_section(findings: Findings) -> Section:
     parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
     quantities = TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
-
-
-def _deviations(findings: Findings) -> Figure:
-    """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in findings.data["table6"] for point in _points(row)]
-    return TEXTS.figure("table6-deviations", deviation_plot(points))
 
 
 def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -121,8 +108,7 @@ def _each_line(findings: Findings, rollers: int) -> Iterator[Block]:
     nominal = list(dict.fromkeys(row["nominal_rpm"] for row in means))
     yield SPEED.paragraph("each-line")
     yield SPEED.table("speed-and-slip-table", findings.data["speed_and_slip"])
-    for state in findings.measured_states:
-        rig = findings.analyses["rig"][state]
+    for rig in findings.measured.values():
         if rig.closure.sum_hz is not None:
             yield SPEED.paragraph("own-sum", name=rig.recording.name, closure=rig.closure, rollers=rollers)
     yield SPEED.table("published-speeds", speeds, nominal_rpm=nominal, source=findings.speed_source)

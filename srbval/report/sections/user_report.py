@@ -12,18 +12,15 @@ from srbval.bearing import Fault
 from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.lines import Line
 from srbval.reading.speed_search import USABLE_SHARE
-from srbval.report.blocks import Block, Figure, FigureGrid, Listing, Tone
+from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
 from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
-from srbval.report.figures.signals import acceleration_panel, band_panel
-from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
 from srbval.report.findings.user_records import ModelSide, UserRecord
-from srbval.report.model import Report, Section, VerdictBox
-from srbval.report.section_texts import Texts
-from srbval.report.sections.background import provenance_section
+from srbval.report.section_texts import Texts, badge_of
+from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
-from srbval.report.sections.names import badge_of
 from srbval.signal import LEAST_SNR
 
 TEXTS = Texts("user_report")
@@ -43,7 +40,7 @@ def assemble_user_report(
     if brief:
         sections = list(itertools.islice(_sections(records[0], ""), BRIEF_SECTIONS))
     else:
-        table = TEXTS.table("overview-table", records, headline=_headline)
+        table = TEXTS.table("overview-table", records, headline=lambda record: _verdict(record).headline)
         sections = [_section("overview", "", table)] if several else []
         sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
@@ -65,21 +62,13 @@ def user_data(records: Sequence[UserRecord]) -> dict[str, Any]:
     return {"schema_version": SCHEMA_VERSION, "status": "ok", "bearing": bearing, "records": tuple(records)}
 
 
-def _headline(record: UserRecord) -> str:
-    shown = [line for line in first_lines(record.analysis) if line.detected and Fault.of_line(line.name)]
-    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, doubted=record.doubted)
-
-
 def _verdict(record: UserRecord) -> VerdictBox:
+    shown = [line for line in first_lines(record.analysis) if line.detected and Fault.of_line(line.name)]
     marked = record.marked and record.marked.name
-    also = [x.name for x in first_lines(record.analysis) if x.detected and x.name != marked and Fault.of_line(x.name)]
-    return VerdictBox(
-        tone=_tone(record),
-        headline=_headline(record),
-        points=TEXTS.listing(
-            "points", record=record, analysis=record.analysis, call=record.call, also=also, doubted=record.doubted
-        ).items,
-    )
+    return TEXTS.verdict(
+        _tone(record), record=record, analysis=record.analysis, call=record.call, Basis=Basis, shown=shown,
+        also=[line.name for line in shown if line.name != marked], doubted=record.doubted,
+    )  # fmt: skip
 
 
 def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
@@ -87,12 +76,7 @@ def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
     worst = next(tone for tone in (Tone.BAD, Tone.WARNING, Tone.NEUTRAL, Tone.GOOD) if tone in tones)
     called = [record for record in records if record.call.called]
     indicated = [record for record in records if record.call.indicated and not record.call.called]
-    words = {"records": records, "called": called, "indicated": indicated}
-    return VerdictBox(
-        tone=worst,
-        headline=TEXTS.text("headline-of-all", **words),
-        points=TEXTS.listing("points-of-all", **words).items,
-    )
+    return TEXTS.verdict(worst, "-of-all", records=records, called=called, indicated=indicated)
 
 
 def _tone(record: UserRecord) -> Tone:
@@ -140,10 +124,10 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     top = LABEL_ROOM * max(highest_of(side, view.end_hz) for side in sides)
     plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
-    figure = TEXTS.figure(
-        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), record=record
+    explore = explore_spectrum(view, f"Envelope, {view.record.unit}", curves)
+    return TEXTS.figure(
+        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), explore=explore, record=record
     )
-    return dataclasses.replace(figure, explore=explore_spectrum(view, f"Envelope, {view.record.unit}", curves))
 
 
 def _lines(record: UserRecord, suffix: str) -> Block:
@@ -153,12 +137,11 @@ def _lines(record: UserRecord, suffix: str) -> Block:
         for x in first_lines(record.analysis)
     ]
     name = "lines-table" if before is None else "lines-with-healthy"
-    table = TEXTS.table(name, rows, record=record, tone=_tone_of)
-    return dataclasses.replace(table, id=f"lines-table{suffix}")
 
+    def tone(line: Line) -> Tone:
+        return Tone.WARNING if line.detected and Fault.of_line(line.name) else Tone.NEUTRAL
 
-def _tone_of(line: Line) -> str:
-    return Tone.WARNING.value if line.detected and Fault.of_line(line.name) else Tone.NEUTRAL.value
+    return TEXTS.table(name, rows, id=f"lines-table{suffix}", record=record, tone=tone)
 
 
 def _not_detected(record: UserRecord) -> Iterator[Block]:
@@ -195,7 +178,7 @@ def _times(record: UserRecord, suffix: str) -> Iterator[Block]:
         )  # fmt: skip
         name = f"time-figure{key}{suffix}"
         panels.append(TEXTS.figure("time", plot, id=name, badge=badge_of(one.analysis), record=record, title=title))
-    yield FigureGrid(figures=tuple(panels), columns=len(panels), caption=TEXTS.text("grid-time", record=record))
+    yield TEXTS.grid("grid-time", panels, columns=len(panels), record=record)
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
@@ -203,8 +186,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     lines, end_hz = model.lines, record.view.end_hz
     rows = [{"line": x, "model": lines[x.name]} for x in first_lines(record.analysis) if x.name in lines]
     yield TEXTS.paragraph("model", model=model)
-    table = TEXTS.table("model-table", rows, shaft_hz=model.view.shaft_hz, model=model)
-    yield dataclasses.replace(table, id=f"model-table{suffix}")
+    yield TEXTS.table("model-table", rows, id=f"model-table{suffix}", shaft_hz=model.view.shaft_hz, model=model)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
     plot = spectrum_panel(view, top=LABEL_ROOM * highest_of(model.view, end_hz),
         title=f"{model.state.label}, envelope spectrum",
@@ -214,5 +196,5 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
 
 def _all_lines(record: UserRecord, suffix: str) -> Block:
     rows = [x for x in record.analysis.lines if x.found_hz is not None]
-    table = TEXTS.table("all-lines-table", rows, shaft_hz=record.analysis.speed.value_hz)
-    return dataclasses.replace(table, id=f"all-lines-table{suffix}")
+    shaft_hz = record.analysis.speed.value_hz
+    return TEXTS.table("all-lines-table", rows, id=f"all-lines-table{suffix}", shaft_hz=shaft_hz)

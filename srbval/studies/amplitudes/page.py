@@ -4,10 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.comparison.headline import LEAST_RECORDS
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 DEPTH = "modulation depth"

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.blocks import Block
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, SOFT, figure_style, new_axes
+from srbval.report.figures.style import BLUE, INK, SOFT, PanelFiles, figure_style, new_axes, save_panel
 from srbval.report.section_texts import Texts
 from srbval.studies.appendix_page import appendix_page
 

@@ -12,10 +12,9 @@ from srbval.comparison.headline import biases
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.path.predictions import rows_of_predictions
 from srbval.recordings.registry import listing
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.storage.json_files import to_json
 
 TEXTS = Texts.of_study(__package__)

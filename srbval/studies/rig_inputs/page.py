@@ -1,9 +1,8 @@
 """The rig's own scene against the rig's records: the cage speed that follows from its inputs alone."""
 
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 

@@ -6,8 +6,19 @@ from pathlib import Path
 from typing import Any
 
 from srbval.models.run import USABLE
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
+from srbval.report.figures.style import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    SOFT,
+    VERMILION,
+    PanelFiles,
+    figure_style,
+    new_figure,
+    save_panel,
+)
 
 # Shape and colour tell the methods apart, each alone.
 MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")

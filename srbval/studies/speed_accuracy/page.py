@@ -6,12 +6,10 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE
-from srbval.report.blocks import Badge, Block, Figure
-from srbval.report.inline import literal
-from srbval.report.model import Section
+from srbval.report.blocks import Badge, Block, Figure, Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.plain import literal
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.scene import paper_scene
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.speed_accuracy.figure import speed_accuracy_plot

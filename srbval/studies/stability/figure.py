@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import INK, SOFT, figure_style, new_figure
+from srbval.report.figures.style import INK, SOFT, PanelFiles, figure_style, new_figure, save_panel
 
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {

@@ -6,12 +6,10 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
-from srbval.report.blocks import Badge, Block, Figure, Listing, Tone
-from srbval.report.inline import literal
-from srbval.report.model import Section
+from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.plain import literal
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.scene import SolverSettings, paper_scene
 from srbval.studies.scenes import RIG_SCENES
 from srbval.studies.stability.figure import stability_map

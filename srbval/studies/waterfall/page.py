@@ -6,13 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from srbval.report.blocks import Badge
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_figure
-from srbval.report.model import Section
+from srbval.report.blocks import Badge, Section
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelFiles, figure_style, new_figure, save_panel
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of OR and IR records

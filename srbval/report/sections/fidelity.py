@@ -1,30 +1,28 @@
-"""The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
+"""The model hierarchy: error against cost, predictions against fresh scenes, and the missing harmonic."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.models.hierarchy import LEVELS
-from srbval.report.blocks import Badge, Block, Listing, Table
-from srbval.report.figures.ladder import ladder_plot
+from srbval.report.blocks import Badge, Block, Listing, Section, Table
+from srbval.report.figures.comparison import fidelity_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 
-TEXTS = Texts("ladder")
+TEXTS = Texts("fidelity")
 Row = Mapping[str, Any]
 
 
-def ladder_section(findings: Findings) -> Section:
-    """Figure, table, rungs, held-out scenes, harmonic pattern."""
-    ladder, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
-    rungs = [rung for rung in LEVELS if rung.name in ladder.models]
-    items = [item for rung in rungs for item in TEXTS.listing("rung", name=rung.name, title=rung.title).items]
+def fidelity_section(findings: Findings) -> Section:
+    """Figure, table, levels, held-out scenes, harmonic pattern."""
+    known, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
+    levels = TEXTS.each("rung", [level for level in LEVELS if level.name in known.models])
     least = list(_amplitudes(rig_rows))
     return TEXTS.section(
-        TEXTS.paragraph("intro", ladder=ladder, least=least),
-        TEXTS.figure("ladder-figure", ladder_plot(rows=_not_amplitudes(rows)), badge=Badge.SIMULATED),
+        TEXTS.paragraph("intro", ladder=known, least=least),
+        TEXTS.figure("ladder-figure", fidelity_plot(rows=_not_amplitudes(rows)), badge=Badge.SIMULATED),
         appendix=(
-            Listing(items=tuple(items)),
+            Listing(levels),
             _table(rows, "ladder-table"),
             TEXTS.paragraph("rig", ladder=findings.ladders["rig"]),
             _table(rig_rows, "rig-ladder-table"),
@@ -34,8 +32,8 @@ def ladder_section(findings: Findings) -> Section:
     )
 
 
-def _table(ladder: Sequence[Row], name: str) -> Table:
-    shown = _not_amplitudes(ladder)
+def _table(given: Sequence[Row], name: str) -> Table:
+    shown = _not_amplitudes(given)
     rows = [
         {"title": title, "rungs": {row["model"]: row for row in shown if row["title"] == title}}
         for title in dict.fromkeys(row["title"] for row in shown)
@@ -43,21 +41,21 @@ def _table(ladder: Sequence[Row], name: str) -> Table:
     return TEXTS.table(
         name,
         rows,
-        models=list(dict.fromkeys(row["model"] for row in ladder)),
-        cost={row["model"]: row["wall_per_simulated_s"] for row in ladder},
+        models=list(dict.fromkeys(row["model"] for row in given)),
+        cost={row["model"]: row["wall_per_simulated_s"] for row in given},
         meanings=list({row["title"]: row for row in shown}.values()),
     )
 
 
-def _not_amplitudes(ladder: Sequence[Row]) -> list[Row]:
+def _not_amplitudes(rows: Sequence[Row]) -> list[Row]:
     """The rows of questions that are no amplitudes."""
-    return [row for row in ladder if row["margin"] is None]
+    return [row for row in rows if row["margin"] is None]
 
 
-def _amplitudes(ladder: Sequence[Row]) -> Iterator[dict[str, Any]]:
-    """One line for each amplitude: every rung's error and on how many scenes it is near, and the least rung that is."""
-    for question in dict.fromkeys(row["question"] for row in ladder if row["margin"] is not None):
-        own = {row["model"]: row for row in ladder if row["question"] == question}
+def _amplitudes(rows: Sequence[Row]) -> Iterator[dict[str, Any]]:
+    """One line for each amplitude: every model's error and on how many scenes it is near, and the cheapest that is."""
+    for question in dict.fromkeys(row["question"] for row in rows if row["margin"] is not None):
+        own = {row["model"]: row for row in rows if row["question"] == question}
         least = next((model for model, row in own.items() if row["least"]), None)
         yield {**next(iter(own.values())), "cells": {model: _cell(row) for model, row in own.items()}, "least": least}
 
@@ -70,16 +68,16 @@ def _cell(row: Row) -> str:
 
 
 def _patterns(patterns: Mapping[str, Any]) -> Iterator[Block]:
-    """Conclusion, each rung at the paper's bump, one rung over bump heights."""
-    rungs = patterns["by_rung"]
-    measured = [row for row in rungs if row["paper_band"] is not None]
+    """Conclusion, each model at the paper's bump, one over bump heights."""
+    by_level = patterns["by_rung"]
+    measured = [row for row in by_level if row["paper_band"] is not None]
     yield TEXTS.paragraph(
         "missing-harmonic",
         patterns=patterns,
-        sinc=[row["by_sinc"] for row in rungs],
+        sinc=[row["by_sinc"] for row in by_level],
         pulses=[row["paper_band"] for row in measured if row["model"] in ("impulse", "planar")],
         full=[row["paper_band"] for row in measured if row["model"] == "full"],
         harmonics=lambda values: TEXTS.text("harmonics", values=values),
     )
-    yield TEXTS.table("pattern-rungs-table", rungs, patterns=patterns)
+    yield TEXTS.table("pattern-rungs-table", by_level, patterns=patterns)
     yield TEXTS.table("pattern-table", patterns["by_height"], patterns=patterns)

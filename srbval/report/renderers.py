@@ -1,0 +1,139 @@
+"""The two renderers of the plain tree: one HTML file without network or need of its script, and a tagged PDF (UA-1)."""
+
+import base64
+import hashlib
+import json
+import re
+from functools import lru_cache, partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from markupsafe import Markup
+
+from srbval.errors import ConfigurationError
+from srbval.report.blocks import Document, Report
+from srbval.report.plain import as_plain
+
+# What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
+_PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
+_MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
+# Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
+LONGEST_WORD = 28
+LONGEST_IN_CELL = 14  # in a table: a longer one may be broken between its parts
+
+
+def _template(name: str) -> str:
+    return (resources.files("srbval.report") / "templates" / name).read_text(encoding="utf-8")
+
+
+def render_html(
+    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
+) -> str:
+    """Render one document as a whole page, with links to the other one where both are made (`with_appendix`).
+
+    Its pictures and their data already lie in ``folder/figures``. All text is escaped by the template engine; pictures
+    and data become data URIs. Raises FileNotFoundError when a file of a figure is missing.
+    """
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FunctionLoader(_template), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    script = _template("report.js")
+    return environment.get_template("report.html.j2").render(
+        report=as_plain(report, document, with_appendix=with_appendix),
+        style=_template("report.css"),
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
+        carried=partial(_data_uri, folder),
+    )
+
+
+def _data_uri(folder: Path, name: str) -> Markup:
+    """A file as a data URI without any sign that HTML would have to escape in an attribute between double quotes.
+
+    Text is percent-encoded, which is smaller than base64; pictures of pixels are in base64.
+    """
+    path = folder / name
+    kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
+    if kind == "image/png":
+        return Markup(f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}")
+    if kind == "image/svg+xml":
+        content = re.sub(rb">\s*\n\s*<", b"><", content)
+        content = content if b"'" in content else content.replace(b'"', b"'")
+    return Markup(f"data:{kind};charset=utf-8,{quote(content, safe=_PLAIN)}")
+
+
+def require_typst() -> Any:
+    """Import typst, or say how to install it."""
+    try:
+        import typst
+    except ImportError:
+        raise ConfigurationError(
+            'the PDF needs typst, which is not installed: pip install "srbval[pdf]", or leave the PDF out.'
+        ) from None
+    return typst
+
+
+def render_pdf(
+    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
+) -> bytes:
+    """Typeset one document of `report`, whose pictures already lie in ``folder/figures``.
+
+    All text travels as JSON data, never as markup, so nothing in it can be executed. The PDF is dated
+    with the report's own time: the same report gives the same bytes. Raises `ConfigurationError` without
+    typst and typst's own error (a bug here) when the document does not compile.
+    """
+    content: bytes = require_typst().compile(
+        _template("report.typ").encode("utf-8"),
+        root=str(folder),
+        format="pdf",
+        font_paths=[str(_font_folder())],
+        ignore_system_fonts=True,
+        sys_inputs={"report": json.dumps(_displayable(as_plain(report, document, with_appendix=with_appendix)))},
+        pdf_standards=["ua-1"],
+        timestamp=int(report.generated_utc.timestamp()),
+    )
+    return content
+
+
+def _font_folder() -> Path:
+    import matplotlib
+
+    return Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+
+
+@lru_cache(maxsize=1)
+def _known_characters() -> frozenset[int]:
+    """Characters the text font can draw; PDF/UA refuses a document that asks for another."""
+    from matplotlib.ft2font import FT2Font
+
+    return frozenset(FT2Font(str(_font_folder() / "DejaVuSans.ttf")).get_charmap())
+
+
+def _displayable(value: Any) -> Any:
+    """Make every string of the tree drawable: unknown characters replaced, endless words breakable.
+
+    In a table's cell a long word, such as a file's name, may also be broken after a slash or an underscore.
+    """
+    if isinstance(value, dict):
+        shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
+        if "number" in value:  # a cell
+            shown |= {key: _displayable_text(_breakable(value[key])) for key in ("text", "note")}
+        return shown
+    if isinstance(value, list | tuple):
+        return [_displayable(item) for item in value]
+    return _displayable_text(value) if isinstance(value, str) else value
+
+
+def _breakable(text: str) -> str:
+    return re.sub(rf"\S{{{LONGEST_IN_CELL},}}", lambda word: re.sub(r"(?<=[/_])(?=[^/_])", "\u200b", word[0]), text)
+
+
+def _displayable_text(text: str) -> str:
+    known = _known_characters()
+    shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in text)
+    return re.sub(rf"\S{{{LONGEST_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", shown)

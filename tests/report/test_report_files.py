@@ -1,0 +1,189 @@
+"""A small report's files: all or none; a page that stands alone and escapes everything; a tagged PDF."""
+
+import base64
+import builtins
+import hashlib
+import json
+import re
+import zlib
+from collections import Counter
+from html.parser import HTMLParser
+from importlib import resources
+
+import pytest
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.report import write as write_module
+from srbval.report.renderers import render_pdf
+from srbval.report.write import write_report
+
+VOID = {"meta", "link", "img", "br", "hr", "input"}
+
+
+def listing(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*"))
+
+
+@pytest.fixture(scope="module")
+def files(report, tmp_path_factory):
+    pytest.importorskip("typst")
+    return write_report(report, tmp_path_factory.mktemp("made") / "deep" / "out")
+
+
+def test_everything_is_written_and_nothing_else(files):
+    folder = files["json"].parent
+    assert listing(folder) == [
+        "figures", "figures/fig11b.csv", "figures/fig11b.svg", "figures/fig12a.csv", "figures/fig12a.svg",
+        "report.html", "report.json", "report.pdf",
+    ]  # fmt: skip
+    assert json.loads(files["json"].read_text("utf-8"))["table6"][0]["rig_hz"] is None
+    assert listing(folder.parent) == ["out", *(f"out/{name}" for name in listing(folder))]
+
+
+def test_a_failure_leaves_what_was_there(report, tmp_path, monkeypatch):
+    folder = tmp_path / "out"
+    write_report(report, folder, ("json",))
+    before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+    def fail(*_):
+        raise RuntimeError("out of luck")
+
+    monkeypatch.setattr(write_module, "write_json", fail)
+    with pytest.raises(RuntimeError):
+        write_report(report, folder, ("html", "json"))
+    assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
+    assert listing(tmp_path) == ["out", *(f"out/{name}" for name in listing(folder))]
+
+
+def test_what_cannot_be_written_is_refused(report, tmp_path):
+    with pytest.raises(ConfigurationError, match="'docx' is not known"):
+        write_report(report, tmp_path / "out", ("html", "docx"))
+    assert listing(tmp_path) == []
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(DataError, match="could not be written"):
+        write_report(report, tmp_path / "file" / "out", ("json",))
+
+
+class Page(HTMLParser):
+    """Collects elements, checks that they nest, and keeps the text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.open, self.text = [], [], ""
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        names = [name for name, _ in attrs]
+        assert len(names) == len(set(names)), tag
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += "" if {"style", "script"} & set(self.open) else data
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+@pytest.fixture(scope="module")
+def html(files):
+    return files["html"].read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(html):
+    return Page(html)
+
+
+def test_nothing_outside_the_page_is_asked_for_and_no_other_script_may_run(html, page):
+    style = re.search(r"<style>(.*?)</style>", html, re.DOTALL).group(1)
+    assert "url(" not in style
+    assert "@import" not in style
+    for tag, attributes in page.elements:
+        for name in ("src", "href", "srcset", "action"):
+            assert (attributes.get(name) or "#").startswith(("#", "data:")), tag
+    (found,) = re.findall(r"<script>(.*?)</script>", html, re.DOTALL)
+    assert found == (resources.files("srbval.report") / "templates" / "report.js").read_text("utf-8")
+    (policy,) = [m["content"] for m in page.all("meta") if m.get("http-equiv") == "Content-Security-Policy"]
+    digest = base64.b64encode(hashlib.sha256(found.encode()).digest()).decode()
+    assert policy == f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
+    assert not any(name.startswith("on") for _, attributes in page.elements for name in attributes)
+
+
+def test_hostile_text_is_text(html, page):
+    assert html.count("<script>") == 1
+    assert page.text.count('<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc') >= 4
+    assert "A" * 10_000 in page.text
+    assert "\x00" not in html
+
+
+def test_the_page_can_be_read_without_eyes_or_colours(page, report):
+    assert [image["alt"] for image in page.all("img")] == [figure.alt for figure in report.figures()]
+    assert len(page.all("figcaption")) == len(page.all("img"))
+    assert page.all("html")[0]["lang"] == "en"
+    for landmark in ("header", "main", "nav", "footer", "h1", "title"):
+        assert len(page.all(landmark)) == 1
+    assert {a.get("scope") for a in page.all("th")} == {"col", "row"}
+    assert len(page.all("caption")) == len(page.all("table"))
+    ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    wanted = [a["href"][1:] for a in page.all("a") if a["href"].startswith("#")]
+    assert {*wanted, *(a["aria-labelledby"] for _, a in page.elements if "aria-labelledby" in a)} <= set(ids)
+    text = " ".join(page.text.split())
+    for words in ("✓ within", "✗ outside", "synthetic stand-in Figure 11b."):
+        assert words in text
+
+
+def unpacked(content):
+    """All bytes of the file with its compressed streams opened."""
+    opened = [content]
+    for stream in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", content, re.DOTALL):
+        try:
+            opened.append(zlib.decompress(stream))
+        except zlib.error:
+            continue
+    return b"\n".join(opened)
+
+
+def test_the_pdf_is_tagged_and_its_tags_say_what_each_part_is(files, report):
+    """PDF/UA-1 by our own reading of the structure tree: what each block is."""
+    content = unpacked(files["pdf"].read_bytes())
+    for words in (rb"/MarkInfo\s*<<\s*/Marked true", rb"/StructTreeRoot", rb"/Lang\s*\(en", rb"pdfuaid:part\W*1",
+                  rb"/DisplayDocTitle true", rb"Model against rig"):  # fmt: skip
+        assert re.search(words, content)
+    tags = Counter(tag.decode() for tag in re.findall(rb"/S\s*/([A-Z]\w*)\s*/P ", content))
+    tables, figures = list(report.tables()), list(report.figures())
+    assert tags["Document"] == tags["Title"] == 1
+    assert {tag for tag in tags if re.fullmatch(r"H\d", tag)} == {"H1"}, "no level is left out"
+    assert tags["H1"] == 1 + len(report.sections)
+    assert tags["Figure"] == len(figures)
+    assert tags["Caption"] == len(figures) + len(tables)
+    assert tags["Table"] == len(tables) + 1, "pairs of keys and values are a table too"
+    assert tags["TH"] == content.count(b"/Scope/Column") == sum(len(table.columns) for table in tables)
+    assert tags["LI"] == tags["LBody"] > 0
+    assert content.count(b"/Tabs/S") == content.count(b"/Type/Page/")
+    for figure in figures:
+        assert b"/Alt(" + figure.alt.replace("'", "\\'").encode() in content or figure.alt.encode() in content
+
+
+def test_the_same_report_gives_the_same_bytes(files, report, tmp_path):
+    again = write_report(report, tmp_path)
+    assert {kind: path.read_bytes() for kind, path in again.items()} == {k: p.read_bytes() for k, p in files.items()}
+
+
+def test_without_typst_the_error_says_what_to_install(report, tmp_path, monkeypatch):
+    real = builtins.__import__
+
+    def without_typst(name, *args, **kwargs):
+        if name == "typst":
+            raise ImportError(name)
+        return real(name, *args, **kwargs)
+
+    monkeypatch.setattr(builtins, "__import__", without_typst)
+    with pytest.raises(ConfigurationError, match=r'pip install "srbval\[pdf\]"'):
+        render_pdf(report, tmp_path)
