@@ -7,7 +7,6 @@ from pathlib import Path
 from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
 from srbval.errors import ConfigurationError
-from srbval.plan.coarser_output import Reduction, find_reductions
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.questions import MEANING, Question
 from srbval.plan.table import load_calibration
@@ -18,24 +17,16 @@ MET, NOT_MET = 0, 1
 
 def run(options: argparse.Namespace) -> int:
     """Plan and print; exit code 1 where no model, the full one included, keeps the tolerance."""
-    scene = scene_of(options)
     plan = make_plan(
-        scene,
+        scene_of(options),
         question=question_of(options.question),
         tolerance_pct=options.tolerance,
         calibration=load_calibration(Path(options.calibration)) if options.calibration else None,
     )
-    found: tuple[Reduction, ...] = ()
-    if options.reductions:
-        found = find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct)
     if options.json:
-        print_json(to_json(plan) | {"reductions": found})
+        print_json(to_json(plan))
     else:
         show(plan)
-        if found:
-            print()
-            rows = [(r.name, "yes" if r.taken else "no", r.difference_pct, r.why) for r in found]
-            print_table(("reduction of the full model", "taken", "difference [%]", "why"), rows)
     return MET if plan.met else NOT_MET
 
 

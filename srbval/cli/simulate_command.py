@@ -55,11 +55,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """The scene, its model and output rate chosen by the planner where it asks for that, and the plan for the JSON."""
+    """The scene, its model chosen by the planner where it asks for that, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
     from srbval.cli.plan_command import question_of  # the planner takes half a second to load
-    from srbval.plan.coarser_output import with_coarser_output
     from srbval.plan.plan import make_plan
 
     plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
@@ -67,9 +66,7 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
         print(f"outside the calibration: {outside}", file=sys.stderr)
-    chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
-    print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
-    return chosen, {"plan": to_json(plan), "reductions": [reduction]}
+    return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
 def _step(options: argparse.Namespace) -> Step:

@@ -159,7 +159,6 @@ TEXTS = ["", " ", "\0", "\ud800", "\udcff", "a\nb", "x" * 1_000_000, "/dev/zero"
 LONG = {
     "simulate": ["srbval.cli.simulate_command._simulate"],
     "report": ["srbval.report.reports.gather"],
-    "plan": ["srbval.cli.plan_command.find_reductions"],
     "campaign": ["srbval.cli.campaign_command.run_campaign"],
     "check": ["srbval.cli.check_command.run_check"],
     "data": ["srbval.cli.data_command.fetch"],
