@@ -28,8 +28,7 @@ _NAMES = {
     ),
     "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
     "reading.analyse": ("Analysis", "analyse"),
-    "diagnosis.baseline": ("baseline_of",),
-    "diagnosis.baseline_comparison": ("BaselineComparison", "compare_with_baseline"),
+    "diagnosis.baseline": ("BaselineComparison", "baseline_of", "compare_with_baseline"),
     "diagnosis.diagnose": ("Diagnosis", "diagnose"),
     "path.identify": ("identify as identify_path",),
     "report.findings.findings": ("Findings", "gather"),
@@ -69,8 +68,7 @@ if TYPE_CHECKING:
     from srbval.campaign.status import campaign_status, verify_campaign
     from srbval.check.check import run_check
     from srbval.cli.installation_commands import build_docs, doctor
-    from srbval.diagnosis.baseline import baseline_of
-    from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
+    from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
     from srbval.diagnosis.diagnose import Diagnosis, diagnose
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.models.run import Run, RunStatus

@@ -9,12 +9,12 @@ from typing import Any
 from srbval.campaign.case import COMPUTED_BY, CampaignCase
 from srbval.campaign.quantities import Output
 from srbval.campaign.settings import Campaign, nested
+from srbval.comparison.runs import right_hand_sides_per_step
 from srbval.errors import DataError, SrbvalError
 from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run_file import scene_content
 from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
-from srbval.plan.timing import right_hand_sides_per_step
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.stored_result import content_key
 

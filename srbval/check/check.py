@@ -1,18 +1,87 @@
-"""Recompute everything and compare it with the reference results; replace these by the new ones."""
+"""Recompute everything and compare it with the reference results; replace these by the new ones.
+
+A reference has a value for every quantity, how far a new one may be from it, and why that far.
+"""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 from xml.etree import ElementTree
 
+from srbval import __version__
 from srbval.check.quantities import GROUPS
-from srbval.check.reference import ReferenceQuantity, read_reference, reference_path
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
-from srbval.storage.files import atomic_write
+from srbval.storage.files import atomic_write, read_limited
+from srbval.storage.installation import git_revision, shipped_folder
+from srbval.storage.json_files import parse_json, read_json, write_json
+from srbval.storage.stored_result import MOST_BYTES, REPORTS, StoredResult
+from srbval.storage.tables import build
+
+FILE = "reference.json"
+KIND, SCHEMA_VERSION = "reference", 1
+SPARE_DIGITS = 2  # of a value beyond its tolerance's first
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceQuantity:
+    """One quantity: `value` [`unit`], None where not yet known, the `tolerance` either side and the `reason` for it."""
+
+    name: str
+    value: float | None = None
+    tolerance: float
+    unit: str
+    reason: str
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.tolerance) and self.tolerance >= 0):
+            raise ConfigurationError(f"{self.name}: tolerance = {self.tolerance} must be zero or a positive number.")
+        if not self.reason.strip():
+            raise ConfigurationError(f"{self.name}: a tolerance needs its reason; write one.")
+
+    def at(self, value: float) -> ReferenceQuantity:
+        """The same quantity with `value` for reference, to two digits more than the tolerance has."""
+        if not self.tolerance:
+            return replace(self, value=value)
+        return replace(self, value=round(value, SPARE_DIGITS - math.floor(math.log10(self.tolerance))))
+
+
+def reference_path() -> Path:
+    """The reference results of this version: in the repository, or in the installed package."""
+    return shipped_folder("reports") / FILE
+
+
+def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
+    """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
+    try:
+        content = parse_json(read_limited(path))
+    except ValueError as error:
+        raise DataError(f"{path}: not JSON ({error}).") from None
+    if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
+        raise DataError(f"{path}: not a reference file of version {SCHEMA_VERSION}.")
+    tables = content.get("quantities", [])
+    if not isinstance(tables, list) or not tables:
+        raise DataError(f"{path}: its quantities are not a list, or an empty one.")
+    listed = [build(ReferenceQuantity, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
+    quantities = {q.name: q for q in listed}
+    if len(quantities) != len(listed):
+        raise DataError(f"{path}: a quantity is named twice.")
+    return quantities
+
+
+def _without_null(table: Any) -> Any:
+    return {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
+
+
+def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> None:
+    """Write `path` completely or not at all."""
+    origin = {"schema_version": SCHEMA_VERSION, "kind": KIND, "srbval": __version__, "git_revision": git_revision()}
+    write_json(path, origin | {"quantities": [asdict(quantity) for quantity in quantities.values()]})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +113,16 @@ class CheckedQuantity:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
-    """All quantities checked; `skipped` names those that need a recording which is not registered."""
+    """All quantities checked; `skipped` names those that need a recording which is not registered.
+
+    `stale` are files in ``reports`` that no longer hold: `file` and `why`. They are no failure.
+    """
 
     JSON_PROPERTIES: ClassVar = ("ok",)
 
     checks: tuple[CheckedQuantity, ...]
     skipped: tuple[str, ...]
+    stale: tuple[Mapping[str, str], ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -85,7 +158,19 @@ def run_check(
     return CheckResult(
         checks=tuple(_checked(name, value, known.get(name)) for name, value in fresh.items() if value is not None),
         skipped=tuple(name for name, value in fresh.items() if value is None),
+        stale=stale_reports(),
     )
+
+
+def stale_reports() -> tuple[Mapping[str, str], ...]:
+    """Stored results of studies in ``reports`` whose sources or inputs have changed since: `file` and `why`."""
+    found = []
+    for path in sorted(shipped_folder(REPORTS).glob("*.json")):
+        content = {} if path.name == FILE else read_json(path, MOST_BYTES)
+        why = StoredResult(path=path, content=content).stale if content.get("kind") == path.stem else None
+        if why is not None:
+            found.append({"file": path.name, "why": why})
+    return tuple(found)
 
 
 def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> CheckedQuantity:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.comparison.runs import run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
@@ -16,7 +17,6 @@ from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
 from srbval.models.simulate import static_share
 from srbval.plan.measures import measure
-from srbval.plan.timing import run_all
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording, recording_from_run
@@ -27,7 +27,7 @@ Values = Mapping[str, float | None]
 
 SECONDS = 2.0  # recorded: long enough to read a line to 0.05 Hz, short enough for a check to be made often
 RIG_RPM = 877.0  # nominal motor speed of those open excerpts that are nearest to the paper's
-LOWER_RUNGS = ("impulse", "planar", "line")
+LOWER_LEVELS = ("impulse", "planar", "line")
 
 
 def _printed(base: Scene) -> Scene:
@@ -107,10 +107,10 @@ def _runs(base: Scene, progress: Progress) -> Values:
     }
 
 
-def _ladder(base: Scene, progress: Progress) -> Values:
-    """The lower rungs that vibrate, on the outer-race scene."""
+def _lower_levels(base: Scene, progress: Progress) -> Values:
+    """The lower fidelity levels that vibrate, on the outer-race scene."""
     outer = _with_defect(base, Fault.OUTER)
-    done = _run_side_by_side({model: replace(outer, model=model) for model in LOWER_RUNGS}, progress)
+    done = _run_side_by_side({model: replace(outer, model=model) for model in LOWER_LEVELS}, progress)
     return {f"read_bpfo_hz_{model}": _read_line(run, "BPFO") for model, run in done.items()}
 
 
@@ -128,5 +128,5 @@ def _rig(base: Scene, _: Progress) -> Values:
 
 
 GROUPS: Mapping[str, Callable[[Scene, Progress], Values]] = {
-    "kinematics": _kinematics, "statics": _statics, "runs": _runs, "ladder": _ladder, "rig": _rig,
+    "kinematics": _kinematics, "statics": _statics, "runs": _runs, "ladder": _lower_levels, "rig": _rig,
 }  # fmt: skip

@@ -7,8 +7,14 @@ from pathlib import Path
 from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, own_command, print_table
-from srbval.diagnosis.baseline import baseline_of, load_healthy, on_background, registered_baseline
-from srbval.diagnosis.baseline_comparison import Baseline, compare_with_baseline
+from srbval.diagnosis.baseline import (
+    Baseline,
+    baseline_of,
+    compare_with_baseline,
+    load_healthy,
+    on_background,
+    registered_baseline,
+)
 from srbval.diagnosis.diagnose import diagnose, fault_entry
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
@@ -103,7 +109,7 @@ def _print(result: Analysis, wanted: str) -> None:
     )
     print(f"band {shown.chain}; {result.band.why}")
     print(f"lines searched in {result.search}")
-    print(f"that is {', '.join(f'{w.name} {w.low_hz:.2f} to {w.high_hz:.2f} Hz' for w in result.windows)}")
+    print(f"that is {', '.join(f'{name} {low:.2f} to {high:.2f} Hz' for name, (low, high) in result.windows.items())}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
     for caution in recording.cautions:

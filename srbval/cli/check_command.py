@@ -6,8 +6,17 @@ import sys
 import time
 from pathlib import Path
 
-from srbval.check.check import CheckResult, differences, renewed, run_check, write_junit
-from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
+from srbval.check.check import (
+    CheckResult,
+    ReferenceQuantity,
+    differences,
+    read_reference,
+    reference_path,
+    renewed,
+    run_check,
+    write_junit,
+    write_reference,
+)
 from srbval.cli.output import answer, print_table
 from srbval.progress import ProgressDisplay, prefixed
 from srbval.storage.json_files import to_json
@@ -33,6 +42,8 @@ def _show(result: CheckResult) -> None:
     print_table(("quantity", "value", "low", "high", "unit", "ok"), rows)
     for name in result.skipped:
         print(f"skipped, needs a recording that is not registered: {name}")
+    for one in result.stale:
+        print(f"note: reports/{one['file']} is stale: {one['why']}")
     for check in result.checks:
         if math.isnan(check.value + check.low):
             why = "could not be computed" if math.isnan(check.value) else "has no reference"

@@ -100,20 +100,17 @@ def run_scene(options: argparse.Namespace) -> int:
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """The scene, its model and output rate chosen by the planner where it asks for that, and the plan for the JSON."""
+    """The scene, its model chosen by the planner where it asks for that, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
-    from srbval.plan.coarser_output import with_coarser_output  # the planner takes half a second to load
-    from srbval.plan.plan import make_plan
+    from srbval.plan.plan import make_plan  # the planner takes half a second to load
 
     plan = make_plan(scene, question=_question(options.question), tolerance_pct=options.tolerance)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
         print(f"outside the calibration: {outside}", file=sys.stderr)
-    chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
-    print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
-    return chosen, {"plan": to_json(plan), "reductions": [reduction]}
+    return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
 def _step(options: argparse.Namespace) -> Step:
@@ -126,16 +123,15 @@ def _step(options: argparse.Namespace) -> Step:
 
 def choose_model(options: argparse.Namespace) -> int:
     """Plan and print; exit code 1 where no model, the full one included, keeps the tolerance."""
-    from srbval.plan.coarser_output import find_reductions
     from srbval.plan.plan import make_plan
     from srbval.plan.questions import MEANING
     from srbval.plan.table import load_calibration
 
-    scene, question = scene_of(options), _question(options.question)
-    calibration = load_calibration(Path(options.calibration)) if options.calibration else None
-    plan = make_plan(scene, question=question, tolerance_pct=options.tolerance, calibration=calibration)
-    reductions = (
-        find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct) if options.reductions else ()
+    plan = make_plan(
+        scene_of(options),
+        question=_question(options.question),
+        tolerance_pct=options.tolerance,
+        calibration=load_calibration(Path(options.calibration)) if options.calibration else None,
     )
 
     def show() -> None:
@@ -151,12 +147,8 @@ def choose_model(options: argparse.Namespace) -> int:
             print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
         for reason in plan.outside:
             print(f"outside the calibration: {reason}", file=sys.stderr)
-        if reductions:
-            print()
-            parts = [(r.name, "yes" if r.taken else "no", r.difference_pct, r.why) for r in reductions]
-            print_table(("reduction of the full model", "taken", "difference [%]", "why"), parts)
 
-    return answer(options, to_json(plan) | {"reductions": reductions}, show, code=0 if plan.met else 1)
+    return answer(options, to_json(plan), show, code=0 if plan.met else 1)
 
 
 def _question(name: str) -> "Question":

@@ -17,7 +17,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements
-from srbval.reading.identity import SLIP_FREEDOM, SLIP_SPREAD
+from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD
 from srbval.signal import NORMAL_95
 from srbval.storage.tables import read_toml
 

@@ -5,9 +5,8 @@ A counterpart is the model at the record's own speed and load, with enough point
 
 import dataclasses
 import math
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +14,8 @@ import numpy as np
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.compared_quantities import mean_of_starts, values_of_model
 from srbval.comparison.comparison import QuantityValue
-from srbval.errors import ConfigurationError, NumericsError, SrbvalError
+from srbval.comparison.runs import side_by_side
+from srbval.errors import NumericsError, SrbvalError
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
@@ -61,12 +61,8 @@ class AnalysedRun:
     values: Mapping[str, QuantityValue] = field(default_factory=dict)
 
 
-class RunCancelled(Exception):
-    """Raised inside a run when another one failed or the user interrupted."""
-
-
 def paper_cases(seconds: float) -> list[SimulationCase]:
-    """H, OR and IR at 710 rpm and 124.8 kN, `seconds` long."""
+    """The paper's scene (710 rpm, 124.8 kN), `seconds` long: healthy, defect on the outer and on the inner race."""
     return [
         SimulationCase(
             id=f"paper-{state}", purpose="the paper's scene", state=state,
@@ -87,30 +83,13 @@ def run_case(case: SimulationCase, *, step: Step = Step.CHECKED, progress: Progr
 def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
-    """Run all `cases`, `jobs` at a time (default: one per core), the longest first; runs by the cases' ids.
-
-    Threads, since the kernels release the interpreter lock. `progress` gets one task per case. Raises `NumericsError`
-    naming the first failed case; the others are stopped.
-    """
-    if jobs is not None and jobs < 1:
-        raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
-    cancelled = False
-
-    def report(task: str, fraction: float | None) -> None:
-        if cancelled:
-            raise RunCancelled
-        progress(task, fraction)
-
+    """Run all `cases`, see `side_by_side`; runs by the cases' ids. The first failed one is a `NumericsError`."""
     load_kernels(case.scene.model for case in cases)
-    ordered = sorted(cases, key=lambda case: -case.scene.duration_s / case.scene.solver.step_s)
-    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
-        futures = {case.id: pool.submit(run_case, case, progress=report) for case in ordered}
-        try:
-            return {case.id: futures[case.id].result() for case in cases}
-        except BaseException:
-            cancelled = True
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    by_id = {case.id: case for case in cases}
+    scenes = {case.id: case.scene for case in cases}
+    return side_by_side(
+        scenes, lambda key, report: run_case(by_id[key], progress=report), task="Simulate", jobs=jobs, progress=progress
+    )
 
 
 def with_points(scene: Scene, points: int) -> Scene:
@@ -131,8 +110,8 @@ def converged(scene: Scene) -> Scene:
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 
 
-def starts(scene: Scene) -> tuple[Scene, ...]:
-    """The scene at loads that differ by nothing that matters: an ensemble of starts."""
+def load_ensemble(scene: Scene) -> tuple[Scene, ...]:
+    """The scene at `STARTS` loads within a relative `START_SHARE` of its own: starts of an ensemble."""
     return tuple(
         dataclasses.replace(scene, load=dataclasses.replace(scene.load, radial_n=scene.load.radial_n * (1 + change)))
         for change in np.linspace(-START_SHARE, START_SHARE, STARTS).tolist()
@@ -163,7 +142,7 @@ def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silen
             state=state,
             scene=one,
         )
-        for number, one in enumerate((scene,) if state is Fault.HEALTHY else starts(scene), start=1)
+        for number, one in enumerate((scene,) if state is Fault.HEALTHY else load_ensemble(scene), start=1)
     )
 
     def made(case: SimulationCase, step: Step) -> AnalysedRun:

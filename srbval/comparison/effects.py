@@ -44,13 +44,13 @@ class QuantityEffects:
 
 @dataclass(frozen=True, kw_only=True)
 class DefectEffects:
-    """Effects on all `quantities` of one `defect`, measured together.
+    """What the open inputs do to all `quantities` of one `defect`, from runs of the model at drawn inputs.
 
-    `draws` runs with drawn inputs were used and `failed` ones left out; `refined`: a second round of runs was needed.
-    `at`, [draws, inputs] in 0 to 1, are the drawn inputs, `values`, [draws, quantities], what the runs show, None where
-    a run did not show a quantity. `predicted`, [many, quantities], samples the joint distribution over inputs and
-    starts. `spectrum` is that of the scene itself, `spectra` those of the draws that show the line, [2, bins] each (see
-    `spectrum_shape.halves_of`).
+    `draws` runs were used, `failed` ones left out; `refined`: a second round of runs was needed. Draw by draw, `at` are
+    the inputs, [draws, inputs], each as a share of its range, and `values` the quantities read, [draws, quantities],
+    None where the run did not show one. `predicted`, [many, quantities], samples the joint distribution over inputs and
+    starts. `spectrum`, [2, bins], is that of the scene with its own inputs, `spectra` those of the draws that show the
+    line (see `spectrum_shape.halves_of`).
     """
 
     defect: str

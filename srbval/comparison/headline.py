@@ -1,10 +1,18 @@
-"""The report's answer in one value: how far the model's cage ratio is from the rig's, how sure, and on what it rests.
+"""What the table of comparisons says in short: the report's answer in one value, and one bias of each kind of quantity.
 
-A record's answer is that of its whole interval (`Tolerance.answer`), unless the scan of one input alone gives another:
-then, whatever the interval says, the question is not resolved. The tolerance is missed where one record surely misses
-it, met where all surely meet it.
+The answer is how far the model's cage ratio is from the rig's, how sure, and on what it rests. A record's answer is
+that of its whole interval (`Tolerance.answer`), unless the scan of one input alone gives another: then, whatever the
+interval says, the question is not resolved. The tolerance is missed where one record surely misses it, met where all
+surely meet it.
+
+Of a bias the record is the unit: errors of one record share its bearing, mounting and speed. Mean error and Student's
+interval b +- t s / sqrt(n); below `LEAST_RECORDS` there is no claim, since neither mean nor scatter says anything of
+the next record. What the errors scatter by beyond the data's own uncertainty is the model's (after the NIST fire-model
+validation guide, McGrattan et al., NIST SP 1018-3).
 """
 
+import math
+import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,17 +20,21 @@ from typing import Any, ClassVar
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import TOLERANCE, Answer, Tolerance
-from srbval.comparison.compared_quantities import CAGE_RATIO
+from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, PRESENCE
 from srbval.comparison.comparison import Comparison, deviation_pct
+from srbval.signal import NORMAL_95
+
+LEAST_RECORDS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordError:
     """The model's error of the cage ratio against one record [%], with the 95 % half width of that error.
 
-    `scene` is the one that the model ran. A stored scan takes each input alone over its range: `scanned_pct` are the
-    least and the largest error found, `turned_by` names the inputs that by themselves change the answer that the
-    nominal inputs give, `reversed_by` those of them that make a met tolerance a missed one or the other way round.
+    `scene` is the one that the model ran. In a stored scan one input at a time takes values over its range:
+    `scanned_pct` are the least and the largest error found. `changed_by` names the inputs at some value of which the
+    answer (met, missed, not resolved) is another than at the nominal one; `sign_changed_by` those among them with
+    which both met and missed occur.
     """
 
     JSON_PROPERTIES: ClassVar = ("answer",)
@@ -33,13 +45,13 @@ class RecordError:
     error_pct: float
     uncertainty_pct: float | None
     scanned_pct: tuple[float, float] | None = None
-    turned_by: tuple[str, ...] = ()
-    reversed_by: tuple[str, ...] = ()
+    changed_by: tuple[str, ...] = ()
+    sign_changed_by: tuple[str, ...] = ()
 
     @property
     def answer(self) -> Answer:
         """What may be stated."""
-        return Answer.NOT_RESOLVED if self.turned_by else TOLERANCE.answer(self.error_pct, self.uncertainty_pct)
+        return Answer.NOT_RESOLVED if self.changed_by else TOLERANCE.answer(self.error_pct, self.uncertainty_pct)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +124,59 @@ def _record_error(
     errors = [error for row in own for error in row["errors_pct"]]
     turned = {row["name"]: {*row["answers"], nominal} for row in own if set(row["answers"]) != {nominal}}
     return replace(
-        made, scanned_pct=(min(errors), max(errors)), turned_by=tuple(turned),
-        reversed_by=tuple(name for name, answers in turned.items() if {Answer.MET, Answer.MISSED} <= answers),
+        made, scanned_pct=(min(errors), max(errors)), changed_by=tuple(turned),
+        sign_changed_by=tuple(name for name, answers in turned.items() if {Answer.MET, Answer.MISSED} <= answers),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bias:
+    """Bias of the comparisons of one kind, scene and use; its 95 % half width; scatter (one sd, net of the data's).
+
+    These three are None below `LEAST_RECORDS`: no claim; `mean_error`, over records, is only what was seen.
+    `data_scatter` is one standard deviation of the data.
+    """
+
+    kind: str
+    scene: str
+    used_for: str
+    unit: str
+    records: int
+    pairs: int
+    mean_error: float
+    bias: float | None
+    ci95: float | None
+    scatter: float | None
+    data_scatter: float
+
+
+def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Bias, ...]:
+    """One for each kind, scene and use of the rows that both sides show; yes or no is counted, not measured.
+
+    With `used_for` rows of every use count together, under that name.
+    """
+    groups: dict[tuple[str, str, str], list[Comparison]] = {}
+    for row in rows:
+        if row.both_present and row.kind != PRESENCE.kind:
+            groups.setdefault((row.kind, row.scene, used_for or row.used_for), []).append(row)
+    places = {row.kind: place for place, row in enumerate(COMPARED)}
+    return tuple(_bias(*key, groups[key]) for key in sorted(groups, key=lambda key: places.get(key[0], len(places))))
+
+
+def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> Bias:
+    from scipy.special import stdtrit
+
+    by_record: dict[str, list[float]] = {}
+    for row in rows:
+        by_record.setdefault(row.record, []).append(row.error)
+    errors = [statistics.fmean(own) for own in by_record.values()]
+    count, mean = len(errors), statistics.fmean(errors)
+    data = math.sqrt(statistics.fmean((row.data_ci95 / NORMAL_95) ** 2 for row in rows))
+    claimed = count >= LEAST_RECORDS
+    variance = statistics.variance(errors) if claimed else 0.0
+    return Bias(
+        kind=kind, scene=scene, used_for=used_for, unit=rows[0].error_unit, records=count, pairs=len(rows),
+        mean_error=mean, bias=mean if claimed else None,
+        ci95=float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+        scatter=math.sqrt(max(variance - data**2, 0.0)) if claimed else None, data_scatter=data,
     )  # fmt: skip

@@ -5,7 +5,7 @@ Every registered record fills a cell, and every cell of a fault compares every q
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.record_verdict import RecordVerdict, holm, record_verdict
-from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
+from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line, line_entry
@@ -152,57 +152,46 @@ def build_matrix(
         if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
 
-    def read(entry: RegisteredRecording) -> Analysis:
-        return analyse(load_entry(entry), bearing=bearing)
-
-    def compared(point: Point, baseline: Future[Analysis] | None) -> tuple[MatrixCell | str, Sides | None]:
-        wanted = point in keep_sides_of
-        try:
-            if point.state is Fault.HEALTHY and baseline is not None:
-                rig, healthy = baseline.result(), None
+    def compared(points: Sequence[Point], runs: Executor) -> list[tuple[Point, MatrixCell | str, Sides | None]]:
+        """The records of one speed and load, the healthy one first: the others are compared with it."""
+        healthy, found = None, []
+        for point in sorted(points, key=lambda point: point.state is not Fault.HEALTHY):
+            entry, sides = chosen[point], None
+            try:
+                rig = analyse(load_entry(entry), bearing=bearing)
+                wanted = point in keep_sides_of
+                model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
+                used_for = "blind" if unopened(entry) else "withheld"
+                cell: MatrixCell | str = _cell(point, rig, healthy, model, sensitivity, used_for)
+            except SrbvalError as error:
+                cell = str(error)
             else:
-                rig = read(chosen[point])
-                healthy = None if baseline is None or baseline.exception() else baseline.result()
-            model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
-            used_for = "blind" if unopened(chosen[point]) else "withheld"
-            cell = _cell(point, rig, healthy, model, sensitivity, used_for)
-        except SrbvalError as error:
-            return str(error), None
-        return cell, (rig, model) if wanted and model is not None else None
+                healthy = rig if point.state is Fault.HEALTHY else healthy
+                sides = (rig, model) if wanted and model is not None else None
+            found.append((point, cell, sides))
+        return found
 
-    def begin(records: Executor) -> dict[Point, Future[tuple[MatrixCell | str, Sides | None]]]:
-        """Healthy records are analysed once, and released after their point's last record: only its tasks hold them."""
-        baselines: dict[tuple[float, float, float], Future[Analysis]] = {}
-        tasks = {}
-        # Slow shafts first: theirs are the longest runs. Of one point the healthy record first.
-        for point in sorted(chosen, key=lambda point: (point.nominal_rpm, point[1:3], point.state)):
-            if point.state is Fault.HEALTHY:
-                baselines[point[1:]] = records.submit(read, chosen[point])
-            tasks[point] = records.submit(compared, point, baselines.get(point[1:]))
-        return tasks
-
+    groups: dict[tuple[float, float, float], list[Point]] = {}
+    for point in sorted(chosen, key=lambda point: point.nominal_rpm):  # slow shafts first: theirs are the longest runs
+        groups.setdefault(point[1:], []).append(point)
     # Records wait for their runs; a pool of these alone keeps every core busy, whichever records they belong to.
     workers = jobs or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as runs, ThreadPoolExecutor(workers) as records:
+        tasks = [records.submit(compared, points, runs) for points in groups.values()]
         try:
-            tasks = begin(records)
-            results = {point: tasks[point].result() for point in sorted(tasks)}
+            results = sorted((one for task in tasks for one in task.result()), key=lambda one: one[0])
         except BaseException:
             for pool in (records, runs):
                 pool.shutdown(wait=False, cancel_futures=True)
             raise
+    cells = [cell for _, cell, _ in results if isinstance(cell, MatrixCell)]
+    adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
     return Matrix(
         grid=rig_grid(),
-        cells=_with_holm([cell for cell, _ in results.values() if isinstance(cell, MatrixCell)]),
-        unusable=tuple((chosen[point].file, why) for point, (why, _) in results.items() if isinstance(why, str)),
-        sides={point: sides for point, (_, sides) in results.items() if sides is not None},
+        cells=tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells),
+        unusable=tuple((chosen[point].file, cell) for point, cell, _ in results if isinstance(cell, str)),
+        sides={point: sides for point, _, sides in results if sides is not None},
     )
-
-
-def _with_holm(cells: Sequence[MatrixCell]) -> tuple[MatrixCell, ...]:
-    """The cells, their verdicts adjusted for the number of records."""
-    adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
-    return tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells)
 
 
 def point_of(entry: RegisteredRecording) -> Point | None:

@@ -20,7 +20,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.reading.speed_search import USABLE_SHARE
+from srbval.reading.pipeline import USABLE_SHARE
 from srbval.signal import NORMAL_95
 
 HARMONICS, LEAST_HARMONICS = 5, 2

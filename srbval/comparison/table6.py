@@ -14,7 +14,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.reading.sum_rule import SumRule
+from srbval.reading.verdict import SumRule
 from srbval.storage.tables import build, read_toml
 
 

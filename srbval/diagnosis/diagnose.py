@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.diagnosis.baseline_comparison import BaselineComparison, Basis
+from srbval.diagnosis.baseline import BaselineComparison, Basis
 from srbval.diagnosis.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread

@@ -1,13 +1,10 @@
 """Posterior probabilities of what a record shows: healthy, a fault of one part, or something else.
 
 A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultScores`). Each
-class is compared with the healthy one by the feature that tells the two apart, so that log likelihoods are those over
-the healthy class's. A class is a mixture (`ClassFeature`): where it shows, its feature stands out; some of its records
-hide it, and look as silent as any (most rollers). Both parts follow Student's t. A record of a new rig is drawn with
-the scatter of rigs, bearings, runs and noise at once, so that one scale holds them all, every rig, and every bearing of
-a rig, having the same weight. Silent and showing parts have scales of their own: the one scatters as the highest of
-noise does, the other as sizes of faults do. One offset sets the level of all likelihoods over the healthy class's; it
-is fitted on rigs left out.
+class is compared with the healthy one by the feature that tells the two apart; it is a mixture (`ClassFeature`) of
+records that show it and records that hide it, each following Student's t. One scale holds the scatter of rigs,
+bearings, runs and noise, every rig, and every bearing of a rig, having the same weight. One offset sets the level of
+all likelihoods over the healthy class's; it is fitted on rigs left out.
 """
 
 from __future__ import annotations
@@ -120,12 +117,11 @@ class FaultPosterior:
         found = {name: value / total for name, value in weight.items()}
         best = most_probable(found)
         cap = (self.specimens[best] + 0.5) / (self.specimens[best] + 1)
-        if found[best] > cap:
-            others = {name: max(value, 1e-300) for name, value in weight.items() if name != best}
-            rest = sum(others.values())
-            found = {name: (1 - cap) * value / rest for name, value in others.items()} | {best: cap}
-            found = {name: found[name] for name in weight}
-        return found
+        if found[best] <= cap:
+            return found
+        least = {name: max(value, 1e-300) for name, value in weight.items()}
+        rest = sum(value for name, value in least.items() if name != best)
+        return {name: cap if name == best else (1 - cap) * value / rest for name, value in least.items()}
 
 
 def most_probable(probabilities: Mapping[str, float]) -> str:

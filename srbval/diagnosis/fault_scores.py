@@ -13,7 +13,7 @@ import numpy as np
 from srbval.bearing import DEFECTS, Fault
 from srbval.reading.analyse import Analysis
 from srbval.reading.families import HARMONICS, Family, families_of, is_placebo_order
-from srbval.reading.speed_search import whitened_periodogram
+from srbval.reading.pipeline import whitened_periodogram
 from srbval.recordings import ShaftSpeed
 from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, strongest_group

@@ -75,11 +75,6 @@ class BandPowers:
         """Width of a band."""
         return float(self.frequency_hz[1].mean() - self.frequency_hz[0].mean())
 
-    @property
-    def noise_db(self) -> float:
-        """One standard deviation of one record's power in a band [dB]."""
-        return DB / math.sqrt(self.freedom)
-
     def powers(self, parameters: FloatArray) -> FloatArray:
         """What the path makes of the excitation, [n]."""
         count = parameters.size - len(self.extras)
@@ -92,7 +87,7 @@ class BandPowers:
         scatter = math.exp(parameters[-1 - self.coloured])
         whole = self.powers(parameters) + self.healthy
         share = self.healthy / whole
-        variance = 2 * share * self.noise_db**2 + (share**2 + (1 - share) ** 2) * scatter**2
+        variance = 2 * share * (DB / math.sqrt(self.freedom)) ** 2 + (share**2 + (1 - share) ** 2) * scatter**2
         return DB * np.log(self.fault / whole) / np.sqrt(variance), np.sqrt(np.log(variance / LEAST_VARIANCE))
 
     def chance(self, path: SensorPath, scatter_db: float = 0.0) -> float:
@@ -167,7 +162,7 @@ class PathFit:
     one_band: bool = False
 
     def path(self, data: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
-        """As data."""
+        """The fitted path as a scene takes it; its scatter allows for the parameters that followed errors."""
         count = 1 + 3 * self.modes
         own = self.parameters[1:count].reshape(-1, 3).tolist()
         freed = math.sqrt(data.size / (data.size - self.parameters.size))  # errors that parameters follow
@@ -208,12 +203,10 @@ def refit(data: FittedTo, start: PathFit) -> PathFit:
     """The same number of modes fitted to other data, from where another fit ended."""
     count = 1 + 3 * start.modes
     values = start.parameters[:count].copy()
-    extras = [one[0] for one in data.extras]
-    low, high = math.log(data.scale / 100), math.log(100 * data.scale)
-    change = float(np.clip(math.log(data.scale), low, high)) - values[0]
+    change = math.log(data.scale) - values[0]
     values[0] += change
     values[3::3] *= math.exp(change)
-    return _descend(data, np.append(values, extras))
+    return _descend(data, np.append(values, [start for start, _, _ in data.extras]))
 
 
 def inflated(fit: PathFit, other: PathFit) -> tuple[PathFit, list[float]]:
@@ -270,11 +263,6 @@ def _half_a_band(data: FittedTo) -> float:
     return data.spacing_hz / (4 * math.sqrt(data.band_hz[0] * data.band_hz[1]))
 
 
-def _penalty(n: int, k: int) -> float:
-    """Of k parameters fitted to n numbers; see the module."""
-    return k * max(math.log(n), 2 * n / (n - k - 1))
-
-
 def _descend(data: FittedTo, start: FloatArray) -> PathFit:
     from scipy.optimize import least_squares
 
@@ -295,5 +283,5 @@ def _descend(data: FittedTo, start: FloatArray) -> PathFit:
     errors, added = data.residuals(solved.x)
     return PathFit(
         modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
-        criterion=2 * float(solved.cost) + _penalty(n, k), costs=errors**2 + added**2,
+        criterion=2 * float(solved.cost) + k * max(math.log(n), 2 * n / (n - k - 1)), costs=errors**2 + added**2,
     )  # fmt: skip

@@ -1,1 +1,1 @@
-"""The least model that answers a question on a scene, from measured errors; and what the scene can do without."""
+"""The least model that answers a question on a scene, from measured errors."""

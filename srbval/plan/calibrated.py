@@ -1,5 +1,5 @@
 """What the calibration table says of a scene: errors and costs of the calibration scenes about it, or that it lies
-outside; bounds of a rung's error there, from how far errors between the calibration scenes go beyond theirs.
+outside; bounds of a model's error there, from how far errors between the calibration scenes go beyond theirs.
 """
 
 import math
@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from srbval.bearing import Fault
-from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.questions import Question
-from srbval.plan.table import Entry, LadderCalibration, load_calibration
+from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, Entry, load_calibration
 from srbval.scene import Scene
 from srbval.storage.installation import package_folder
 
@@ -39,12 +38,12 @@ class Margin:
 
 
 @cache
-def shipped_calibration(base: str = "paper") -> LadderCalibration:
+def shipped_calibration(base: str = "paper") -> CalibrationTable:
     """The table about a bundled scene that comes with the program."""
     return load_calibration(package_folder() / "plan" / f"calibration_{base}.json")
 
 
-def calibration_of(scene: Scene) -> LadderCalibration:
+def calibration_of(scene: Scene) -> CalibrationTable:
     """The shipped table whose base the scene differs least from; the paper's of two alike."""
     return min(map(shipped_calibration, BASES), key=lambda table: len(_unlike(table, scene)))
 
@@ -61,22 +60,22 @@ class Neighbours:
     margin: Mapping[Key, Margin]
 
     def margin_of(self, model: str, question: Question) -> Margin | None:
-        """A rung's, for the scene's roller fit."""
+        """A model's, for the scene's roller fit."""
         return self.margin.get((self.entries[0].case.fit, model, question))
 
     def error_pct(self, model: str, question: Question) -> float | None:
-        """The largest error of a rung among them, times its margin; None where any has no answer, or none a margin."""
+        """The largest error of a model among them, times its margin; None where any has no answer, or none a margin."""
         largest = largest_error_pct(self.entries, model, question)
         margin = self.margin_of(model, question)
         return None if largest is None or margin is None else largest * margin.factor
 
     def wall_per_simulated_s(self, model: str) -> float | None:
-        """The largest cost of a rung among them."""
-        walls = [e.rungs[model].wall_per_simulated_s for e in self.entries if model in e.rungs]
+        """The largest cost of a model among them."""
+        walls = [e.levels[model].wall_per_simulated_s for e in self.entries if model in e.levels]
         return max((wall for wall in walls if wall is not None), default=None)
 
 
-def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
+def neighbours(calibration: CalibrationTable, scene: Scene) -> Neighbours:
     """The corners of the calibration grid's cell that holds `scene`, clamped to the grid where it lies outside."""
     outside = _unlike(calibration, scene)
     case = CalibrationScene(
@@ -89,7 +88,12 @@ def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
     )
     same = [e for e in calibration.entries if (e.case.kind, e.case.fit) == (case.kind, case.fit)]
     if not same:
-        outside.insert(0, _unmeasured(case))
+        outside.insert(
+            0,
+            "defects on rollers were not measured: no question reads their line, and the line model has none"
+            if case.kind == Fault.ROLLER
+            else f"no scene with defect {case.kind} and roller fit {case.fit} was measured",
+        )
         same = [e for e in calibration.entries if e.case.kind == case.kind] or list(calibration.entries)
         case = replace(case, kind=same[0].case.kind, fit=same[0].case.fit)
     for axis in AXES:
@@ -100,13 +104,7 @@ def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
     return Neighbours(entries=tuple(corners(same, case)), outside=tuple(outside), margin=margins(calibration))
 
 
-def _unmeasured(case: CalibrationScene) -> str:
-    if case.kind == Fault.ROLLER:
-        return "defects on rollers were not measured: no question reads their line, and the line rung has none"
-    return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
-
-
-def _unlike(calibration: LadderCalibration, scene: Scene) -> list[str]:
+def _unlike(calibration: CalibrationTable, scene: Scene) -> list[str]:
     """In what a scene differs from the calibrated ones beyond their axes."""
     base = BASES[calibration.base].scene
     like = replace(
@@ -176,15 +174,15 @@ def _bracket(known: Sequence[float], value: float) -> set[float]:
 
 
 def largest_error_pct(entries: Sequence[Entry], model: str, question: Question) -> float | None:
-    """The largest error of a rung among the entries; None where any has no answer."""
-    errors = [e.rungs[model].error_pct.get(question) if model in e.rungs else None for e in entries]
+    """The largest error of a model among the entries; None where any has no answer."""
+    errors = [e.levels[model].error_pct.get(question) if model in e.levels else None for e in entries]
     known = [error for error in errors if error is not None]
     return max(known) if known and len(known) == len(errors) else None
 
 
 @cache
-def margins(calibration: LadderCalibration) -> Mapping[Key, Margin]:
-    """For each roller fit, rung and question: the factor on the largest error at the corners.
+def margins(calibration: CalibrationTable) -> Mapping[Key, Margin]:
+    """For each roller fit, model and question: the factor on the largest error at the corners.
 
     The fits are kept apart because rollers rattle with play, while the ring rings with interference. Split conformal
     prediction (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094): of n scenes between the
@@ -196,17 +194,12 @@ def margins(calibration: LadderCalibration) -> Mapping[Key, Margin]:
         near = corners(calibration.entries, entry.case)
         for model in calibration.models:
             for question in entry.reference:
-                ratio = _measured_over_predicted(entry, near, model, question)
-                if ratio is not None:
-                    seen.setdefault((entry.case.fit, model, question), []).append(ratio)
+                measured = entry.levels[model].error_pct.get(question)
+                predicted = largest_error_pct(near, model, question)
+                if measured is not None and predicted:
+                    seen.setdefault((entry.case.fit, model, question), []).append(measured / predicted)
     return {
         key: Margin(factor=max(1.0, *ratios), scenes=len(ratios))
         for key, ratios in seen.items()
         if len(ratios) >= LEAST_SCENES
     }
-
-
-def _measured_over_predicted(entry: Entry, near: Sequence[Entry], model: str, question: Question) -> float | None:
-    measured = entry.rungs[model].error_pct.get(question)
-    predicted = largest_error_pct(near, model, question)
-    return measured / predicted if measured is not None and predicted else None

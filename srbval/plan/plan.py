@@ -1,4 +1,4 @@
-"""Choose the cheapest rung whose measured error answers the question."""
+"""Choose the cheapest model whose measured error answers the question."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.plan.table import LadderCalibration
+from srbval.plan.table import CalibrationTable
 from srbval.scene import Scene
 
 IN_THE_PLANE = ("impulse", "planar")
@@ -21,7 +21,7 @@ VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A rung: bound of its error [%], wall time [s] on the calibration's machine, whether it is enough (`ok`), why.
+    """A model: bound of its error [%], wall time [s] on the calibration's machine, whether it is enough (`ok`), why.
 
     The bound holds with a chance of at least `coverage`, read from so many `scenes`; both None without one.
     """
@@ -37,7 +37,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The choice. `outside`: what puts the scene outside the calibrated range; `met`: whether any rung is enough."""
+    """The choice. `outside`: what puts the scene outside the calibrated range; `met`: whether any is enough."""
 
     JSON_PROPERTIES: ClassVar = ("question_title", "error_of")
 
@@ -70,9 +70,9 @@ def make_plan(
     *,
     question: Question = Question.LINES,
     tolerance_pct: float = 0.5,
-    calibration: LadderCalibration | None = None,
+    calibration: CalibrationTable | None = None,
 ) -> Plan:
-    """The cheapest rung that answers `question` on `scene` within `tolerance_pct`.
+    """The cheapest model that answers `question` on `scene` within `tolerance_pct`.
 
     Errors are the largest of the calibration scenes about this one, against their reference model at half its step,
     times the margin that the scenes between those call for (`margins`): bounds that hold with the chance they state.
@@ -106,11 +106,11 @@ def make_plan(
 
 
 def _choose(
-    scene: Scene, question: Question, tolerance_pct: float, table: LadderCalibration, near: Neighbours
+    scene: Scene, question: Question, tolerance_pct: float, table: CalibrationTable, near: Neighbours
 ) -> tuple[tuple[Candidate, ...], str]:
     """All candidates, and the name of the cheapest that is enough and does not refuse the scene.
 
-    Where none is enough, the reference model; where that refuses, the last rung that does not and knows the question.
+    Where none is enough, the reference model; where that refuses, the last model that does not and knows the question.
     """
     rungs, bearing = [rung for rung in LEVELS if rung.name in table.models], load_bearing(scene.bearing)
     refused = {rung.name: refusal(rung, scene, bearing) or "" for rung in rungs if not rung.runs(bearing)}
@@ -173,7 +173,7 @@ def _verdict(
 
 
 def refusal(rung: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
-    """Why the rung refuses the scene; None where it assembles it."""
+    """Why the model refuses the scene; None where it assembles it."""
     try:
         rung.check_surface(scene)
         if not rung.runs(bearing):

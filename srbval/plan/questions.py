@@ -11,17 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import scipy.fft
-
-from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
-from srbval.plan.measures import measure, smooth_mean
+from srbval.plan.measures import line_heights, measure, smooth_mean
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
@@ -30,8 +26,6 @@ Answer = tuple[float | None, ...]  # None: it does not stand out
 
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
 HARMONICS = 5
-PADDING = 4  # times the record's length
-REACH = 1.0  # resolutions either side of a line in which its top is looked for
 FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
 
@@ -190,23 +184,6 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
         Question.HARMONICS: tuple(height / heights[0] for height in heights),
         Question.SIDEBANDS: tuple(height / heights[0] for height in sides),
     }
-
-
-def line_heights(envelope: FloatArray, fs_hz: float, lines_hz: Sequence[float]) -> list[float]:
-    """Height of an envelope's spectrum at each line, its top within `REACH` resolutions.
-
-    Hann window and zero padding: without them a line between two bins reads up to a third low. A sine of amplitude a
-    reads a.
-    """
-    length = scipy.fft.next_fast_len(PADDING * envelope.size, real=True)
-    window = np.sin(np.pi * (np.arange(envelope.size) + 0.5) / envelope.size) ** 2
-    spectrum = np.abs(scipy.fft.rfft((envelope - envelope.mean()) * window, n=length)) * (2 / window.sum())
-    bin_hz, reach_hz = fs_hz / length, REACH * fs_hz / envelope.size
-    heights = []
-    for line_hz in lines_hz:
-        low, high = math.ceil((line_hz - reach_hz) / bin_hz), math.floor((line_hz + reach_hz) / bin_hz)
-        heights.append(float(spectrum[max(low, 0) : high + 1].max()))
-    return heights
 
 
 def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:

@@ -1,19 +1,26 @@
 """`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault, load_bearing, with_slip
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
-from srbval.reading.band_choice import BandChoice, bands_of_record, clearness, declared_band, sidak_corrected
-from srbval.reading.lines import Line
-from srbval.reading.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
-from srbval.reading.speed_search import OutsideFamily, Window, search
-from srbval.reading.sum_rule import Closure, closure_of
-from srbval.reading.verdict import verdict
+from srbval.reading.lines import Line, clearness, sidak_corrected
+from srbval.reading.pipeline import (
+    SQUARED_UNIT,
+    BandChoice,
+    Processed,
+    bands_of_record,
+    choose_tracking,
+    declared_band,
+    process,
+)
+from srbval.reading.speed_search import OutsideFamily, search
+from srbval.reading.verdict import Closure, closure_of, verdict
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.signal import BandFilter
+from srbval.signal import NORMAL_95, BandFilter
 
 if TYPE_CHECKING:
     import pandas
@@ -26,17 +33,17 @@ LEAST_REVOLUTIONS = 8
 class Analysis:
     """What was read from one recording.
 
-    `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
-    bearing's lines, first harmonics from the joint fit; `search` says in which windows and at how many speeds they were
-    looked for, `windows` where each was; `outside` is a family that stands out just outside them, where none was found
-    inside; `verdict` says it all in sentences.
+    `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the bearing's lines,
+    first harmonics from the joint fit; `search` says in which windows and at how many speeds they were looked for,
+    `windows` where each was [Hz]; `outside` is a family that stands out just outside them, where none was found inside;
+    `verdict` says it all in sentences.
     """
 
     recording: Recording
     bearing: Bearing
     speed: ShaftSpeed
     search: str
-    windows: tuple[Window, ...]
+    windows: dict[str, tuple[float, float]]
     outside: OutsideFamily | None
     beyond_nominal_pct: float | None
     processed: Processed
@@ -81,7 +88,7 @@ class Analysis:
             "band_hz": self.processed.band_hz,
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "search": self.search,
-            "windows": self.windows,
+            "windows": [{"name": n, "low_hz": low, "high_hz": high} for n, (low, high) in self.windows.items()],
             "outside": self.outside,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
@@ -146,7 +153,9 @@ def analyse(
         else (declared_band(recording, band_hz, bearing),)
     )
     tracking = choose_tracking(recording, bearing, known_speed)
-    known_speed = speed_of_record(known_speed, tracking)
+    if known_speed.spread_hz and not tracking.used:  # the mean of a part is any speed within the spread
+        ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
+        known_speed = replace(known_speed, ci95_hz=ci95_hz)
     readings = []
     for band in bands:
         processed = process(
@@ -159,7 +168,7 @@ def analyse(
                 f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
             )
         found = search(processed, bearing, known_speed)
-        lines = sidak_corrected(found.lines, speeds=found.tried, band=band)
+        lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
         readings.append((band, processed, found, lines))
     band, processed, found, lines = max(readings, key=lambda reading: clearness(reading[-1]))
     outside = "" if found.outside is None else f" {found.outside.sentence}"

@@ -1,18 +1,41 @@
-"""The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands."""
+"""The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
+The strongest family is read first. Its harmonics and sidebands are masked before the next is read, and a weaker line
+on a simple ratio of a stronger one is marked as explained by it: in several bearings three times BPFO lies within one
+per cent of twice BPFI.
+"""
+
+import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import numpy as np
+
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import Family, FamilyReading, families_of, find_families, half_window_hz
-from srbval.recordings import ShaftSpeed
-from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
+from srbval.reading.families import (
+    HARMONICS,
+    OWN_SIDEBANDS,
+    RATIOS,
+    Family,
+    families_of,
+    half_window_hz,
+    identity_probability,
+    placebo_fundamentals,
+    window_share,
+)
+from srbval.recordings import ShaftSpeed, SpeedSource
+from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
+from srbval.signal.false_alarm import rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
+# A peak less probably the line than this is taken for another's, and is nobody's baseline.
+LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
+# Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
+_BLOCK_REVOLUTIONS = 2
 # What a line takes over from its reading.
 _AS_READ = (
     "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "detected", "resolution_hz",
@@ -106,71 +129,139 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values. With `brief` only
-    first harmonics are read, and only those are ranked that noise does not explain: what is detected is the same.
+    With a nominal speed the first detected line also settles the scale of the others, which stand there too but for
+    slip. Each family is ranked among placebos of the record it is read in. The cage line is read by itself: its
+    harmonics coincide with every other line's. A family that cannot be read (out of reach, hidden by the shaft) leaves
+    one line without values. With `brief` only first harmonics are read, and only those are ranked that noise does not
+    explain: what is detected is the same.
     """
-    found = find_families(record, bearing, speed, scale=scale, rank_all=not brief)
-    return tuple(
-        line
-        for family in families_of(bearing, speed.value_hz)
-        for line in _lines_of(family, found.get(family.name), speed, brief)
+    families = families_of(bearing, speed.value_hz)
+    *waiting, cage = families
+    share, settles = window_share(bearing, speed), speed.source is SpeedSource.NOMINAL
+    lines = {f.name: [Line(name=f.name, harmonic=1, kinematic_hz=f.kinematic_hz)] for f in families}
+    stronger: list[Line] = []
+    bare = record
+
+    def read_all(record: Periodogram, waiting: Sequence[Family]) -> dict[Family, LineReading]:
+        """Those that are in the record's reach, as read."""
+        readings = {}
+        for family in waiting:
+            centre = scale * family.kinematic_hz
+            reading = read_comb(
+                record, centre, half_window_hz(centre, record, share), harmonics=HARMONICS,
+                sideband_hz=family.sideband_hz, shortest_block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
+            )  # fmt: skip
+            if reading is not None:
+                readings[family] = reading
+        return readings
+
+    def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
+        """Add the lines of a reading, its first harmonic ranked and explained; whether the family shows."""
+        centre, rank = scale * family.kinematic_hz, None
+        if reading.detected or not brief:
+            placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
+            rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), placebo_hz)
+        reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
+        first = _measured(lines[family.name][0], reading, speed)
+        explained, identity = None, None
+        if reading.detected:
+            explained = _explained_by(first, stronger, within.bin_hz)
+            chance = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
+            # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
+            if speed.source is not SpeedSource.PRESCRIBED:
+                speed_ci95 = speed.ci95_hz / speed.value_hz
+                identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
+        if identity is not None and identity < LEAST_IDENTITY:
+            explained = explained or OTHER_LINE
+        first = replace(
+            first,
+            detected=reading.detected and explained is None,
+            explained_by=explained,
+            identity_probability=identity,
+        )
+        lines[family.name] = _lines_of(family, first, reading, within, scale, speed, brief)
+        if first.detected:
+            stronger.append(first)
+        return first.detected
+
+    read = read_all(record, waiting)
+    while read:
+        # Lines that noise does not explain first, the deepest modulation before all.
+        strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
+        waiting.remove(strongest)
+        reading = read.pop(strongest)
+        if add(strongest, reading, record, stronger):
+            record = _without(record, strongest, reading)
+            if settles:
+                scale, settles = reading.found_hz / strongest.kinematic_hz, False
+            read = read_all(record, waiting)
+    for family, reading in read_all(bare, [cage]).items():
+        add(family, reading, bare, [])
+    return tuple(itertools.chain.from_iterable(lines.values()))
+
+
+def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
+    """What a stronger line's frequency has to be multiplied by to be this one's, such as ``3/2 BPFO``."""
+    for other, (up, down) in itertools.product(stronger, RATIOS):
+        expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
+        margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
+        if abs((line.found_hz or 0.0) - expected) <= margin:
+            return f"{up}/{down} {other.name}"
+    return None
+
+
+def _without(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
+    """The record with the harmonics of a found line, and their sidebands, masked."""
+    number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
+    side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
+    centre = number * reading.found_hz + side * family.sideband_hz
+    width = np.broadcast_to(number * reading.ci95_hz, centre.shape)
+    return record.masking(centre.ravel(), width.ravel())
+
+
+def _lines_of(
+    family: Family, first: Line, reading: LineReading, record: Periodogram, scale: float, speed: ShaftSpeed, brief: bool
+) -> list[Line]:
+    """A family's first harmonic, the others, and the sidebands; without them where `brief`."""
+    # None where out of reach, or hidden by the shaft.
+    half, double = (
+        peak_snr(record, times * reading.found_hz, record.bin_hz + 2 * reading.ci95_hz) for times in (0.5, 2.0)
     )
-
-
-def _lines_of(family: Family, found: FamilyReading | None, speed: ShaftSpeed, brief: bool) -> list[Line]:
-    first = Line(name=family.name, harmonic=1, kinematic_hz=family.kinematic_hz)
-    if found is None:
-        return [first]
-    first = _measured(first, found.reading, speed)
-    # Out of reach, or hidden by the shaft, there is none.
-    octaves: dict[str, Any] = {
-        name: peak_snr(found.record, times * found.reading.found_hz, found.record.bin_hz + 2 * found.reading.ci95_hz)
-        for name, times in (("half_snr", 0.5), ("double_snr", 2.0))
-    }
-    explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
-    judged: dict[str, Any] = {"explained_by": explained, "identity_probability": found.identity_probability}
-    first = replace(first, detected=found.detected and explained is None, **judged, **octaves)
+    shows, explained = first.detected, first.explained_by
+    # Not a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
+    if shows and first.name in RACE_LINES and (half or 0.0) > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
+        explained = "2/1 a line at half its frequency"
+    first = replace(
+        first, detected=explained is None and shows, explained_by=explained, half_snr=half, double_snr=double
+    )
     if brief:
         return [first]
-    harmonics = [_read_one(found, speed, family.name, number) for number in range(2, len(found.reading.snr) + 1)]
+
+    def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
+        """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
+
+        It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the
+        noise.
+        """
+        line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
+        if shows:
+            slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz
+            within = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
+        else:
+            centre = scale * line.kinematic_hz
+            within = half_window_hz(centre, record, reading.half_window_hz / (scale * family.kinematic_hz))
+        found = read_comb(record, centre, within, harmonics=1, shortest_block_s=None)
+        if found is None:
+            return line
+        return _measured(line, replace(found, ci95_hz=min(math.hypot(found.ci95_hz, slip_hz), within)), speed)
+
+    harmonics = [read_one(family.name, number) for number in range(2, len(reading.snr) + 1)]
     sides = [
-        _read_one(found, speed, f"{family.name}{sign}{family.sideband_name}", 1, offset)
+        read_one(f"{family.name}{sign}{family.sideband_name}", 1, offset)
         for sign, offset in (("-", -family.sideband_hz), ("+", family.sideband_hz))
         if offset
     ]
-    return [first, *harmonics, *(replace(x, detected=x.detected and found.detected) for x in sides)]
-
-
-def _second_harmonic_of_other(found: FamilyReading, half_snr: float | None) -> str | None:
-    """What explains a race line with a line about as high at half its frequency, of which it is the second harmonic.
-
-    Not applied to a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
-    """
-    least = max(LEAST_SNR, HALF_SHARE * found.reading.snr[0])
-    if not found.detected or found.family.name not in RACE_LINES or (half_snr or 0.0) <= least:
-        return None
-    return "2/1 a line at half its frequency"
-
-
-def _read_one(found: FamilyReading, speed: ShaftSpeed, name: str, number: int, offset_hz: float = 0.0) -> Line:
-    """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
-
-    It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the noise.
-    """
-    line = Line(name=name, harmonic=number, kinematic_hz=number * found.family.kinematic_hz + offset_hz)
-    record, slip_hz = found.record, 0.0
-    if found.detected:
-        slip_hz = number * found.reading.ci95_hz
-        centre = number * found.reading.found_hz + offset_hz
-        half = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
-    else:
-        centre = found.scale * line.kinematic_hz
-        share = found.reading.half_window_hz / (found.scale * found.family.kinematic_hz)
-        half = half_window_hz(centre, record, share)
-    reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=None)
-    if reading is None:
-        return line
-    return _measured(line, replace(reading, ci95_hz=min(math.hypot(reading.ci95_hz, slip_hz), half)), speed)
+    return [first, *harmonics, *(replace(x, detected=x.detected and shows) for x in sides)]
 
 
 def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
@@ -182,3 +273,35 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
         deviation_ci95_pct=100 * relative * reading.found_hz / line.kinematic_hz,
         snr=reading.snr[0],
     )
+
+
+def clearness(lines: Iterable[Line]) -> tuple[float, float]:
+    """How clearly a race or roller line shows, to choose among bands: -log of its false-alarm probability, then S/N."""
+    firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by is None)
+    chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
+    return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
+
+
+def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
+    """The lines with their false-alarm probabilities corrected for the trials made, and detected by these.
+
+    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
+    high for bands that overlap. `trials_of_rank`, where they differ, are those that chose by the lines themselves: a
+    band that was chosen without regard to any comb is no trial of a rank among combs in that same band. A sideband
+    counts only with its own line.
+    """
+    if trials == 1:
+        return lines
+
+    def of_any(chance: float | None, trials: int) -> float | None:
+        return chance if chance is None or chance >= 1 else -math.expm1(trials * math.log1p(-chance))
+
+    corrected = []
+    for line in lines:
+        noise = of_any(line.noise_false_alarm, trials)
+        placebo = of_any(line.placebo_false_alarm, trials_of_rank or trials)
+        detected = line.detected and noise is not None and is_improbable(noise, placebo)
+        corrected.append(replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, detected=detected))
+    own = {x.name for x in corrected if x.detected and x.harmonic == 1}
+    # A sideband's name begins with its line's: ``BPFI-fr``.
+    return tuple(replace(x, detected=x.detected and x.name.replace("+", "-").split("-")[0] in own) for x in corrected)

@@ -1,7 +1,9 @@
-"""The one chain from a recording to its envelope spectrum, the same for measured and simulated records."""
+"""The one chain from a recording to the periodogram of its envelope, the same for measured and simulated records.
+
+Which band is demodulated, whether the shaft's course is followed, filter and envelope, periodogram.
+"""
 
 import functools
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,11 +12,14 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
-from srbval.recordings import Recording, ShaftSpeed, SpeedSource
+from srbval.reading.families import highest_line_hz
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
+from srbval.scene.similar import size_of
 from srbval.signal import (
-    NORMAL_95,
     BandFilter,
+    Kurtogram,
+    Periodogram,
     ShaftAngle,
     Spectrum,
     amplitude_spectrum,
@@ -22,26 +27,41 @@ from srbval.signal import (
     check_band,
     drop_ends,
     end_s,
+    kurtogram,
     normalise,
+    prewhitened,
     rotate_axes,
     squared_envelope_one_pass,
 )
 
-# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: band found best for the simulated signals.
+# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated signals and for the rig's.
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
+RIG_BAND_HZ = BANDS_HZ["1400-2800"]
+RIG_BEARING = "skf-22240"
+# A band must hold this many harmonics of the higher race line in its envelope.
+HARMONICS_HELD = 3
+SAME_SIZE = 0.01  # a bearing larger by less than this keeps the paper's band
+# The whole band, as shares of the sampling rate.
+WHOLE_BAND = (0.01, 0.47)
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 # Share of the record that the speed signal must cover.
 LEAST_COVERAGE = 0.98
+# Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
+USABLE_SHARE = 0.9
+# Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
+# wider masks would grow together and hide every line.
+LARGEST_MASK_SHARE = 5e-4
+# Noise alone exceeds so many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
+CLIP = 12.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Whether the shaft's course was followed, and why (not).
+    """Whether the shaft's `course` was followed, and why (not): then it turns at exactly `mean_hz` in the spectra.
 
-    `drift_bins` is how far the fault line of the highest order moves in the record, None without a speed signal;
-    `course` is followed where it is given, and then the shaft turns at exactly `mean_hz` in the spectra.
+    `drift_bins` is how far the fault line of the highest order moves in the record, None without a speed signal.
     """
 
     why: str
@@ -62,9 +82,9 @@ NOT_TRACKED = Tracking(why="no order tracking: not asked for")
 class Processed:
     """A record after the chain, without the `end_s` [s] at either end that the filter spoils.
 
-    `samples`, [n] at `fs_hz`, is the rotated, normalised signal; `squared`, [m] at `squared_fs_hz`, its squared
-    envelope in the band at a rate that holds it, which lines are read from: at even shaft angles where `tracking`
-    was used. `scale` is the standard deviation that was divided by, in the recording's unit.
+    `whole`, [n] at `fs_hz`, is the rotated, normalised signal with its ends; `squared`, [m] at `squared_fs_hz`, its
+    squared envelope in the band at a rate that holds it, which lines are read from: at even shaft angles where
+    `tracking` was used. `scale` is the standard deviation that was divided by, in the recording's unit.
     """
 
     whole: FloatArray
@@ -79,7 +99,7 @@ class Processed:
 
     @property
     def samples(self) -> FloatArray:
-        """The rotated, normalised signal, [n]."""
+        """The rotated, normalised signal without its ends, [n]."""
         return drop_ends(self.whole, self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -88,7 +108,7 @@ class Processed:
 
     @functools.cached_property
     def filtered(self) -> FloatArray:
-        """`samples` band-passed, [n], in time."""
+        """The signal band-passed, [n], in time."""
         return drop_ends(self._analytic.real, self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -167,13 +187,6 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
     )
 
 
-def speed_of_record(speed: ShaftSpeed, tracking: Tracking) -> ShaftSpeed:
-    """`speed`, less sure where its course is not followed: the mean of a part is any speed within the spread."""
-    if tracking.used or not speed.spread_hz:
-        return speed
-    return replace(speed, ci95_hz=math.hypot(speed.ci95_hz, NORMAL_95 * speed.spread_hz))
-
-
 def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Tracking) -> FloatArray:
     """`samples` [n], the first at `start_s`, at even shaft angles where `tracking` has a course, else as they are."""
     if tracking.course is None:
@@ -190,3 +203,101 @@ def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
         return recording.channels[name]
     first, second = recording.axes or ("", "")
     return rotate_axes(recording.channels[first], recording.channels[second], SENSOR_ANGLE_RAD)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandChoice:
+    """The band [Hz], who chose it, and how many bands were tried on the record itself: 1 where none was.
+
+    `chosen_by_line`: of how many of them the lines themselves decided, which is a trial of ranks among combs too.
+    """
+
+    band_hz: tuple[float, float]
+    why: str
+    trials: int = 1
+    chosen_by_line: int = 1
+
+
+def declared_band(
+    recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
+) -> BandChoice:
+    """The band given [Hz], or the data set's, or the paper's for the model or its rig.
+
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
+    paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
+    unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
+    what that costs). `ConfigurationError` asks for it instead.
+    """
+    if band_hz is not None:
+        return BandChoice(band_hz=band_hz, why="given")
+    if recording.band_hz is not None:
+        return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
+    simulated = recording.origin is Origin.SIMULATED
+    size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
+    if size is not None and size > 1 + SAME_SIZE:
+        low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
+        return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
+    own = recording.dataset is None and recording.origin is Origin.MEASURED  # a like bearing in another machine
+    if simulated or (recording.bearing == RIG_BEARING and not own):
+        return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")
+    raise ConfigurationError(
+        f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
+        "[Hz], about a structural resonance that the fault would excite, or --auto-band."
+    )
+
+
+def bands_of_record(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
+) -> tuple[BandChoice, BandChoice]:
+    """The whole band and the most impulsive one of the record itself, of which the lines decide (`clearness`).
+
+    Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive; and in the whole band
+    loud machinery can hide a resonance. Every band tried counts as a trial. Raises what `kurtogram` raises.
+    """
+    picture = band_kurtogram(recording, bearing, speed, channel=channel)
+    count = picture.kurtosis.size
+    whole, impulsive = "the whole band", f"the most impulsive of {count} bands of this very record (kurtogram)"
+    low, high = (share * recording.fs_hz for share in WHOLE_BAND)
+    said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
+    return (
+        BandChoice(band_hz=(low, high), why=said.format(whole, impulsive, 2), trials=2, chosen_by_line=2),
+        BandChoice(
+            band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count, chosen_by_line=2
+        ),
+    )
+
+
+def band_kurtogram(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
+) -> Kurtogram:
+    """Kurtogram of the signal that is analysed, of bands wide enough for `HARMONICS_HELD` of the race lines."""
+    widest = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
+    return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
+
+
+def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
+    """The periodogram of the squared envelope, with the harmonics of the shaft at `speed` masked."""
+    width_hz = processed.band_hz[1] - processed.band_hz[0]
+    return Periodogram.of(
+        processed.squared,
+        processed.squared_fs_hz,
+        limit_hz=min(highest_line_hz(bearing, speed.value_hz), USABLE_SHARE * width_hz),
+        shaft_hz=speed.value_hz,
+        shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
+    )
+
+
+def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
+    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
+
+    Some few knocks far above all others would make up combs of any order among themselves. Impacts of a fault come in
+    hundreds, each of them little above the clip.
+    """
+    low, high = (share * processed.fs_hz for share in WHOLE_BAND)
+    band_hz = low, high
+    square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
+    square = np.minimum(square, CLIP * float(np.median(square)))
+    ends = end_s(band_hz)
+    square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
+    whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
+    return periodogram_of(whole, bearing, speed)

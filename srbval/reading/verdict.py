@@ -1,12 +1,109 @@
-"""The verdict on one record: a sentence that says which lines were found, and nothing more."""
+"""What the lines of one record say: the sum of both race lines, and a verdict in sentences.
 
-from srbval.bearing import Fault
-from srbval.reading.lines import Line, detected_fault_lines
+BPFO + BPFI = Z f_shaft, whatever the slip: a check on the shaft speed that needs no tachometer. Each roller passes the
+outer race at the cage's speed and the inner race at the shaft's less the cage's; the cage drops out of the sum (Randall
+2011, sect. 2.2.3). So slip cannot lower both lines, and a pair that does not add up was not taken at one and the same
+stated speed. Where the two lines come from two records, what the cage slips more in one than in the other stays in the
+sum.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from srbval.bearing import Bearing, Fault
+from srbval.reading.lines import RACE_LINES, Line, detected_fault_lines
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 
 # A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
 # this share occur in healthy bearings and as by-lines of other faults.
 SHALLOW_DEPTH = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Closure:
+    """The sum of both race lines of one record, which slip of the cage leaves unchanged.
+
+    `sum_hz` - `expected_hz` therefore tests the speed (and the reading), not the slip; `ci95_pct` joins the
+    uncertainties of both lines and of the speed. Values are None, and `why` says so, unless both are read.
+    """
+
+    expected_hz: float
+    expected_ci95_hz: float
+    sum_hz: float | None = None
+    sum_ci95_hz: float | None = None
+    difference_pct: float | None = None
+    ci95_pct: float | None = None
+    closed: bool | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SumRule:
+    """One pair of race lines, as orders of the shaft speed each was taken at.
+
+    `ci95` is the 95 % half width of their sum, None where the source states none. `stated_rpm` is the mean speed the
+    orders refer to. `slip_difference` is what the cage speeds of the two records differ by, in orders, where they are
+    known; it is taken off before `closed`.
+    """
+
+    JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
+
+    source: str
+    origin: str
+    rolling_elements: int
+    bpfo_order: float
+    bpfi_order: float
+    ci95: float | None
+    stated_rpm: float
+    slip_difference: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Sum of the two orders."""
+        return self.bpfo_order + self.bpfi_order
+
+    @property
+    def difference_pct(self) -> float:
+        """Sum against the number of rolling elements [%]."""
+        return 100 * (self.total / self.rolling_elements - 1)
+
+    @property
+    def implied_rpm(self) -> float:
+        """Shaft speed at which the sum would be exact [rpm]."""
+        return self.stated_rpm * self.total / self.rolling_elements
+
+    @property
+    def closed(self) -> bool | None:
+        """Whether the sum agrees within its uncertainty; None without one."""
+        difference = self.total - self.slip_difference - self.rolling_elements
+        return None if self.ci95 is None else bool(abs(difference) <= self.ci95)
+
+
+def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> Closure:
+    """Closure of the race lines read in one recording, at the same speed."""
+    expected = bearing.rolling_elements * speed.value_hz
+    expected_ci = bearing.rolling_elements * speed.ci95_hz
+    races = [line for line in lines if line.name in RACE_LINES and line.harmonic == 1]
+    missing = [line.name for line in races if not line.detected]
+    if missing:
+        why = f"{' and '.join(missing)} not detected in this recording, so there is no sum to compare."
+        return Closure(expected_hz=expected, expected_ci95_hz=expected_ci, why=why)
+    total = sum(line.found_hz or 0.0 for line in races)
+    total_ci = math.hypot(*(line.ci95_hz or 0.0 for line in races))
+    difference = 100 * (total / expected - 1)
+    ci_pct = 100 * math.hypot(total_ci / expected, expected_ci / expected)
+    closed = abs(difference) <= ci_pct
+    return Closure(
+        expected_hz=expected,
+        expected_ci95_hz=expected_ci,
+        sum_hz=total,
+        sum_ci95_hz=total_ci,
+        difference_pct=difference,
+        ci95_pct=ci_pct,
+        closed=closed,
+        why="" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong.",
+    )
 
 
 def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) -> str:
@@ -18,23 +115,22 @@ def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) ->
     """
     if recording.origin is Origin.STAND_IN:
         return "No verdict: this file is a synthetic stand-in, not a measurement."
-    parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
+    simulated = " The record is simulated." if recording.origin is Origin.SIMULATED else ""
     detected = detected_fault_lines(lines)
-    sentences = [_found(detected, speed) if detected else _nothing(parts)]
-    if detected:
-        sentences.append(_caution(detected, recording))
-    if recording.origin is Origin.SIMULATED:
-        sentences.append("The record is simulated.")
-    return " ".join(sentences)
-
-
-def _found(detected: list[Line], speed: ShaftSpeed) -> str:
+    if not detected:
+        parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
+        unread = [line.name for line in parts if line.found_hz is None]
+        hidden = f" ({', '.join(unread)} out of reach or hidden by the shaft's harmonics)" if unread else ""
+        return (
+            f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
+            + simulated
+        )
     first, *others = detected
     text = f"{_name(first)} line detected: {_numbers(first)}"
     if speed.source is SpeedSource.NOMINAL:
         text += " (the speed is only nominal)"
     weaker = ", ".join(f"{_name(line)}, {_numbers(line)}" for line in others)
-    return text + (f"; weaker: {weaker}" if others else "") + "."
+    return f"{text}{weaker and '; weaker: '}{weaker}. {_caution(first, recording)}{simulated}"
 
 
 def _name(line: Line) -> str:
@@ -50,21 +146,15 @@ def _numbers(line: Line) -> str:
     )
 
 
-def _nothing(parts: list[Line]) -> str:
-    unread = [line.name for line in parts if line.found_hz is None]
-    hidden = f" ({', '.join(unread)} out of reach or hidden by the shaft's harmonics)" if unread else ""
-    return f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
-
-
-def _caution(detected: list[Line], recording: Recording) -> str:
+def _caution(line: Line, recording: Recording) -> str:
     if recording.state is Fault.HEALTHY:
         return (
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."
         )
-    is_shallow = (detected[0].depth or 0.0) < SHALLOW_DEPTH
+    is_shallow = (line.depth or 0.0) < SHALLOW_DEPTH
     shallow = "Healthy bearings show a modulation this shallow too. " if is_shallow else ""
-    if detected[0].name == "BPFO":
+    if line.name == "BPFO":
         return (
             f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "
             "bearing one too; compare with a healthy record at the same speed and load."

@@ -4,7 +4,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from srbval.diagnosis.baseline_comparison import Baseline
+from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.diagnose import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread

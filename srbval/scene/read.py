@@ -14,7 +14,7 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, nearest
-from srbval.scene.scene import Scene
+from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
 from srbval.storage.tables import SI_SUFFIX, build, read_toml
@@ -104,6 +104,8 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
     base = for_bearing(base or bundled_table(PAPER), table.get("bearing"))
     merged = merge(base, table)
     further = merged.get("further_defects", [])
+    if isinstance(further, list) and len(further) >= MOST_DEFECTS:  # before each is made
+        raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MOST_DEFECTS}.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
         merged["further_defects"] = [
             _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further

@@ -4,25 +4,32 @@ Other rooms import the names below from here, anything else from its module.
 """
 
 from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb
-from srbval.signal.conditioning import bandpass, check_band, drop_ends, end_s, normalise, rotate_axes
 from srbval.signal.envelope import (
     BandFilter,
     analytic_signal,
+    bandpass,
     butterworth_gain,
+    check_band,
+    drop_ends,
+    end_s,
     envelope,
-    envelope_spectrum,
+    normalise,
+    rotate_axes,
     squared_envelope,
     squared_envelope_one_pass,
 )
 from srbval.signal.interval import NORMAL_95, frequency_error_hz
-from srbval.signal.kurtogram import Kurtogram, kurtogram
 from srbval.signal.order_tracking import ShaftAngle
 from srbval.signal.periodogram import Periodogram, Phasors
-from srbval.signal.scalogram import Scalogram, morlet_scalogram
 from srbval.signal.spectrum import (
+    Kurtogram,
+    Scalogram,
     Spectrum,
     amplitude_spectrum,
+    envelope_spectrum,
+    kurtogram,
     kurtosis,
+    morlet_scalogram,
     phase_randomised,
     power_density,
     prewhitened,

@@ -1,15 +1,13 @@
 """How probable a line is without being one: from noise alone, and by its rank among placebos of the same record.
 
-Every bin of a noise periodogram is exponentially distributed about the local mean, and that mean is itself estimated:
-it is the median of n neighbours over ln 2. ``neg_log_p`` turns the ratio of the two into the exponential variable of
-equal tail probability, exactly; summed over harmonics it is a gamma variable. How often that sum rises above a level
-somewhere in the window searched is given by Rice's formula.
+A bin of a noise periodogram is exponentially distributed about the local mean, itself estimated as the median of n
+neighbours over ln 2. ``neg_log_p`` turns their ratio into the exponential variable of equal tail probability, exactly;
+how often its sum over harmonics rises above a level in the window searched is given by Rice's formula.
 
-Real noise is not what that assumes: it holds lines of other machines, whose share no formula knows. So a comb is also
-ranked among placebos, combs that mean nothing. The lines of a placebo come from `ORDERS` fundamentals that are no line
-of the bearing, each harmonic from one of them at random. Whole combs at one such fundamental would be too few: a record
-holds only some tens whose windows do not overlap, and the strongest of tens is no event of one in a thousand. Lines
-drawn from a fundamental each would lose what lines of other sources have in common, being harmonics of each other.
+Real noise holds lines of other machines, whose share no formula knows. So a comb is also ranked among placebos, combs
+that mean nothing: their lines come from `ORDERS` fundamentals that are no line of the bearing, each harmonic from one
+of them at random. Whole combs at one fundamental would be too few (some tens do not overlap); lines drawn from a
+fundamental each would lose what lines of other sources have in common, being harmonics of each other.
 """
 
 import math

@@ -2,14 +2,10 @@
 
 Random slip makes the phase of a line a random walk; noise adds an independent error to each block's phase. The
 frequency is the slope of that phase. Its variance under noise alone is known; the walk adds `ratio` times that, and
-the ratio has to be estimated from the phase's residuals about a straight line. Their modes carry little of it (a
-quarter, an eighth, a sixteenth, ... of what the slope carries), so that slip as large as the noise cannot be
-distinguished from none by any method. The half width is therefore a tabulated multiple of the spread that the
-residuals suggest, chosen so that the interval covers as close to 95 % as possible for every ratio; see `interval`.
-
-A slipping line loses its phase over the record, and in noise the phase of a block may be wrong by a turn. So the whole
-path is found at once by dynamic programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260): the log likelihood of each
-block's phase from all harmonics, less the cost of each step of the random walk; then it is refined about itself.
+the ratio is estimated from the phase's residuals about a straight line. Their modes carry so little of it that slip as
+large as the noise cannot be distinguished from none by any method: the half width is a tabulated multiple of the spread
+that the residuals suggest (`interval`). The whole path of the phase is found at once by dynamic programming (Viterbi
+1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn; then it is refined about itself.
 """
 
 from __future__ import annotations

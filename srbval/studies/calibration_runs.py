@@ -11,13 +11,12 @@ from multiprocessing import get_context
 import numpy as np
 
 from srbval.bearing import Fault, load_bearing
+from srbval.comparison.runs import attempt
 from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
 from srbval.models.run_file import scene_content
-from srbval.plan.cases import BASES, KINDS, RADIAL_KN, RPM, CalibrationScene
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct
-from srbval.plan.table import Answered, Entry, RungEntry, read_answers
-from srbval.plan.timing import attempt
+from srbval.plan.table import BASES, KINDS, RADIAL_KN, RPM, Answered, CalibrationScene, Entry, LevelEntry, read_answers
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
@@ -134,8 +133,8 @@ def measure_case(
     return Entry(
         case=case,
         reference={q: right.answers.get(q) for q in asked},
-        rungs={
-            model: RungEntry(
+        levels={
+            model: LevelEntry(
                 status=own.status, wall_per_simulated_s=own.wall_per_simulated_s,
                 answers={q: own.answers.get(q) for q in asked},
                 error_pct={q: error_pct(q, own.answers.get(q), right.answers.get(q)) for q in asked},

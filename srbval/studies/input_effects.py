@@ -28,7 +28,7 @@ from srbval.comparison.counterpart import (
     SimulationCase,
     analyse_run,
     converged,
-    starts,
+    load_ensemble,
     with_points,
 )
 from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
@@ -79,9 +79,9 @@ def paper_scenes(turns: float) -> Iterator[Scene]:
 
 def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progress: Progress) -> DefectEffects:
     state, base = own.defect.kind, converged(own)
-    first, *others = [run_unchecked(one) for one in starts(base)]
+    first, *others = [run_unchecked(one) for one in load_ensemble(base)]
     begun = [values_of(run) for run in (first, *others)]
-    paper = [values_of(run_unchecked(one)) for one in starts(own)] if base is not own else []
+    paper = [values_of(run_unchecked(one)) for one in load_ensemble(own)] if base is not own else []
     points = base.contact.points_per_circle
     grids = [with_points(base, n) for n in (points // 2, 2 * points)] if base.model == "full" else []
     coarse_fine = [values_of(run_unchecked(one)) for one in grids]

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.check.check import CheckResult, run_check
+from srbval.check.check import CheckResult, ReferenceQuantity, read_reference, reference_path, run_check
 from srbval.check.quantities import GROUPS
-from srbval.check.reference import ReferenceQuantity, read_reference, reference_path
 from srbval.errors import ConfigurationError
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle

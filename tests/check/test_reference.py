@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from srbval.check.check import CheckedQuantity, CheckResult, differences, renewed, write_junit
-from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
+from srbval.check.check import (
+    CheckedQuantity,
+    CheckResult,
+    ReferenceQuantity,
+    differences,
+    read_reference,
+    renewed,
+    write_junit,
+    write_reference,
+)
 from srbval.errors import ConfigurationError, DataError
 
 REPORTS = Path(__file__).parents[2] / "reports"
@@ -31,13 +37,6 @@ def test_every_quantity_has_a_value_a_tolerance_and_a_reason() -> None:
     for quantity in read_reference(REPORTS / "reference.json").values():
         assert quantity.value is not None, quantity.name
         assert len(quantity.reason.split()) > 3, quantity.name
-
-
-def test_the_csv_beside_it_is_the_same_table() -> None:
-    listed = json.loads((REPORTS / "reference.json").read_text(encoding="utf-8"))["quantities"]
-    with (REPORTS / "reference.csv").open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    assert rows == [{key: str(value) for key, value in quantity.items()} for quantity in listed]
 
 
 def test_what_is_written_is_read_again(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from srbval.check.quantities import GROUPS
 from srbval.cli import main
+from srbval.storage.stored_result import store_result
 
 ORDERS = {"order_bpfo": 8.1772, "order_bpfi": 10.8228, "order_bsf": 3.4678, "order_ftf": 0.4304}
 
@@ -38,6 +39,25 @@ def test_json_and_junit(reference: Path, tmp_path: Path, capsys: pytest.CaptureF
         assert {"name", "value", "low", "high", "unit", "ok"} <= set(check)
         assert check["ok"] is (check["low"] <= check["value"] <= check["high"]) is True
     assert "order_ftf" in (tmp_path / "junit.xml").read_text()
+
+
+def test_stale_results_are_named_and_are_no_failure(
+    reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One result whose sources are as they were, one whose sources are not, one of before sources were stored."""
+    monkeypatch.setattr("srbval.check.check.shipped_folder", lambda _: tmp_path / "reports")
+    origin = {"computed_by": "srbval.errors", "command": "x", "revision": "abc"}
+    for name in ("fresh", "changed"):
+        store_result(name, {}, path=tmp_path / "reports" / f"{name}.json", **origin)
+    changed = tmp_path / "reports" / "changed.json"
+    changed.write_text(changed.read_text().replace('"sources_sha256": "', '"sources_sha256": "0'))
+    (tmp_path / "reports" / "old.json").write_text('{"kind": "old"}')
+    assert main(["check", "--json", "--reference", str(reference)]) == 0
+    stale = json.loads(capsys.readouterr().out)["stale"]
+    assert [one["file"] for one in stale] == ["changed.json", "old.json"]
+    assert "sources of srbval.errors have changed" in stale[0]["why"]
+    assert main(["check", "--reference", str(reference)]) == 0
+    assert "note: reports/changed.json is stale" in capsys.readouterr().out
 
 
 def test_drift_is_said_and_replaced_only_when_agreed(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:

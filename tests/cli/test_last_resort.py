@@ -130,7 +130,6 @@ TEXTS = ["", " ", "\0", "\ud800", "\udcff", "a\nb", "x" * 1_000_000, "/dev/zero"
 LONG = {
     "simulate": ["srbval.cli.scene_commands.simulate", "srbval.cli.scene_commands.simulate_to_file"],
     "report": ["srbval.report.reports.gather"],
-    "plan": ["srbval.plan.coarser_output.find_reductions"],
     "campaign": ["srbval.cli.campaign_command.run_campaign"],
     "check": ["srbval.cli.check_command.run_check"],
     "data": ["srbval.cli.data_command.fetch"],

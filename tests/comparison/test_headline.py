@@ -55,14 +55,14 @@ def test_an_input_that_turns_the_answer_leaves_it_unresolved_and_is_named():
     nominal, steady = ("", [0.3], ["missed"]), ("load", [0.29, 0.31], ["missed", "missed"])
     turning, blurred = ("traction", [0.05, 0.3], ["met", "missed"]), ("reading", [0.2], ["not resolved"])
     kept = found(nominal, steady)
-    assert (kept.answer, kept.turned_by, kept.scanned_pct) == (Answer.MISSED, (), (0.29, 0.31))
+    assert (kept.answer, kept.changed_by, kept.scanned_pct) == (Answer.MISSED, (), (0.29, 0.31))
     opened = found(nominal, steady, turning)
-    assert (opened.answer, opened.turned_by, opened.reversed_by) == (
+    assert (opened.answer, opened.changed_by, opened.sign_changed_by) == (
         Answer.NOT_RESOLVED, ("traction",), ("traction",)
     )  # fmt: skip
     vague = found(nominal, blurred)
-    assert (vague.answer, vague.turned_by, vague.reversed_by) == (Answer.NOT_RESOLVED, ("reading",), ())
-    assert found(nominal, turning, defect="inner").turned_by == ()  # another record's scan says nothing of this one
+    assert (vague.answer, vague.changed_by, vague.sign_changed_by) == (Answer.NOT_RESOLVED, ("reading",), ())
+    assert found(nominal, turning, defect="inner").changed_by == ()  # another record's scan says nothing of this one
 
 
 @pytest.mark.parametrize(("kind", "factor"), [("outer", 1.0), ("inner", (1 - RATIO) / RATIO)])

@@ -133,7 +133,7 @@ def test_nothing_is_said_without_inputs_or_frequency():
 def test_false_resolved_at_its_nominal_rate():
     """Right models: errors drawn from the covariance, the inputs' draws and a mounting of unknown size."""
     rng = np.random.default_rng(11)
-    own, levels, count = covariance(rows()), np.array([0.0, 1.0, 1.0]), 400
+    own, levels, count = covariance(rows()), np.array([0.0, 1.0, 1.0]), 1000
     inputs = (VALUES - 1.0) * [200, 1, 1]
     spread, resolved = inputs.T @ inputs / len(inputs), 0
     for _ in range(count):

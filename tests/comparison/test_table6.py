@@ -11,7 +11,7 @@ from srbval.comparison.matrix import rig_grid
 from srbval.comparison.table6 import published_rows, sum_rules, table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.sum_rule import SumRule
+from srbval.reading.verdict import SumRule
 from srbval.recordings import recording_from_run
 
 PRINTED_PCT = 0.01  # the paper prints its deviations with one or two digits, and 0.226 as 0.22

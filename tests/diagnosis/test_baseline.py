@@ -1,22 +1,38 @@
-"""The healthy record beside a record: what differs is said, and what that costs is measured."""
+"""The healthy record of the same point, what differs, and fault calls: against it, and never on a line alone.
+
+A measured background under a run: its power is added, it is marked, and no increment is taken of it.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault
-from srbval.diagnosis.baseline import baseline_of, load_healthy
-from srbval.diagnosis.baseline_comparison import CALLING_RATIO, OTHER_CONDITIONS, Baseline, compare_with_baseline
+from srbval.bearing import Fault, load_bearing
+from srbval.cli import main
+from srbval.diagnosis.baseline import (
+    CALLING_RATIO,
+    OTHER_CONDITIONS,
+    Baseline,
+    Basis,
+    baseline_of,
+    compare_with_baseline,
+    load_healthy,
+    on_background,
+)
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import analyse, bearing_of
-from srbval.recordings import RecordingSettings, load_recording
-from srbval.recordings.speed import nominal_speed
+from srbval.reading.pipeline import one_signal
+from srbval.recordings import Origin, Recording, RecordingSettings, load_recording
+from srbval.recordings.registry import add, healthy_baseline
+from srbval.recordings.speed import nominal_speed, prescribed_speed
 from tests.reading.test_shaft_speed import BEARING, record
+from tests.recordings import files
 
 BANDS_HZ = ((500, 1000), (1000, 2000), (1400, 2800), (2000, 4000), (4000, 8000))
 
@@ -24,6 +40,87 @@ BANDS_HZ = ((500, 1000), (1000, 2000), (1400, 2800), (2000, 4000), (4000, 8000))
 def healthy(**changes):
     plain = record(shaft_hz=25.0, fault=False, seed=9)
     return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
+
+
+@functools.cache
+def faulted_analysis():
+    return analyse(record(shaft_hz=25.0), bearing=BEARING)
+
+
+@functools.cache
+def healthy_analysis():
+    return analyse(healthy(), bearing=BEARING)
+
+
+def test_line_alone_cannot_tell() -> None:
+    call = compare_with_baseline(faulted_analysis())
+    assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, Fault.INNER, None)
+    assert "a line alone cannot tell" in call.sentence
+
+
+def test_fault_stands_above_the_healthy_record() -> None:
+    call = compare_with_baseline(faulted_analysis(), healthy_analysis())
+    assert (call.basis, call.called, call.line) == (Basis.BASELINE, Fault.INNER, "BPFI")
+    assert call.ratio is not None
+    assert call.ratio_ci95 is not None
+    assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
+
+
+def test_scale_free_where_the_unit_is_unknown() -> None:
+    quiet = healthy()
+    loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})
+    faulted = dataclasses.replace(record(shaft_hz=25.0), unit="unknown")
+    assert (
+        compare_with_baseline(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is Fault.INNER
+    )
+
+
+@pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, Fault.OUTER), (None, Fault.OUTER)])
+def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, indicated: Fault | None) -> None:
+    """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
+    analysis = faulted_analysis()
+    depths = {("BPFO", 1): 0.6, ("BPFO", 2): second}
+    lines = tuple(
+        dataclasses.replace(x, depth=depths.get((x.name, x.harmonic)), detected=(x.name, x.harmonic) == ("BPFO", 1))
+        for x in analysis.lines
+    )
+    assert compare_with_baseline(dataclasses.replace(analysis, lines=lines)).indicated is indicated
+
+
+def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:
+    for state, rpm in (("H", 353), ("H", 877), ("OR", 877), ("OR", 353)):
+        files.excerpt(
+            tmp_path / f"{state}_{rpm}rpm_a.mat",
+            condition=state,
+            rpm_nominal=rpm,
+            rpm=0.97 * rpm + 0 * files.vibration(128),
+        )
+    add(tmp_path)
+    found = healthy_baseline(load_recording(tmp_path / "OR_877rpm_a.mat"))
+    assert found is not None
+    assert Path(found.file).name == "H_877rpm_a.mat"
+    assert healthy_baseline(load_recording(tmp_path / "H_877rpm_a.mat")) is None
+    (tmp_path / "H_877rpm_a.mat").unlink()
+    assert healthy_baseline(load_recording(tmp_path / "OR_877rpm_a.mat")) is None
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(("name", "called"), [("OR", Fault.OUTER), ("IR", Fault.INNER), ("H", None)])
+def test_rig_excerpts(recordings_dir: Path, name: str, called: Fault | None) -> None:
+    bearing = load_bearing("skf-22240")
+    baseline = analyse(load_recording(recordings_dir / "torino" / "H_877rpm_sample.mat"), bearing=bearing)
+    result = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=bearing)
+    assert compare_with_baseline(result, None if name == "H" else baseline).called is called
+
+
+def test_healthy_label_on_a_deep_line_is_doubted() -> None:
+    mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
+    call = compare_with_baseline(analyse(mislabelled, bearing=BEARING))
+    assert (call.indicated, call.called, call.line) == (Fault.INNER, None, "BPFI")
+    assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is like an inner-race")
+    quiet = compare_with_baseline(analyse(healthy(), bearing=BEARING))
+    assert (quiet.indicated, quiet.called) == (None, None)
+    assert quiet.sentence.startswith("No fault is called: the record is declared healthy and ")
 
 
 def test_what_differs_is_named() -> None:
@@ -36,7 +133,7 @@ def test_what_differs_is_named() -> None:
 
 def test_a_weak_rise_is_called_under_the_same_conditions_alone() -> None:
     """A ratio between what is asked for at the same speed and at another is called only at the same."""
-    ours, theirs = analyse(record(shaft_hz=25.0), bearing=BEARING), analyse(healthy(), bearing=BEARING)
+    ours, theirs = faulted_analysis(), healthy_analysis()
     line, ratio = ours.line("BPFI"), 1.5 * CALLING_RATIO
     risen = dataclasses.replace(theirs.line("BPFI"), depth=line.depth / ratio, snr=line.snr, explained_by=None)
     lines = tuple(risen if (x.name, x.harmonic) == ("BPFI", 1) else x for x in theirs.lines)
@@ -66,3 +163,58 @@ def test_what_other_conditions_cost_is_what_the_rig_shows(recordings_dir: Path) 
     assert len(changes) == 15
     assert math.exp(max(changes)) <= OTHER_CONDITIONS
     assert math.exp(1.96 * math.sqrt(np.mean(np.square(changes)))) == pytest.approx(OTHER_CONDITIONS, rel=0.1)
+
+
+FS_HZ, SIZE = 4096.0, 8192
+
+
+def background_record(origin: Origin, *, seed: int, size: int = SIZE, rpm: float = 859.0) -> Recording:
+    samples = np.random.default_rng(seed).standard_normal(size)
+    return Recording(
+        name=str(origin), origin=origin, channels={"x": samples, "y": 0 * samples}, channel="x", fs_hz=FS_HZ,
+        unit="m/s2", speed=prescribed_speed(rpm / 60),
+    )  # fmt: skip
+
+
+RUN, HEALTHY = background_record(Origin.SIMULATED, seed=1), background_record(Origin.MEASURED, seed=2, size=SIZE + 100)
+
+
+def test_what_is_added_has_the_healthy_records_spectrum() -> None:
+    added = one_signal(on_background(RUN, HEALTHY)) - one_signal(RUN)
+    expected = np.abs(np.fft.rfft(one_signal(HEALTHY)[:SIZE]))
+    np.testing.assert_allclose(np.abs(np.fft.rfft(added)), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("run", "healthy", "said"),
+    [
+        (HEALTHY, HEALTHY, "these are measured and measured"),
+        (RUN, RUN, "these are simulated and simulated"),
+        (RUN, dataclasses.replace(HEALTHY, fs_hz=5000.0), "sampled at 5000.0, the run sampled at 4096.0"),
+        (RUN, dataclasses.replace(HEALTHY, unit="g"), "in g, the run in m/s2"),
+        (RUN, background_record(Origin.MEASURED, seed=2, size=SIZE - 1), "must last as long as the run, 2 s"),
+    ],
+)
+def test_what_does_not_fit_is_refused(run: Recording, healthy: Recording, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        on_background(run, healthy)
+
+
+def test_no_increment_over_a_healthy_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither one that is asked for nor one that is registered."""
+    files = {name: tmp_path / f"{name}.csv" for name in ("run", "healthy")}
+    for name, file in files.items():
+        np.savetxt(file, np.random.default_rng(len(name)).standard_normal(40_960), header="x [m/s2]")
+    common = ["--fs", "20480", "--rpm", "859", "--bearing", "skf-22240", "--unit", "m/s2",
+              "--band", "1400", "2800"]  # fmt: skip
+    run, healthy = str(files["run"]), str(files["healthy"])
+    assert main(["analyse", run, *common, "--background", healthy, "--healthy", healthy]) == 2
+    assert "exclude each other" in capsys.readouterr().err
+    assert main(["analyse", run, *common, "--background", healthy]) == 2
+    assert "takes a simulated run and a measured record" in capsys.readouterr().err
+    # read as a run, it is held against nothing, whatever is registered
+    monkeypatch.setattr("srbval.cli.analyse_command.on_background", lambda *records: records[0])
+    monkeypatch.setattr("srbval.cli.analyse_command._baseline", lambda *_: pytest.fail("a baseline was looked for"))
+    assert main(["analyse", run, *common, "--background", healthy]) == 0

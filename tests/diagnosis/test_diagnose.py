@@ -9,14 +9,14 @@ import pytest
 import scipy.signal
 
 from srbval.bearing import Fault
-from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose, fault_entry
 from srbval.diagnosis.fault_scores import fault_scores
-from srbval.reading import speed_search
+from srbval.reading import pipeline
 from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import process
 from srbval.recordings import ShaftSpeed, SpeedSource
-from tests.diagnosis.test_baseline_comparison import faulted_analysis
+from tests.diagnosis.test_baseline import faulted_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
 
@@ -71,7 +71,7 @@ def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(mon
     base = dataclasses.replace(analyse(plain, bearing=BEARING, speed=speed), speed=speed)
 
     def below(clip: float) -> int:
-        monkeypatch.setattr(speed_search, "CLIP", clip)
+        monkeypatch.setattr(pipeline, "CLIP", clip)
         chances = []
         for number in range(16):
             channels = {"x": impulsive(np.random.default_rng([1, number]))}
@@ -80,7 +80,7 @@ def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(mon
             chances += [part.false_alarm for part in parts]
         return int(np.count_nonzero(np.array(chances) < 0.05))
 
-    assert 3 * below(speed_search.CLIP) < below(1e9)
+    assert 3 * below(pipeline.CLIP) < below(1e9)
 
 
 def test_of_what_is_not_measured_nothing_is_said() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.path.predictions import digest, rows_of_predictions
-from srbval.recordings.registry import RegisteredRecording, add, rig_recordings, unopened
+from srbval.recordings.registry import RegisteredRecording, add, rig_recordings
 from tests.comparison.test_matrix import BEARING, rig_file
 
 PREDICTION: dict[str, Any] = {
@@ -29,14 +29,6 @@ def registered(tmp_path: Path) -> tuple[RegisteredRecording, ...]:
         rig_file(tmp_path, code, rpm, shaft_rpm)
     add(tmp_path)
     return rig_recordings()
-
-
-def test_a_record_at_an_opened_operating_point_is_not_unopened(registered: tuple[RegisteredRecording, ...]) -> None:
-    found = {(one.state, one.nominal_rpm): unopened(one) for one in registered}
-    assert found == {
-        (Fault.INNER, 607.0): True, (Fault.OUTER, 607.0): True, (Fault.INNER, 877.0): False,
-        (Fault.HEALTHY, 607.0): True,
-    }  # fmt: skip
 
 
 def test_rows_are_blind_and_those_of_changed_predictions_are_not(registered: tuple[RegisteredRecording, ...]) -> None:

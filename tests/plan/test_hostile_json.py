@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.check.reference import read_reference, reference_path
+from srbval.check.check import read_reference, reference_path
 from srbval.errors import SrbvalError
 from srbval.plan.plan import make_plan
 from srbval.plan.table import load_calibration

@@ -141,18 +141,6 @@ def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer
     assert result.verdict.endswith("The record is simulated.")
 
 
-@pytest.mark.parametrize(
-    ("changes", "expected"),
-    [
-        ({}, (1400.0, 2800.0)),
-        ({"origin": Origin.SIMULATED, "band_hz": None}, (500.0, 1500.0)),
-    ],
-)
-def test_band_comes_from_the_data_set_or_the_paper(outer, changes, expected):
-    result = analyse(dataclasses.replace(outer.recording, **changes), bearing=BEARING)
-    assert result.processed.band_hz == expected
-
-
 def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
     bearing = load_bearing("skf-6205")
     shaft_hz = 29.95

@@ -44,36 +44,26 @@ def test_rig_inner_race_record_closes_on_nineteen_rollers(recordings_dir):
 
 
 @pytest.mark.parametrize(
-    ("name", "line"),
+    ("name", "line", "other"),
     [
-        ("cwru/105_IR007_0_12kDE.mat", "BPFI"),
-        ("cwru/109_IR007_0_48kDE.mat", "BPFI"),
-        ("cwru/278_IR007_0_12kFE.mat", "BPFI"),
-        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO"),
-        ("cwru/135_OR007at6_0_48kDE.mat", "BPFO"),
-        ("cwru/294_OR007at6_0_12kFE.mat", "BPFO"),
-        *((f"mfpt/InnerRaceFault_vload_{n}.mat", "BPFI") for n in (1, 3, 5, 7)),
-        *((f"mfpt/OuterRaceFault_vload_{n}.mat", "BPFO") for n in (1, 3, 5)),
-        ("hit_sm/Self-built/IR5_1200.mat", "BPFI"),
-        ("hit_sm/SpectraQuest/OR5_1200.mat", "BPFO"),
+        ("cwru/105_IR007_0_12kDE.mat", "BPFI", 0),
+        ("cwru/109_IR007_0_48kDE.mat", "BPFI", None),
+        ("cwru/278_IR007_0_12kFE.mat", "BPFI", None),
+        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO", 0),  # carries a strong line at 3/2 BPFO, in the window of BPFI
+        ("cwru/135_OR007at6_0_48kDE.mat", "BPFO", None),
+        ("cwru/294_OR007at6_0_12kFE.mat", "BPFO", None),
+        *((f"mfpt/InnerRaceFault_vload_{n}.mat", "BPFI", 0 if n == 3 else None) for n in (1, 3, 5, 7)),
+        *((f"mfpt/OuterRaceFault_vload_{n}.mat", "BPFO", 0 if n == 1 else None) for n in (1, 3, 5)),
+        ("hit_sm/Self-built/IR5_1200.mat", "BPFI", None),
+        ("hit_sm/SpectraQuest/OR5_1200.mat", "BPFO", None),
+        ("torino/OR_877rpm_sample.mat", "BPFO", 0),
     ],
 )
-def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line):
+def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line, other):
+    """`other`: the number of lines of the other race, where there must be none."""
     result = analysed(recordings_dir, name)
-    assert race_lines(result)[0] == line
+    first, *others = race_lines(result)
+    assert first == line
+    assert other is None or len(others) == other
     assert result.verdict.startswith(line)
-    assert result.line(line).depth > 0.5
-
-
-@pytest.mark.parametrize(
-    ("name", "line"),
-    [
-        ("cwru/105_IR007_0_12kDE.mat", "BPFI"),
-        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO"),  # carries a strong line at 3/2 BPFO, in the window of BPFI
-        ("mfpt/InnerRaceFault_vload_3.mat", "BPFI"),
-        ("mfpt/OuterRaceFault_vload_1.mat", "BPFO"),
-        ("torino/OR_877rpm_sample.mat", "BPFO"),
-    ],
-)
-def test_the_other_race_is_not_accused(recordings_dir, name, line):
-    assert race_lines(analysed(recordings_dir, name)) == [line]
+    assert result.line(line).depth > (0.4 if name.startswith("torino/") else 0.5)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from srbval.bearing import LARGEST_SLIP, load_bearing
-from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.reading.analyse import analyse
-from srbval.reading.families import LEAST_IDENTITY, OTHER_LINE
-from srbval.reading.identity import SLIP_FREEDOM, SLIP_SPREAD, identity_probability
+from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, identity_probability
+from srbval.reading.lines import LEAST_IDENTITY, OTHER_LINE
 from srbval.recordings import load_recording
 from srbval.signal import LineReading
 

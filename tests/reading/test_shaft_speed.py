@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.reading import shaft_speed
+from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, Recording, SpeedSource, load_recording
 from srbval.recordings.speed import nominal_speed
@@ -22,7 +22,7 @@ FS_HZ, SECONDS = 12000.0, 3.0
 BEARING = load_bearing("skf-6205")
 # The loosest a right estimate may be here: the declared allowance and a little for the fit.
 TOLERANCE = 1e-3
-DECLARED = shaft_speed.ALLOWANCE
+DECLARED = speed_search.ALLOWANCE
 
 
 def record(*, shaft_hz: float, slip: float = 0.0, seed: int = 0, fault: bool = True) -> Recording:
@@ -88,7 +88,7 @@ def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders: tuple[i
 @pytest.mark.recordings
 def test_left_out_records_are_covered(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Records with a measured speed, estimated without it: each covered by what the others alone would allow."""
-    monkeypatch.setattr(shaft_speed, "ALLOWANCE", 0.0)
+    monkeypatch.setattr(speed_search, "ALLOWANCE", 0.0)
     excess = {}
     for path in [*sorted((recordings_dir / "cwru").glob("*.mat")), recordings_dir / "torino" / "IR_877rpm_sample.mat"]:
         recording = load_recording(path)
@@ -118,9 +118,9 @@ def whitened(*shafts_hz: float) -> Periodogram:
 
 def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_rivals_it() -> None:
     nominal = nominal_speed(1500.0, 1.5)
-    found = shaft_speed.speed_by_comb(whitened(26.4), nominal)
+    found = speed_search.speed_by_comb(whitened(26.4), nominal)
     assert found is not None
     assert abs(found.value_hz - 26.4) <= found.ci95_hz < 0.02 * 26.4
-    assert shaft_speed.speed_by_comb(whitened(26.4, 23.9), nominal) is None
-    assert shaft_speed.speed_by_comb(whitened(), nominal) is None
-    assert shaft_speed.speed_by_comb(whitened(28.0), nominal) is None, "beyond what is searched"
+    assert speed_search.speed_by_comb(whitened(26.4, 23.9), nominal) is None
+    assert speed_search.speed_by_comb(whitened(), nominal) is None
+    assert speed_search.speed_by_comb(whitened(28.0), nominal) is None, "beyond what is searched"

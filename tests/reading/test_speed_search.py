@@ -48,7 +48,7 @@ def test_every_speed_tried_counts_as_a_trial(monkeypatch: pytest.MonkeyPatch) ->
     """The same line read at one speed has a third of the false-alarm probability."""
     noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=4)
     paid = analyse(noise, bearing=BEARING).line("BPFO")
-    monkeypatch.setattr(speed_search, "_scales", lambda *_: (1.0,))
+    monkeypatch.setattr(speed_search, "trial_scales", lambda *_: (1.0,))
     free = analyse(noise, bearing=BEARING).line("BPFO")
     assert paid.noise_false_alarm == pytest.approx(1 - (1 - free.noise_false_alarm) ** 3)
     assert paid.placebo_false_alarm == pytest.approx(1 - (1 - free.placebo_false_alarm) ** 3)

@@ -13,7 +13,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.cli import main
-from srbval.diagnosis.baseline_comparison import OTHER_CONDITIONS
+from srbval.diagnosis.baseline import OTHER_CONDITIONS
 from srbval.errors import ConfigurationError
 from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed

@@ -101,7 +101,7 @@ LIMITS = {
     "rare outputs": ({"output_rate_hz": 1e-3, "duration_s": 1e4}, "0.001"),
     "step": ({"solver": {"step_s": 1e-30}}, "steps per output"),
     "points": ({"contact": {"points_per_circle": 10**9}}, "1000000000.*100000"),
-    "defects": ({"further_defects": [{"kind": "outer"}] * 10**6}, "1000000.*20"),
+    "defects": ({"further_defects": [{"kind": "outer"}] * 10**6}, "100000[01].*20"),
     "speed": ({"shaft_speed_rad_s": 1e300}, "1e\\+300"),
     "soft": ({"contact": {"stiffness_n_m": 1e-300}}, "1e-300"),
     "stiff": ({"contact": {"stiffness_n_m": 1e300}}, "1e\\+300"),

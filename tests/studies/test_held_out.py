@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.cases import BASES, FITS, KINDS
 from srbval.plan.questions import Question
+from srbval.plan.table import BASES, FITS, KINDS
 from srbval.storage.stored_result import newest_result
 from srbval.studies.calibration_runs import answer_store, between, grid
 from srbval.studies.held_out.study import (

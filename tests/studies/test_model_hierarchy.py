@@ -30,7 +30,7 @@ def test_answers_are_kept_and_found_again(tmp_path: Path) -> None:
     )
     assert len(list(tmp_path.glob("ladder-*.json"))) == 3
     assert first == second, "costs too: nothing ran twice"
-    rungs = first[0].rungs
+    rungs = first[0].levels
     assert 0 < rungs["kinematic"].wall_per_simulated_s < rungs["line"].wall_per_simulated_s  # type: ignore[operator]
     errors = [rungs[model].error_pct[Question.LINES] for model in ("line", "kinematic")]
     assert 0 < errors[0] < errors[1] < SLIP_PCT  # type: ignore[operator]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from srbval.bearing import Fault
-from srbval.check.reference import read_reference, reference_path
+from srbval.check.check import read_reference, reference_path
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step

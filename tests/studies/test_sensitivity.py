@@ -7,7 +7,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.comparison.budget import STUDY
 from srbval.comparison.comparison import QuantityValue
-from srbval.comparison.counterpart import CONVERGED_POINTS, converged, starts
+from srbval.comparison.counterpart import CONVERGED_POINTS, converged, load_ensemble
 from srbval.comparison.effects import INPUTS, sensitivity_of
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.scene import paper_scene
@@ -135,6 +135,6 @@ def test_the_paper_s_points_make_runs_chaotic_and_converged_ones_do_not():
     short = dataclasses.replace(SCENE, duration_s=1.0, shaft_speed_rad_s=90.0)
     spread = {}
     for name, scene in (("paper", short), ("converged", converged(short))):
-        levels = [sensitivity.values_of(sensitivity.run_unchecked(one))["4xBPFO"] for one in starts(scene)[:4]]
+        levels = [sensitivity.values_of(sensitivity.run_unchecked(one))["4xBPFO"] for one in load_ensemble(scene)[:4]]
         spread[name] = np.std(levels)
     assert spread["converged"] < 0.01 < 0.1 < spread["paper"]

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
-from srbval.comparison.bias import biases
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
     PAPER_STATES,
@@ -17,7 +16,7 @@ from srbval.comparison.counterpart import (
     run_counterpart,
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
-from srbval.comparison.headline import Headline, headline
+from srbval.comparison.headline import Headline, biases, headline
 from srbval.comparison.matrix import Matrix, build_matrix, point_of
 from srbval.comparison.other_rigs import read_other_rigs
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
@@ -27,7 +26,7 @@ from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.table import LadderCalibration, summary
+from srbval.plan.table import CalibrationTable, summary
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, recording_from_run
@@ -91,7 +90,7 @@ class Findings:
     matrix: Matrix
     datasets: Mapping[str, DatasetDescription]
     speed_source: PublishedSpeeds
-    ladders: Mapping[str, LadderCalibration]
+    ladders: Mapping[str, CalibrationTable]
     results: StoredResults
     provenance: Mapping[str, Any]
 

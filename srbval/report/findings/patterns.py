@@ -9,7 +9,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.hierarchy import LEVELS
 from srbval.models.run import Run
-from srbval.plan.pattern import WIDE_BAND_HZ, missing_of
+from srbval.plan.measures import WIDE_BAND_HZ, missing_of
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import recording_from_run
@@ -72,11 +72,7 @@ def harmonic_patterns(runs: Mapping[str, Run]) -> dict[str, Any]:
 
 
 def _missing(run: Run, model: str, fit: RollerFit, height_mm: float) -> dict[str, Any]:
-    missing = missing_of(run)
-    return {
-        "model": model, "roller_fit": fit.value, "height_mm": height_mm, "pulse_share": missing.pulse.share,
-        "by_sinc": missing.by_sinc, "wide_band": missing.wide_band, "paper_band": missing.paper_band,
-    }  # fmt: skip
+    return {"model": model, "roller_fit": fit.value, "height_mm": height_mm, **missing_of(run)}
 
 
 def impulse_trains(runs: Mapping[str, Run], bearing: Bearing) -> dict[tuple[RollerFit, LoadPath], Analysis]:

@@ -14,12 +14,12 @@ from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.band_choice import band_kurtogram
 from srbval.reading.lines import Line, detected_fault_lines, line_entry
+from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
 from srbval.report.figures.style import BINS_SHOWN, plotted
 from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
-from srbval.signal.scalogram import COLUMNS, ROWS
+from srbval.signal.spectrum import COLUMNS, ROWS
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or more of a race fault
@@ -286,7 +286,7 @@ class RecordKurtogram:
             "band_hz": self.analysis.processed.band_hz,
             "most_impulsive_hz": picture.best_hz,
             "kurtosis_less_2": float(picture.kurtosis.max()),
-            "bands": picture.size,
+            "bands": picture.kurtosis.size,
             "second_comb": None if second is None else second.line(self.line),
         }
 

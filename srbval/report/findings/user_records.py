@@ -10,17 +10,21 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.baseline import baseline_of, registered_baseline
-from srbval.diagnosis.baseline_comparison import Baseline, BaselineComparison, compare_with_baseline, is_fault_like
+from srbval.diagnosis.baseline import (
+    Baseline,
+    BaselineComparison,
+    baseline_of,
+    compare_with_baseline,
+    is_fault_like,
+    registered_baseline,
+)
 from srbval.diagnosis.diagnose import Diagnosis, diagnose
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
-from srbval.reading.band_choice import declared_band
-from srbval.reading.families import OTHER_LINE
-from srbval.reading.lines import Line
-from srbval.reading.speed_search import USABLE_SHARE
+from srbval.reading.lines import OTHER_LINE, Line
+from srbval.reading.pipeline import USABLE_SHARE, declared_band
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.records import (

@@ -5,15 +5,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.budget import PRIOR
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
+from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.baseline_comparison import Basis
+from srbval.diagnosis.baseline import Basis
 from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
 from srbval.report.figures.comparison import agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings

@@ -5,7 +5,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS
 from srbval.comparison.other_rigs import OtherRecord
-from srbval.diagnosis.baseline_comparison import Basis
+from srbval.diagnosis.baseline import Basis
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
 from srbval.report.blocks import Block, Paragraph, Section, Tone

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.diagnosis.baseline_comparison import Basis
+from srbval.diagnosis.baseline import Basis
 from srbval.reading.lines import Line
-from srbval.reading.speed_search import USABLE_SHARE
+from srbval.reading.pipeline import USABLE_SHARE
 from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
 from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel

@@ -20,14 +20,13 @@ from scipy.stats import binomtest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
-from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
-from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
-from srbval.reading.pipeline import one_signal
+from srbval.reading.pipeline import band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.registry import RegisteredRecording, listing
 from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, squared_envelope_one_pass

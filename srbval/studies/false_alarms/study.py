@@ -35,8 +35,7 @@ from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.families import Family, families_of, half_window_hz, placebo_fundamentals
 from srbval.reading.lines import detected_fault_lines
-from srbval.reading.pipeline import process
-from srbval.reading.speed_search import periodogram_of
+from srbval.reading.pipeline import periodogram_of, process
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording
 from srbval.signal import Periodogram, read_comb
 from srbval.signal.false_alarm import APART, GRID, ORDERS, rank_among_placebos

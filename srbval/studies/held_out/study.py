@@ -15,10 +15,9 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.models.hierarchy import level_of
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.cases import CalibrationScene
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.plan.table import Entry, LadderCalibration
+from srbval.plan.table import CalibrationScene, CalibrationTable, Entry
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
@@ -39,7 +38,7 @@ def held_out() -> list[CalibrationScene]:
 
 def check_cases(
     cases: Sequence[CalibrationScene],
-    calibration: LadderCalibration,
+    calibration: CalibrationTable,
     *,
     jobs: int | None = None,
     store: ContentStore | None = None,
@@ -55,15 +54,15 @@ def check_cases(
     return [check for entry in entries for check in checks_of(entry, calibration)]
 
 
-def checks_of(entry: Entry, calibration: LadderCalibration) -> Iterator[Row]:
+def checks_of(entry: Entry, calibration: CalibrationTable) -> Iterator[Row]:
     """Every prediction for the scene of a measured entry."""
     for question in asked_of(Fault(entry.case.kind)):
         if entry.reference.get(question) is not None:
-            measured = {model: rung.error_pct[question] for model, rung in entry.rungs.items()}
+            measured = {model: rung.error_pct[question] for model, rung in entry.levels.items()}
             yield from _checks(entry.case, question, measured, calibration)
 
 
-def checks_again(stored: Iterable[Row], calibration: LadderCalibration) -> list[Row]:
+def checks_again(stored: Iterable[Row], calibration: CalibrationTable) -> list[Row]:
     """Stored checks with the predictions that the planner makes now, compared with the errors measured then."""
     measured: dict[tuple[CalibrationScene, Question], dict[str, float | None]] = {}
     for row in stored:
@@ -73,7 +72,7 @@ def checks_again(stored: Iterable[Row], calibration: LadderCalibration) -> list[
 
 
 def _checks(
-    case: CalibrationScene, question: Question, measured: Mapping[str, float | None], calibration: LadderCalibration
+    case: CalibrationScene, question: Question, measured: Mapping[str, float | None], calibration: CalibrationTable
 ) -> Iterator[Row]:
     scene = case.scene("full", seconds=calibration.seconds)
     plans = [

@@ -4,8 +4,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
-from srbval.plan.cases import BASES, CalibrationScene
-from srbval.plan.table import LadderCalibration, summary
+from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import ContentStore
@@ -32,7 +31,7 @@ def measure_models(
     jobs: int | None = None,
     store: ContentStore | None = None,
     progress: Progress = silent,
-) -> LadderCalibration:
+) -> CalibrationTable:
     """Errors and costs of `models` on the grid's `cases` and those `between`, all about the bundled scene `base`.
 
     `jobs`, `store`: see `measure_cases`.
@@ -43,7 +42,7 @@ def measure_models(
     )
     right, default = BASES[base], BASES[base].scene.solver
     more = "".join(f", {value} {key}" for change in right.finest.values() for key, value in change.items())
-    return LadderCalibration(
+    return CalibrationTable(
         base=base,
         reference=f"{right.reference} model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s{more}",
         solver=default.name,

@@ -18,11 +18,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.comparison.runs import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.run_file import scene_content
 from srbval.plan.measures import Measures, measure
-from srbval.plan.timing import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.stored_result import ContentStore

@@ -1,4 +1,4 @@
-"""Runs of scenes whose failures are results: one, or many in parallel, read as they end."""
+"""Runs of scenes, one or many in parallel, whose failures are results, or end all of them."""
 
 import threading
 import time
@@ -63,11 +63,6 @@ class RunStopped(Exception):
     """Raised inside a run when another one failed with an exception or the user interrupted."""
 
 
-def _cost(scene: Scene) -> float:
-    stages = right_hand_sides_per_step(scene.solver.name) or 1
-    return (scene.settle_s + scene.duration_s) * stages / scene.solver.step_s
-
-
 def run_all(
     scenes: Mapping[Key, Scene],
     read: Callable[[Key, Attempt, float], Result],
@@ -77,13 +72,35 @@ def run_all(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Run all `scenes`, `jobs` at a time (default: one per usable core), the most expensive first.
+    """Run all `scenes`, see `side_by_side`; a failed run is a result.
 
-    `read` turns each attempt and its wall time [s], which the parallel runs disturb, into its result.
-
-    `read` is called in the thread of the run as soon as it has ended, so that it can store the result. The progress of
-    a run counts by its cost.
+    `read` turns each attempt and its wall time [s], which the parallel runs disturb, into its result. It is called in
+    the thread of the run as soon as it has ended, so that it can store the result.
     """
+
+    def one(key: Key, report: Progress) -> Result:
+        started = time.perf_counter()
+        tried = attempt(scenes[key], step=step, progress=report)
+        return read(key, tried, time.perf_counter() - started)
+
+    return side_by_side(scenes, one, task=task, jobs=jobs, progress=progress)
+
+
+def side_by_side(
+    scenes: Mapping[Key, Scene],
+    run: Callable[[Key, Progress], Result],
+    *,
+    task: str,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> dict[Key, Result]:
+    """What `run` makes of each scene, `jobs` at a time (default: one per usable core), the most expensive first.
+
+    Threads, since the kernels release the interpreter lock. The progress of a run counts by its cost. The first
+    exception stops all runs, and is raised; `ConfigurationError` for less than one job.
+    """
+    if jobs is not None and jobs < 1:
+        raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
     cost = {key: _cost(scene) for key, scene in scenes.items()}
     shares: dict[Key, float] = {}
     lock, stop = threading.Lock(), threading.Event()
@@ -97,10 +114,9 @@ def run_all(
             progress(task, min(total, 0.999))
 
     def one(key: Key) -> Result:
-        scene, started = scenes[key], time.perf_counter()
-        tried = attempt(scene, step=step, progress=lambda _, fraction: reached(key, fraction or 0.0))
+        result = run(key, lambda _, fraction: reached(key, fraction or 0.0))
         reached(key, 1.0)
-        return read(key, tried, time.perf_counter() - started)
+        return result
 
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
         futures = {key: pool.submit(one, key) for key in sorted(cost, key=lambda key: -cost[key])}
@@ -112,3 +128,8 @@ def run_all(
             raise
     progress(task, 1.0)
     return results
+
+
+def _cost(scene: Scene) -> float:
+    stages = right_hand_sides_per_step(scene.solver.name) or 1
+    return (scene.settle_s + scene.duration_s) * stages / scene.solver.step_s

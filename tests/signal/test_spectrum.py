@@ -1,0 +1,198 @@
+"""Whitened and phase-randomised records, kurtogram, and the scalogram against the exact sum of samples times wavelet.
+
+Prewhitening takes away what repeats exactly and keeps impacts that stray; random phases take away impacts too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from srbval.arrays import FloatArray
+from srbval.errors import ConfigurationError, DataError
+from srbval.signal import (
+    Periodogram,
+    drop_ends,
+    end_s,
+    kurtogram,
+    kurtosis,
+    morlet_scalogram,
+    peak_snr,
+    phase_randomised,
+    prewhitened,
+    squared_envelope_one_pass,
+)
+from srbval.signal.spectrum import BANDWIDTH
+
+FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
+BAND_HZ = (200.0, 5600.0)
+ROUNDING = 1e-9
+
+
+def line_to_noise(samples: FloatArray) -> float:
+    square, rate = squared_envelope_one_pass(samples, FS_HZ, BAND_HZ)
+    record = Periodogram.of(drop_ends(square, rate, end_s(BAND_HZ)), rate, limit_hz=600.0, shaft_hz=SHAFT_HZ)
+    return peak_snr(record, LINE_HZ, 1.0) or 0.0
+
+
+def gear_mesh(rng: np.random.Generator) -> FloatArray:
+    """A mesh of three harmonics, modulated in amplitude at the line's very frequency, in noise."""
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    modulation = 1 + 0.5 * np.cos(2 * np.pi * LINE_HZ * time_s)
+    mesh = sum(2 * modulation * np.cos(2 * np.pi * h * 813.0 * time_s + h) for h in (1, 2, 3))
+    return np.asarray(mesh + rng.standard_normal(time_s.size))
+
+
+def impacts(rng: np.random.Generator, jitter: float = 0.01) -> FloatArray:
+    """Decaying bursts at the line's frequency, their periods straying by `jitter`, in noise."""
+    at_s = np.cumsum((1 + jitter * rng.standard_normal(round(SECONDS * LINE_HZ * 1.1))) / LINE_HZ)
+    struck = np.zeros(round(SECONDS * FS_HZ))
+    struck[(at_s[at_s < SECONDS] * FS_HZ).astype(int)] = 12.0
+    time_s = np.arange(240) / FS_HZ
+    burst = np.exp(-800 * time_s) * np.sin(2 * np.pi * 3000 * time_s)
+    return np.asarray(np.convolve(struck, burst)[: struck.size] + rng.standard_normal(struck.size))
+
+
+def test_a_modulated_gear_mesh_is_gone_and_impacts_stay() -> None:
+    rng = np.random.default_rng(1)
+    mesh, struck = gear_mesh(rng), impacts(rng)
+    assert line_to_noise(mesh) > 1000 > 20 > line_to_noise(prewhitened(mesh))
+    assert line_to_noise(prewhitened(struck)) > 50
+
+
+def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
+    samples = impacts(np.random.default_rng(3))
+    white = np.fft.rfft(prewhitened(samples))[1:-1]
+    before = np.fft.rfft(samples[: prewhitened(samples).size])[1:-1]
+    assert np.allclose(np.abs(white), np.abs(white[0]))
+    assert np.allclose(np.angle(white / before), 0, atol=1e-6)
+    assert np.allclose(prewhitened(-7 * samples), -prewhitened(samples))
+
+
+def test_a_constant_record_is_refused() -> None:
+    with pytest.raises(DataError, match="constant"):
+        prewhitened(np.full(1000, 3.0))
+
+
+@pytest.mark.parametrize("size", [4096, 4097])
+def test_random_phases_keep_the_spectrum(size: int) -> None:
+    samples = np.random.default_rng(1).standard_normal(size) + 0.3
+    found = phase_randomised(samples, 2)
+    np.testing.assert_allclose(np.abs(np.fft.rfft(found)), np.abs(np.fft.rfft(samples)), rtol=ROUNDING)
+    assert found.mean() == pytest.approx(samples.mean(), rel=ROUNDING)
+    assert np.abs(np.corrcoef(found, samples)[0, 1]) < 0.1
+
+
+def test_random_phases_make_noise_of_impacts() -> None:
+    """Kurtosis 3 within four standard deviations of the estimate, 4 sqrt(24 / n)."""
+    rng = np.random.default_rng(3)
+    size = 40_000
+    impacts = rng.standard_normal(size) * (rng.random(size) < 0.02)
+    before, after = (kurtosis(x) for x in (impacts, phase_randomised(impacts, 4)))
+    assert before > 50
+    assert after == pytest.approx(3.0, abs=4 * np.sqrt(24 / size))
+
+
+KURTOGRAM_HZ, COUNT, LEAST_HZ = 20_480.0, 40_960, 460.0
+# 20 records of 44 overlapping bands: the spread is known to some 5 %, the mean to 0.05; three to four of these.
+SPREAD, MEAN = 0.15, 0.2
+# The tone is one line of the transform: only rounding is left.
+STEADY_TONE = 1e-9
+
+
+def noise(seed=0):
+    return np.random.default_rng(seed).standard_normal(COUNT)
+
+
+def test_gaussian_noise_shows_nothing_beyond_its_stated_scatter():
+    ratios = np.array([(k := kurtogram(noise(s), KURTOGRAM_HZ, least_width_hz=LEAST_HZ)).kurtosis / k.scatter
+                       for s in range(20)])  # fmt: skip
+    assert ratios.std() == pytest.approx(1.0, abs=SPREAD)
+    assert ratios.mean() == pytest.approx(0.0, abs=MEAN)
+
+
+@pytest.mark.parametrize("ring_hz", [2100.0, 4600.0, 8300.0])
+def test_the_most_impulsive_band_is_that_of_the_ringing(ring_hz):
+    samples = noise()
+    ring_s = np.arange(120) / KURTOGRAM_HZ
+    ring = 4 * np.exp(-ring_s * 1200) * np.sin(2 * np.pi * ring_hz * ring_s)
+    for first in range(500, COUNT - 200, 700):
+        samples[first : first + ring.size] += ring
+    low, high = kurtogram(samples, KURTOGRAM_HZ, least_width_hz=LEAST_HZ).best_hz
+    assert low < ring_hz < high
+    assert high - low < 2600
+
+
+def test_a_steady_tone_is_minus_one():
+    tone = np.cos(2 * np.pi * 3000 * np.arange(COUNT) / KURTOGRAM_HZ)
+    picture = kurtogram(tone, KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
+    holding = (picture.band_hz[:, 0] < 2900) & (picture.band_hz[:, 1] > 3100)
+    np.testing.assert_allclose(picture.kurtosis[holding], -1.0, atol=STEADY_TONE)
+
+
+def test_no_band_or_too_short_a_record_is_refused():
+    with pytest.raises(ConfigurationError, match="fits twice"):
+        kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=6000.0)
+    with pytest.raises(ConfigurationError, match="longer record"):
+        kurtogram(noise()[:4096], KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
+
+
+PICTURE_HZ, SAMPLES, RANGE_HZ = 20_480.0, 4097, (40.0, 1000.0)
+# Of a row's highest value, at six and at two samples a column; the picture's 64 colours are 1.6 % apart.
+WORST_ROW, MEDIAN_ROW = 0.01, 0.002
+# What the ends of 0.2 s take from a tone of 40 Hz, four periods away.
+TONE = 2e-4
+
+
+def direct_sum(samples, frequency_hz, columns):
+    """Modulus of sum x_k w(t - t_k), one row of it, averaged over columns."""
+    periods = np.arange(-SAMPLES, SAMPLES + 1) / PICTURE_HZ * frequency_hz
+    wavelet = np.exp(-(periods**2) / BANDWIDTH + 2j * np.pi * periods)
+    row = np.abs(scipy.signal.fftconvolve(samples, wavelet, mode="full")[SAMPLES : 2 * SAMPLES])
+    first = np.arange(0, SAMPLES, -(-SAMPLES // columns))
+    means = np.add.reduceat(row, first) / np.diff(np.append(first, SAMPLES))
+    return means * 2 * frequency_hz / PICTURE_HZ / np.sqrt(np.pi * BANDWIDTH)
+
+
+def impulses(*places):
+    samples = np.zeros(SAMPLES)
+    samples[list(places)] = 1.0
+    return samples
+
+
+@pytest.mark.parametrize("columns", [800, 2048])
+@pytest.mark.parametrize(
+    "samples",
+    [impulses(1695), impulses(300, 1500, 1502, 3900), np.random.default_rng(1).standard_normal(SAMPLES)],
+    ids=["odd", "train", "noise"],
+)
+def test_every_row_is_that_of_the_direct_sum(samples, columns):
+    picture = morlet_scalogram(samples, PICTURE_HZ, range_hz=RANGE_HZ, rows=40, columns=columns)
+    errors = []
+    for frequency_hz, row in zip(picture.frequency_hz, picture.amplitude, strict=True):
+        expected = direct_sum(samples, frequency_hz, columns)
+        errors.append(np.abs(row - expected).max() / expected.max())
+    assert max(errors) < WORST_ROW
+    assert np.median(errors) < MEDIAN_ROW
+
+
+def test_a_unit_tone_reads_one_in_its_row_at_every_scale():
+    rows = morlet_scalogram(np.zeros(SAMPLES), PICTURE_HZ, range_hz=(40.0, 2048.0), rows=12).frequency_hz
+    for row, tone_hz in enumerate(rows):
+        tone = np.cos(2 * np.pi * tone_hz * np.arange(SAMPLES) / PICTURE_HZ + 0.3)
+        amplitude = morlet_scalogram(tone, PICTURE_HZ, range_hz=(40.0, 2048.0), rows=12).amplitude[row]
+        np.testing.assert_allclose(amplitude[320:360], 1.0, atol=TONE)
+
+
+def test_rows_are_near_those_asked_for_and_times_the_middles_of_the_columns():
+    picture = morlet_scalogram(impulses(2000), PICTURE_HZ, range_hz=RANGE_HZ)
+    np.testing.assert_allclose(picture.frequency_hz, np.geomspace(*RANGE_HZ, 120), rtol=0.005)
+    centre_s = np.average(picture.time_s, weights=picture.amplitude[-1])
+    assert centre_s == pytest.approx(2000 / PICTURE_HZ, abs=0.05 / PICTURE_HZ)
+
+
+@pytest.mark.parametrize("range_hz", [(0.1, 100.0), (100.0, 9000.0)])
+def test_a_range_beyond_the_record_is_refused(range_hz):
+    with pytest.raises(ConfigurationError, match="allows"):
+        morlet_scalogram(np.zeros(SAMPLES), PICTURE_HZ, range_hz=range_hz)
