@@ -26,7 +26,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
 from tests.campaign.campaigns import content, resume, run_small, six, small
-from tests.campaign.command import MANY, start
+from tests.campaign.command import MANY, cluster, start
 from tests.marked import until
 
 DEVIATION_PCT = 0.1  # of a line from its kinematic frequency, for a bearing without slip in 2 s of record
@@ -138,15 +138,37 @@ def test_status_says_what_is_there(tmp_path: Path) -> None:
     assert len({row.split(",")[0] for row in rows[1:]}) == 5
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no resource limits here")
+def test_one_result_too_large_for_the_disk(tmp_path: Path) -> None:
+    """A real refusal to write: the operating system's limit on the size of a file."""
+    code = (
+        "import resource, signal, sys; from pathlib import Path\n"
+        "from tests.campaign import campaigns; campaigns.prepare = lambda scenes: None\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))\n"
+        "cases = [{'model': 'planar', 'duration': '2 s'}, {'model': 'kinematic'}, {'model': 'planar'}]\n"
+        "f = campaigns.run_small(campaigns.small(axes=[{'kind': 'list', 'cases': cases}]), Path(sys.argv[1]))\n"
+        "print(f.done, [(e['case'], e['ending'], e['reason']) for e in f.failed])\n"
+    )
+    tree = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False, cwd=tree
+    )
+    assert done.stdout.startswith("2 [(0, 'unwritten', 'the result could not be written:"), done.stderr
+    assert not list((tmp_path / "cases").glob("*/.*.srbval-part"))
+
+
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
-def test_ctrl_c(tmp_path: Path) -> None:
+@pytest.mark.parametrize("engine", ["local", pytest.param("dask", marks=pytest.mark.slow)])
+def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command resumes."""
     file, folder = tmp_path / "many.toml", tmp_path / "run"
     file.write_text(MANY)
-    process = start(file, folder, "--jobs", "2", stderr=subprocess.PIPE)
-    until(lambda: process.poll() is not None or any(folder.glob("cases/*/*.h5")))
-    os.killpg(process.pid, signal.SIGINT)
-    said = process.communicate()[1].decode()
+    with cluster(engine, tmp_path, {}) as options:
+        process = start(file, folder, *options, stderr=subprocess.PIPE)
+        until(lambda: process.poll() is not None or any(folder.glob("cases/*/*.h5")))
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate()[1].decode()
     assert process.returncode == 130
     assert "KeyboardInterrupt" not in said
     assert "interrupted; nothing half-written was left behind" in said
