@@ -44,9 +44,8 @@ class FullRun:
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
         """Run so many output intervals, of which `first` lie before; see `take_steps`."""
         return take_steps(
-            self.model, self.state, self.method, step_s=self.step_s, intervals=intervals,
-            steps_per_output=self.steps_per_output, first_interval=first, intervals_per_detail=per_detail,
-            memory=self.memory,
+            self.model, self.state, self.method, step_s=self.step_s, intervals=range(first, first + intervals),
+            steps_per_output=self.steps_per_output, intervals_per_detail=per_detail, memory=self.memory,
         )  # fmt: skip
 
     def with_finer_steps(self, times: int) -> "FullRun":

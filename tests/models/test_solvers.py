@@ -73,20 +73,22 @@ def test_a_run_in_pieces_is_bit_identical(name: str) -> None:
     model = damaged()
     start = equilibrium_state(model)
     method, whole, pieces, memory = METHODS[name], start.copy(), start.copy(), np.zeros_like(start)
-    at_once = take_steps(model, whole, method, step_s=PAPER_STEP_S, intervals=14, steps_per_output=PER_OUTPUT).out
+    at_once = take_steps(
+        model, whole, method, step_s=PAPER_STEP_S, intervals=range(14), steps_per_output=PER_OUTPUT
+    ).out
     found = []
     for first, count in ((0, 6), (6, 3), (9, 5)):
         fresh = damaged()
         rates(fresh, 0.0, start)
         steps = take_steps(
-            fresh, pieces, method, step_s=PAPER_STEP_S, intervals=count, steps_per_output=PER_OUTPUT,
-            first_interval=first, intervals_per_detail=3, memory=memory,
+            fresh, pieces, method, step_s=PAPER_STEP_S, intervals=range(first, first + count),
+            steps_per_output=PER_OUTPUT, intervals_per_detail=3, memory=memory,
         )  # fmt: skip
         found.append(steps.out)
     assert np.array_equal(np.concatenate(found), at_once)
     assert np.array_equal(pieces, whole)
     without = start.copy()
     for first in range(2):
-        take_steps(model, without, method, step_s=PAPER_STEP_S, intervals=1, first_interval=first)
-    take_steps(model, whole := start.copy(), method, step_s=PAPER_STEP_S, intervals=2)
+        take_steps(model, without, method, step_s=PAPER_STEP_S, intervals=range(first, first + 1))
+    take_steps(model, whole := start.copy(), method, step_s=PAPER_STEP_S, intervals=range(2))
     assert np.array_equal(without, whole) == (not method.coefficients.ahead), "the memory is of consequence"

@@ -319,7 +319,7 @@ def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: flo
 
     def step(start: FloatArray) -> FloatArray:
         y, memory = start[:size].copy(), start[size:].copy() if remembers else np.zeros(size)
-        take_steps(model, y, method, step_s=step_s, intervals=1, memory=memory)
+        take_steps(model, y, method, step_s=step_s, intervals=range(1), memory=memory)
         return np.concatenate([y, memory])[:whole]
 
     columns = []

@@ -72,9 +72,7 @@ def advance(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
-    out = take_steps(
-        model, y, METHODS[method], step_s=step_s, intervals=outputs, steps_per_output=steps, first_interval=0
-    ).out
+    out = take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
     acceleration: FloatArray = out[:, :3]
     return acceleration
 
@@ -83,7 +81,9 @@ def recorded(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
 ) -> dict[str, Any]:
     """What a run records of its first `outputs` intervals of `steps` steps, by the names in `Run`; `y` is advanced."""
-    return signals(take_steps(model, y, METHODS[method], step_s=step_s, intervals=outputs, steps_per_output=steps).out)
+    return signals(
+        take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
+    )
 
 
 def trajectory(
@@ -92,7 +92,7 @@ def trajectory(
     """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
     states, state = [y.copy()], y.copy()
     for i in range(outputs):
-        take_steps(model, state, METHODS[method], step_s=step_s, intervals=1, steps_per_output=steps, first_interval=i)
+        take_steps(model, state, METHODS[method], step_s=step_s, intervals=range(i, i + 1), steps_per_output=steps)
         states.append(state.copy())
     return np.array(states)
 
@@ -152,7 +152,7 @@ def stepped(
     state, memory, states, powers = y.copy(), np.zeros_like(y), [], []
     plain = replace(METHODS[method], coefficients=METHODS[method].coefficients._replace(onset=0.0))
     for i in range(first, first + steps):
-        out = take_steps(model, state, plain, step_s=step_s, intervals=1, first_interval=i, memory=memory).out
+        out = take_steps(model, state, plain, step_s=step_s, intervals=range(i, i + 1), memory=memory).out
         states.append(state.copy())
         energy: EnergyFlow = signals(out)["energy"]
         powers.append([energy.drive_w[0], energy.friction_w[0] + energy.damping_w[0] + energy.housing_w[0]])

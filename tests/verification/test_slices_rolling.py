@@ -106,7 +106,7 @@ def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
     memory, turned = np.zeros_like(y), []
     for i in range(SETTLING_OUTPUTS + OUTPUTS):
         take_steps(
-            model, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=1, steps_per_output=STEPS, first_interval=i,
+            model, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=range(i, i + 1), steps_per_output=STEPS,
             memory=memory,
         )  # fmt: skip
         turned.append(y[layout_of(y).cage][2])

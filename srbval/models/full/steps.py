@@ -42,25 +42,24 @@ def take_steps(
     method: Method,
     *,
     step_s: float,
-    intervals: int,
+    intervals: range,
     steps_per_output: int = 1,
-    first_interval: int = 0,
     intervals_per_detail: int = 0,
     memory: FloatArray | None = None,
 ) -> Outputs:
     """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
 
-    `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
+    The first of the intervals tells how many lie before, and so the time. No interval at all only compiles.
     `memory`, of the state's shape: what the method keeps from one call to the next, renewed in place; None at a start.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers = len(model.slot_angle)
-    details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
-    out, spins = np.zeros((intervals, out_col.COUNT)), np.zeros((details, rollers))
+    details = -(-len(intervals) // intervals_per_detail) if intervals_per_detail else 0
+    out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((details, rollers))
     loads = np.zeros((details, 2, rollers, CIRCLES))
     model = model._replace(law=model.law._replace(onset_s=method.coefficients.onset * step_s))
     advance(
-        state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
+        state, memory, intervals.start * steps_per_output, step_s, steps_per_output, method.coefficients, model,
         working_space(len(state), len(method.coefficients.b)),
         Recorder(out, intervals_per_detail, spins, loads),
     )  # fmt: skip

@@ -116,7 +116,12 @@ def test_rollers_that_touch_nothing_roll() -> None:
 def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
     """Ring displacement along y and cage speed over shaft speed, one row per output interval."""
     steps = take_steps(
-        model, start.copy(), METHODS["imex2"], step_s=1 / 61440, intervals=round(seconds * 20480), steps_per_output=3
+        model,
+        start.copy(),
+        METHODS["imex2"],
+        step_s=1 / 61440,
+        intervals=range(round(seconds * 20480)),
+        steps_per_output=3,
     )
     return np.stack([steps.out[:, 4], steps.out[:, 6] / model.drive.speed[1, 0]], axis=1)
 
