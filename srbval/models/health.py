@@ -8,7 +8,7 @@ and to carry the load is nothing that a bearing must do: while those tests pass,
 The limits are measured; unless something else is said, on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
 125 kN; friction 0.02, 0.1 and 0.7; either load path; play 0 and 0.1 mm, interference), each by imex2, ode1, ode2 and
 ode4 at the paper's step, twice and four times that, and by imex2 at a quarter of it as the truth.
-`srbval/studies/health_limits/study.py` runs such scenes and counts.
+`srbval study run run_verdicts` counts on other scenes how often they are right.
 """
 
 from __future__ import annotations

@@ -112,18 +112,18 @@ def _choose(
 
     Where none is enough, the reference model; where that refuses, the last model that does not and knows the question.
     """
-    rungs, bearing = [rung for rung in LEVELS if rung.name in table.models], load_bearing(scene.bearing)
-    refused = {rung.name: refusal(rung, scene, bearing) or "" for rung in rungs if not rung.runs(bearing)}
+    levels, bearing = [level for level in LEVELS if level.name in table.models], load_bearing(scene.bearing)
+    refused = {level.name: refusal(level, scene, bearing) or "" for level in levels if not level.runs(bearing)}
     while True:
-        able = [r for r in rungs if r.name not in refused]
+        able = [r for r in levels if r.name not in refused]
         knowing = [r.name for r in able if question.value not in r.lacks] or [r.name for r in able]
         if not knowing:
             raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
         reference = table.reference_model if table.reference_model in knowing else knowing[-1]
         candidates = [
-            Candidate(model=rung.name, ok=False, why=refused[rung.name]) if rung.name in refused
-            else _judge(rung, scene, question, tolerance_pct, near, reference)
-            for rung in rungs
+            Candidate(model=level.name, ok=False, why=refused[level.name]) if level.name in refused
+            else _judge(level, scene, question, tolerance_pct, near, reference)
+            for level in levels
         ]  # fmt: skip
         enough = [c for c in candidates if c.ok]
         chosen = min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else reference
@@ -134,16 +134,16 @@ def _choose(
 
 
 def _judge(
-    rung: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours, reference: str
+    level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours, reference: str
 ) -> Candidate:
-    error = near.error_pct(rung.name, question)
-    pace = near.wall_per_simulated_s(rung.name)
-    margin = near.margin_of(rung.name, question) if error is not None else None
-    ok, why = _verdict(rung, question, error, tolerance_pct, near, reference)
-    if margin is not None and not near.outside and question.value not in rung.lacks:
+    error = near.error_pct(level.name, question)
+    pace = near.wall_per_simulated_s(level.name)
+    margin = near.margin_of(level.name, question) if error is not None else None
+    ok, why = _verdict(level, question, error, tolerance_pct, near, reference)
+    if margin is not None and not near.outside and question.value not in level.lacks:
         why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
-        model=rung.name, error_pct=error, ok=ok, why=why,
+        model=level.name, error_pct=error, ok=ok, why=why,
         coverage=None if margin is None else margin.coverage,
         scenes=None if margin is None else margin.scenes,
         wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
@@ -151,13 +151,18 @@ def _judge(
 
 
 def _verdict(
-    rung: FidelityLevel, question: Question, error: float | None, tolerance_pct: float, near: Neighbours, reference: str
+    level: FidelityLevel,
+    question: Question,
+    error: float | None,
+    tolerance_pct: float,
+    near: Neighbours,
+    reference: str,
 ) -> tuple[bool, str]:
-    lacking = rung.lacks.get(question.value)
+    lacking = level.lacks.get(question.value)
     if lacking is not None:
         return False, f"cannot answer: {lacking}"
     if near.outside:
-        right = rung.name == reference
+        right = level.name == reference
         known = (
             "this is the reference model, its own error unknown here" if right else "nothing is known of its error here"
         )
@@ -172,15 +177,15 @@ def _verdict(
     return error <= tolerance_pct, f"errs by up to {bound}, which {verb} {asked.text(tolerance_pct)}"
 
 
-def refusal(rung: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
+def refusal(level: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
     """Why the model refuses the scene; None where it assembles it."""
     try:
-        rung.check_surface(scene)
-        if not rung.runs(bearing):
-            geometry_of(bearing, rung.name)
-        elif rung.parameters is not None:
-            rung.make_parameters(scene, geometry_of(bearing))
-        elif rung.name in IN_THE_PLANE:
+        level.check_surface(scene)
+        if not level.runs(bearing):
+            geometry_of(bearing, level.name)
+        elif level.parameters is not None:
+            level.make_parameters(scene, geometry_of(bearing))
+        elif level.name in IN_THE_PLANE:
             refuse_axial(scene)
             if bearing.pitch_diameter_m is not None:
                 make_ring(scene, bearing)

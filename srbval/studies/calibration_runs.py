@@ -89,11 +89,11 @@ def measure_cases(
     store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> list[Entry]:
-    """Every one of `cases` on every rung, in `jobs` processes (default: one per usable core).
+    """Every one of `cases` on every model, in `jobs` processes (default: one per usable core).
 
     With a `store`, each answer is stored as soon as it is there: an interrupted measurement continues from these.
     """
-    task = "measure the ladder"
+    task = "measure the model hierarchy"
     for model in models:
         precompile(model)
     with ProcessPoolExecutor(
@@ -111,7 +111,7 @@ def measure_cases(
 
 
 def _prepare_worker(models: Sequence[str]) -> None:
-    """Load the kernels that the rungs need, so that no run's time includes it."""
+    """Load the kernels that the models need, so that no run's time includes it."""
     load_kernels(models)
     for model in models:
         attempt(quick_grid()[0].scene(model, seconds=WARM_UP_S))
@@ -120,7 +120,7 @@ def _prepare_worker(models: Sequence[str]) -> None:
 def measure_case(
     case: CalibrationScene, *, models: Sequence[str], seconds: float, store: ContentStore | None = None
 ) -> Entry:
-    """One scene on every rung."""
+    """One scene on every model."""
     healthy = replace(case, kind=Fault.HEALTHY.scene_word, height_mm=0.0)
 
     def answered(model: str, finer: int = 1) -> Answered:

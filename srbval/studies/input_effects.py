@@ -5,7 +5,7 @@ the converged model is run at each draw, as long as the runs that are compared. 
 the distribution of all quantities together and each input's own share of the variance (first order: Saltelli et al.
 2010, Comput. Phys. Commun. 181, 259); what it leaves over, starts among it, is added from what it misses of runs that
 it never saw.
-The cheaper rungs of the ladder know neither slip nor rattle, so there is nothing in them to be corrected: what is cheap
+The cheaper models know neither slip nor rattle, so there is nothing in them to be corrected: what is cheap
 is the run itself.
 """
 

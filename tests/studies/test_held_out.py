@@ -56,7 +56,7 @@ def few_tolerances(monkeypatch: pytest.MonkeyPatch) -> tuple[float, ...]:
 
 
 def test_bounds_hold_on_the_scenes_they_are_read_from(few_tolerances: tuple[float, ...]) -> None:
-    """And tolerances with them: a rung is called enough from its bound on, no earlier."""
+    """And tolerances with them: a model is called enough from its bound on, no earlier."""
     table = shipped_calibration()
     checks = [c for entry in table.between[::EVERY] for c in checks_of(entry, table)]
     assert len({c["scene"] for c in checks}) >= SCENES

@@ -1,4 +1,4 @@
-"""Run every rung on every calibration scene and compare it with the base's reference model at half its step."""
+"""Run every model on every calibration scene and compare it with the base's reference model at half its step."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
