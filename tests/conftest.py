@@ -55,9 +55,11 @@ def recordings_dir() -> Path:
 
 
 @pytest.fixture(autouse=True)
-def _ctrl_c_stays() -> Iterator[None]:
-    """Whoever imports dask-jobqueue, or runs the tests in a shell's background, has another Ctrl-C than a user."""
+def _signals_are_a_user_s() -> Iterator[None]:
+    """Whoever imports dask-jobqueue, or runs the tests in a shell's background or by nohup, has others than a user."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
