@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
-from scipy.stats import kstest
+from scipy import stats
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Fault, load_bearing
@@ -123,7 +123,7 @@ def by_chance(analyses: Sequence[tuple[str, Analysis]], repeats: int, count: int
 
 def distance(chances: Sequence[float] | FloatArray) -> float:
     """Kolmogorov-Smirnov distance of `chances` from the uniform distribution."""
-    return float(kstest(chances, "uniform").statistic)
+    return float(stats.kstest(chances, "uniform").statistic)
 
 
 def _row(name: str, chances: Sequence[float]) -> Row:
