@@ -2,7 +2,7 @@
 
 import enum
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from srbval.diagnosis.baseline import (
     registered_baseline,
 )
 from srbval.diagnosis.diagnose import Diagnosis, diagnose
-from srbval.errors import ConfigurationError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
@@ -142,21 +142,23 @@ def gather_user_records(
     model: bool = True,
     all_channels: bool = False,
     largest_slip_pct: float | None = None,
+    unread: Mapping[str, SrbvalError] | None = None,
     progress: Progress = silent,
-) -> tuple[tuple[UserRecord, ...], dict[str, Any]]:
+) -> tuple[tuple[UserRecord, ...], dict[str, SrbvalError], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
-    Returns the records and their provenance.
+    Returns the records, the errors by file of those that could not be analysed, and the provenance. `unread` are the
+    errors of files that could not even be read.
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
-    model's run that fails is only said.
+    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises the error of the records
+    where none can be analysed; a model's run that fails is only said.
     """
-    if not recordings:
+    if not recordings and not unread:
         raise ConfigurationError("no recording is given: name at least one file.")
-    records = []
-    for recording in recordings:
+
+    def gather_one(recording: Recording) -> UserRecord:
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
             unknown = band_hz is None and not _band_is_declared(recording)
@@ -167,14 +169,31 @@ def gather_user_records(
         compared = _model_side(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
         naming = diagnose(analysis, all_channels=all_channels) if measured else None
-        records.append(user_record(analysis, baseline, compared, naming))
+        return user_record(analysis, baseline, compared, naming)
+
+    records, failed = [], dict(unread or {})
+    for recording in recordings:
+        try:
+            records.append(gather_one(recording))
+        except SrbvalError as error:
+            failed[recording.file or recording.name] = error
+    if not records:
+        raise _only_error(failed)
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
-    used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
+    used = [*(r.analysis.recording for r in records), *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
     facts = provenance(runs, ()) | {
         "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
     }
     facts = {key: value for key, value in facts.items() if value}
-    return tuple(records), facts
+    return tuple(records), failed, facts
+
+
+def _only_error(failed: Mapping[str, SrbvalError]) -> SrbvalError:
+    """The error that all these files have in common, or one that lists theirs."""
+    first, *others = {str(error): error for error in failed.values()}.values()
+    if not others:
+        return first
+    return DataError("none of the recordings can be reported: " + "; ".join(f"{f}: {e}" for f, e in failed.items()))
 
 
 def why_not_detected(line: Line, analysis: Analysis) -> NotDetected | None:
