@@ -64,27 +64,29 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.diagnosis.baseline import load_healthy
+        from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
+        from srbval.report.findings.user_records import FailedFile
         from srbval.report.reports import report_recordings
     settings = recording_settings(options)
-    recordings, unread = [], dict[str, SrbvalError]()
-    for file in options.files:
+
+    def read(file: str) -> Recording | FailedFile:
         try:
-            recordings.append(load_registered(file, settings))
+            return load_registered(file, settings)
         except SrbvalError as error:
-            unread[file] = error
+            return FailedFile(file=file, error=error)
+
     report, files = report_recordings(
-        recordings,
+        [read(file) for file in options.files],
         folder,
         bearing=options.bearing,
         healthy=load_healthy(options.healthy, settings) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         all_channels=options.channel is None,
         largest_slip_pct=options.cage_slip,
-        unread=unread,
         formats=_formats(options),
         appendix=options.appendix,
         command=own_command(),
         progress=progress,
     )
-    return files, dict(report.data)
+    return files, to_json(report.data)

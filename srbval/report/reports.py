@@ -1,12 +1,12 @@
 """The reports as one call each: gather the findings, word and draw them, write the files."""
 
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.diagnose import Diagnosis
-from srbval.errors import ConfigurationError, SrbvalError
+from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
@@ -15,7 +15,7 @@ from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings, gather
-from srbval.report.findings.user_records import gather_user_records, user_record
+from srbval.report.findings.user_records import FailedFile, gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
@@ -57,7 +57,7 @@ def make_report(
 
 
 def report_recordings(
-    recordings: Sequence[Recording],
+    recordings: Sequence[Recording | FailedFile],
     folder: Path,
     *,
     bearing: str | None = None,
@@ -66,7 +66,6 @@ def report_recordings(
     model: bool = True,
     all_channels: bool = False,
     largest_slip_pct: float | None = None,
-    unread: Mapping[str, SrbvalError] | None = None,
     formats: tuple[str, ...] = FORMATS,
     appendix: bool = False,
     command: str = "srbval report",
@@ -74,8 +73,8 @@ def report_recordings(
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    Recordings that cannot be analysed are listed in it with the reason. See `gather_user_records` for `bearing`,
-    `healthy`, `band_hz`, `model`, `all_channels`, `largest_slip_pct` and `unread`, and `make_report` for the rest.
+    Recordings that cannot be read or analysed are listed in it with the reason. See `gather_user_records` for
+    `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and `make_report` for the rest.
     Raises what they raise.
     """
     if "pdf" in formats:
@@ -83,7 +82,7 @@ def report_recordings(
     with one_thread():
         records, failed, provenance = gather_user_records(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
-            largest_slip_pct=largest_slip_pct, unread=unread, progress=progress,
+            largest_slip_pct=largest_slip_pct, progress=progress,
         )  # fmt: skip
         report = assemble_user_report(records, failed=failed, command=command, provenance=provenance)
         return report, _written(report, folder, formats, progress, appendix=appendix)

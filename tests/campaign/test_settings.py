@@ -92,7 +92,7 @@ def test_a_point_without_a_scene_is_a_refused_case() -> None:
 @pytest.mark.parametrize(
     ("axis", "message"),
     [
-        ('shaft_sped = ["1 rpm"]', r"axis 'shaft_sped': .*did you mean 'shaft_speed'\? Known: bearing, .*shaft_speed, "),
+        ('shaft_sped = ["1 rpm"]', r"axis 'shaft_sped': .*'shaft_speed'\? Known: bearing, .*shaft_speed, "),
         ('"load.radal" = ["1 kN"]', r"axis 'load.radal': scene.load: .*'radial'\? Known: axial, "),
         ('"defect.kind" = ["outer", "iner"]', r"axis 'defect.kind': .*'inner'\? Known: healthy, inner, "),
         ('"load.radial" = ["1 rpm"]', r"axis 'load.radial': .*unit 'rpm' .* known: N, kN, MN\."),

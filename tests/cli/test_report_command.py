@@ -33,7 +33,8 @@ def test_only_a_tolerance_that_is_surely_missed_ends_with_1(
     assert said["tolerance"]["reason"]
 
 
-BEARING = 'title = "b"\nsource = "s"\n[orders]\nrolling_elements = 9\nbpfo = 3.585\nbpfi = 5.415\nbsf = 2.357\nftf = 0.398\n'
+BEARING = 'title = "b"\nsource = "s"\n[orders]\n'
+BEARING += "rolling_elements = 9\nbpfo = 3.585\nbpfi = 5.415\nbsf = 2.357\nftf = 0.398\n"
 GIVEN = ["--bearing", "b.toml", "--rpm", "1500", "--fs", "10000", "--unit", "g", "--band", "1000", "3000", "--no-pdf"]
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.diagnosis.baseline import Basis
-from srbval.errors import SrbvalError
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
@@ -18,7 +17,7 @@ from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
-from srbval.report.findings.user_records import ModelSide, UserRecord
+from srbval.report.findings.user_records import FailedFile, ModelSide, UserRecord
 from srbval.report.section_texts import Texts, badge_of
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
@@ -35,10 +34,10 @@ def assemble_user_report(
     *,
     command: str,
     provenance: Mapping[str, Any],
-    failed: Mapping[str, SrbvalError] | None = None,
+    failed: Sequence[FailedFile] = (),
     brief: bool = False,
 ) -> Report:
-    """Build the report; `command` is the one that makes it again, `failed` the errors of files that it lacks.
+    """Build the report; `command` is the one that makes it again, `failed` what it lacks.
 
     If `brief`, of the first record the envelope spectrum and the table of lines alone.
     """
@@ -51,7 +50,7 @@ def assemble_user_report(
         sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
     verdict = _verdict_of_all(records) if several else _verdict(records[0])
-    missing = TEXTS.each("failed", (failed or {}).items())
+    missing = TEXTS.each("failed", failed)
     verdict = dataclasses.replace(verdict, points=(*missing, *verdict.points))
     text = " ".join(verdict.headline.replace("**", "").split())
     return Report(
@@ -63,8 +62,7 @@ def assemble_user_report(
         data={
             "schema_version": SCHEMA_VERSION, "status": "incomplete" if failed else "ok", "headline": {"text": text},
             "bearing": records[0].analysis.bearing, "records": tuple(records),
-            "failed": [{"file": file, "reason": str(error)} for file, error in (failed or {}).items()],
-            "provenance": origin,
+            "failed": tuple(failed), "provenance": origin,
         },
     )  # fmt: skip
 
