@@ -15,6 +15,7 @@ from markupsafe import Markup
 from srbval.errors import ConfigurationError
 from srbval.report.blocks import Document, Report
 from srbval.report.plain import as_plain
+from srbval.storage.installation import pip_command
 
 # What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
 _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
@@ -73,7 +74,7 @@ def require_typst() -> Any:
         import typst
     except ImportError:
         raise ConfigurationError(
-            'the PDF needs typst, which is not installed: pip install "srbval[pdf]", or leave the PDF out.'
+            f"the PDF needs typst, which is not installed: {pip_command('typst')}; or leave the PDF out (--no-pdf)."
         ) from None
     return typst
 

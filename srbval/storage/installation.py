@@ -1,7 +1,9 @@
 """Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
 
 import os
+import shlex
 import subprocess
+import sys
 from importlib.resources import files
 from pathlib import Path
 
@@ -29,6 +31,16 @@ def child_environment() -> dict[str, str]:
     """Environment variables with which a child process imports this very package, wherever it is started."""
     here = str(package_folder().parent)
     return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
+
+
+def pip_command(*libraries: str) -> str:
+    """The command that installs `libraries` for the Python that runs, quoted for this system's shell.
+
+    It names them, and no extra of srbval: srbval is on no package index, and the folder or wheel that it was installed
+    from may be gone.
+    """
+    words = [sys.executable, "-m", "pip", "install", *libraries]
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
 
 
 def git_revision() -> str | None:

@@ -1,7 +1,7 @@
 """File formats that can be read: each has a loader that turns a file into a `RawFile` and interprets nothing.
 
 A new format is a `limited.FileFormat` and its entry in `FORMATS`; where a library that is no dependency reads it, the
-format names that and its extra. A file's format is recognised by its first bytes, never by its name.
+format names that. A file's format is recognised by its first bytes, never by its name.
 """
 
 from pathlib import Path
