@@ -6,7 +6,7 @@ format names that. A file's format is recognised by its first bytes, never by it
 
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders import arrays, hdf5, signals, text
 from srbval.recordings.loaders.limited import FileFormat
 
@@ -28,7 +28,9 @@ def detect_format(path: Path) -> FileFormat:
         if candidate.matches(head):
             return candidate
     accepted = ", ".join(candidate.description for candidate in FORMATS)
-    raise DataError(f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}.")
+    raise NoRecordingError(
+        f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}."
+    )
 
 
 def _head(path: Path) -> bytes:
