@@ -1,7 +1,5 @@
 """Shared fixtures: where the measured recordings are, and a home of its own for every test."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The layout is the pipeline: a room imports only from rooms above it in this list, and nothing in a circle."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

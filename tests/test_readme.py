@@ -1,7 +1,5 @@
 """The README's commands are the ones that are run, and the files shown in the guide are read."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

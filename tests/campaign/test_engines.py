@@ -1,7 +1,5 @@
 """Every engine gives the same results, no case takes others with it, failures are one line, no port stands open."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

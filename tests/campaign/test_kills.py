@@ -1,7 +1,5 @@
 """Whatever is killed, and whenever: the same command comes to the same results, and nothing is left behind."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Campaign files: axes, sampling, presets; what is refused and why."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

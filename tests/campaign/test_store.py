@@ -1,7 +1,5 @@
 """Folders that are in use, full, read-only or half-written; nothing is lost and nothing is run twice."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import os

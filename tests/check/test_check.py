@@ -1,7 +1,5 @@
 """A fresh run lies within every tolerance, and what must be caught is caught."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

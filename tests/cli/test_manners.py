@@ -1,7 +1,5 @@
 """What the command line says to a slip of the finger, and how it completes."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import shutil

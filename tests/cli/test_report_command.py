@@ -1,7 +1,5 @@
 """`srbval report` ends with exit code 1 where a stated tolerance is missed, and says by how much."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import SimpleNamespace

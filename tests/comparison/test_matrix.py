@@ -1,7 +1,5 @@
 """The validation matrix: what is there is judged, what is not stays empty."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from concurrent.futures import Executor

@@ -1,7 +1,5 @@
 """Table 6: the paper's printed values, the sum rule, and our model's race lines from ten seconds at 710 rpm."""
 
-from __future__ import annotations
-
 import pytest
 
 from srbval.bearing import Fault, load_bearing

@@ -1,7 +1,5 @@
 """The guide's examples, word for word: every command is one, and those for one's own files run on such files."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """What every level of the model hierarchy must do: one class, run on all of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Kernels: compiled by another process, loaded by every run; their bits do not depend on what else is in memory."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """Spherical roller bearings of other sizes run with defaults, from 60 to 300 mm bore, in the models with contacts."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The estimated error of a step, against samples of known means and against runs with finer steps."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -6,8 +6,6 @@ i Z f_c, i BPFO (Tandon & Choudhury 1999, Tribol. Int. 32, 469, Yhland 1992, J. 
 not checked; the radial forms i Z (f_s - f_c) ± f_s and i Z f_c as in NMB's catalogue of ball bearings, page 68).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Identifying the path to the sensor: on simulated truth, its intervals, what is rejected, and bad input."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Windows of one per cent, whatever the speed is known by: a nominal speed further off costs trials, not a window."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

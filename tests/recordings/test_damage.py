@@ -3,8 +3,6 @@
 The long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_damage.py``.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import resource

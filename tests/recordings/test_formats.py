@@ -1,7 +1,5 @@
 """One synthetic record in each format: the same channel, unit, rate and lines everywhere."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import sys

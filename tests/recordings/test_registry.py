@@ -1,7 +1,5 @@
 """The register: add, list, verify; atomic, shared between processes, a changed byte caught."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Two reports of the same recordings and runs are the same, byte for byte."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess

@@ -1,7 +1,5 @@
 """HDF5 files: read by xarray with names and units; with their checksum they are what was written, or an error."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The stored comparison of the ball bearing model with the records: whole, by its command, and as the guide says it."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Wrong verdicts are found, of either kind; the random part differs from run to run."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A benchmark from end to end, on runs too short to mean anything; no wall time is asserted."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -4,8 +4,6 @@ A small map is run from end to end; cells beside a made converged run; the linea
 against the limit that one roller states; the stored maps.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

@@ -7,9 +7,8 @@ moves, rollers slide along their slots, the inner ring stays. That is all that h
 slide along their axes and tilt as well, without friction.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy.optimize import brentq, root
@@ -96,7 +95,7 @@ class SlicedBearing:
     free: bool = False
 
     @classmethod
-    def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> SlicedBearing:
+    def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> Self:
         """That of a scene, with the model's roller diameter and slots."""
         line, g, rollers = scene.line_contact, geometry(), len(model.slot_angle)
         return cls(
