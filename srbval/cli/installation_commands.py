@@ -12,10 +12,10 @@ from typing import Any
 from srbval import __version__
 from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
-from srbval.storage.installation import package_folder, pip_command, shipped_folder
+from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
@@ -94,9 +94,9 @@ def build_docs(folder: Path) -> Path:
         import myst_parser  # noqa: F401
         from sphinx.cmd.build import build_main
     except ImportError:
-        raise ConfigurationError(
-            f"building the documentation needs Sphinx: {pip_command('sphinx', 'myst-parser')}. "
-            f"Its text lies in {package_folder() / 'docs'}."
+        place = package_folder() / "docs"
+        raise MissingLibraryError(
+            f"building the documentation, whose text lies in {place},", "sphinx", "myst-parser"
         ) from None
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -113,7 +113,7 @@ def completion(options: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError:
-        raise ConfigurationError(f"completion needs the library shtab: {pip_command('shtab')}") from None
+        raise MissingLibraryError("completion", "shtab") from None
     whole = parser()
     for action in actions_of(whole):
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):

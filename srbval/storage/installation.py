@@ -7,7 +7,7 @@ import sys
 from importlib.resources import files
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 
 
 def package_folder() -> Path:
@@ -41,6 +41,13 @@ def pip_command(*libraries: str) -> str:
     """
     words = [sys.executable, "-m", "pip", "install", *libraries]
     return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
+
+
+class MissingLibraryError(ConfigurationError):
+    """What is asked for (`what`) needs libraries that are not installed: the message has the command that does it."""
+
+    def __init__(self, what: str, *libraries: str) -> None:
+        super().__init__(f"{what} needs {' and '.join(libraries)}, not installed: {pip_command(*libraries)}")
 
 
 def git_revision() -> str | None:
