@@ -51,6 +51,10 @@ class DataError(SrbvalError):
     exit_code = 3
 
 
+class NoRecordingError(DataError):
+    """A file of another kind, such as a licence or a report: a recording that cannot be read is a plain `DataError`."""
+
+
 class NumericsError(SrbvalError):
     """The simulation failed: the status and its advice are the message (exit code 4)."""
 
