@@ -111,6 +111,11 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     ours, processed = analysis.recording, analysis.processed
     if healthy.sha256 is not None and healthy.sha256 == ours.sha256:
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+    if processed.band_hz[1] >= healthy.fs_hz / 2:
+        raise ConfigurationError(
+            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
+            f"{processed.band_hz[1]:g} Hz; give one that both hold (--band LO HI), or leave --healthy out."
+        )
     found = analyse(healthy, bearing=analysis.bearing, band_hz=processed.band_hz, band_filter=processed.band_filter)
     rpm, wanted_rpm = 60 * found.speed.value_hz, 60 * analysis.speed.value_hz
     loads = (
