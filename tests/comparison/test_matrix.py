@@ -20,10 +20,10 @@ from srbval.diagnosis.baseline import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings
-from srbval.recordings.synthetic_record import vibration
 from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.sections.matrix import matrix_section
 from tests.recordings import files
+from tests.recordings.synthetic_record import vibration
 
 LINE_PCT = 0.06  # the interval of a line read from two seconds of the impulse model
 

@@ -15,7 +15,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.recordings.synthetic_record import write_synthetic_record
+from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files, formats
 

@@ -20,7 +20,7 @@ from srbval.errors import DataError
 from srbval.recordings import load_recording
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import end_readers
-from srbval.recordings.synthetic_record import write_synthetic_record
+from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files
 from .damage import Trap

@@ -13,14 +13,8 @@ import xarray
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings import load_recording
-from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.storage.hdf5_files import (
-    END_BYTES,
-    SCHEMA_VERSION,
-    append_checksum,
-    checked_summary,
-    write_hdf5,
-)
+from srbval.storage.hdf5_files import END_BYTES, SCHEMA_VERSION, append_checksum, checked_summary
+from tests.recordings.synthetic_record import write_hdf5, write_synthetic_record
 
 RATE_HZ = 100.0
 

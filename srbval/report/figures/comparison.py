@@ -1,13 +1,10 @@
 """Model against rig as pictures, the validation matrix as a map, and error against cost of every model."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.report.figures.style import (
     BLUE,
     GREEN,
@@ -32,7 +29,7 @@ ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
 CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all about its cells
 
 
-@panel()
+@panel
 def deviation_plot(points: Sequence[Mapping[str, Any]]) -> Drawn:
     """One row a point, grouped by defect, zero in the middle.
 
@@ -65,7 +62,7 @@ def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pc
     )  # fmt: skip
 
 
-@panel()
+@panel
 def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
     """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
 
@@ -86,52 +83,6 @@ def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
 
 
-@panel()
-def matrix_map(
-    matrix: Matrix, *, value: Callable[[MatrixCell], float | None], text: Callable[[MatrixCell], str],
-    limits: tuple[float, float], colours: str, label: str = "",
-) -> Drawn:  # fmt: skip
-    """Speeds across, state and load down, empty where nothing was measured.
-
-    The `value` of a cell is shown by colour, its `text` written into it. `limits` are the ends of the colour scale,
-    named by `label` (without one no scale is drawn); `colours` is a Matplotlib colour map, diverging about zero or
-    rising.
-    """
-    grid = matrix.grid
-    loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
-    rows = [f"{state.code}  {radial:g}/{axial:g}" for state in grid.states for radial, axial in loads]
-    by_point = {cell.point: cell for cell in matrix.cells}
-    cells = [
-        [by_point.get(Point(state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
-    ]  # fmt: skip
-    values = np.array([[np.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells],
-                      dtype=np.float64)  # fmt: skip
-    figure, axes = new_axes(
-        (MAP_INCHES[0] + CELL_INCHES[0] * values.shape[1], MAP_INCHES[1] + CELL_INCHES[1] * len(rows))
-    )
-    image = axes.pcolormesh(
-        np.ma.masked_invalid(values), cmap=colours, vmin=limits[0], vmax=limits[1], edgecolors="#c5ced8",
-        linewidth=0.5,
-    )  # fmt: skip
-    for (row, column), shown in np.ndenumerate(values):  # dark on light and light on dark: it reads without its colours
-        if (cell := cells[row][column]) is not None:
-            red, green, blue, _ = image.to_rgba(shown) if np.isfinite(shown) else (1, 1, 1, 1)
-            dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
-            axes.text(column + 0.5, row + 0.5, text(cell), ha="center", va="center", fontsize=7,
-                      color="white" if dark else INK if np.isfinite(shown) else SOFT)  # fmt: skip
-    for row in range(len(loads), len(rows), len(loads)):
-        axes.axhline(row, color=INK, lw=0.9)
-    columns = [f"{rpm:g}" for rpm in grid.nominal_rpm]
-    axes.set_xticks(np.arange(len(columns)) + 0.5, labels=columns)
-    axes.set_yticks(np.arange(len(rows)) + 0.5, labels=rows)
-    axes.set(xlabel="Nominal motor speed, rpm", ylim=(len(rows), 0))
-    axes.tick_params(length=0)
-    axes.grid(visible=False)
-    if label:
-        figure.colorbar(image, ax=axes, label=label, shrink=0.75, pad=0.02, extend="both")
-    return figure, {"point": rows} | {f"rpm_{name}": values[:, i] for i, name in enumerate(columns)}
-
-
 # Shape and colour of each fidelity level, the simplest model first.
 LEVEL_MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
 LEVELS_INCHES = (7.6, 3.7)
@@ -148,7 +99,7 @@ LEVEL_DATA = (
 LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
 
 
-@panel()
+@panel
 def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     """Error against cost, one panel a question: the rows of `plan.table.summary`, the worst error as a bar.
 

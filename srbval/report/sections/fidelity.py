@@ -1,10 +1,10 @@
-"""The model hierarchy: error against cost, predictions against fresh scenes, and the missing harmonic."""
+"""The model hierarchy: error against cost, by question and by amplitude."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.models.hierarchy import LEVELS
-from srbval.report.blocks import Badge, Block, Listing, Section, Table
+from srbval.report.blocks import Badge, Listing, Section, Table
 from srbval.report.figures.comparison import fidelity_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import Texts
@@ -14,7 +14,7 @@ Row = Mapping[str, Any]
 
 
 def fidelity_section(findings: Findings) -> Section:
-    """Figure, table, levels, held-out scenes, harmonic pattern."""
+    """Figure, levels, tables."""
     known, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
     levels = TEXTS.each("rung", [level for level in LEVELS if level.name in known.models])
     least = list(_amplitudes(rig_rows))
@@ -27,7 +27,6 @@ def fidelity_section(findings: Findings) -> Section:
             TEXTS.paragraph("rig", ladder=findings.ladders["rig"]),
             _table(rig_rows, "rig-ladder-table"),
             TEXTS.table("amplitude-ladder-table", least, models=list(least[0]["cells"]), lines=least),
-            *_patterns(findings.data["harmonic_patterns"]),
         ),
     )
 
@@ -65,19 +64,3 @@ def _cell(row: Row) -> str:
         return "cannot"
     error = "none" if row["median_error"] is None else f"{row['median_error']:.2g} [{row['worst_error']:.2g}]"
     return f"{error}; {row['near']}/{row['near_of']}"
-
-
-def _patterns(patterns: Mapping[str, Any]) -> Iterator[Block]:
-    """Conclusion, each model at the paper's bump, one over bump heights."""
-    by_level = patterns["by_rung"]
-    measured = [row for row in by_level if row["paper_band"] is not None]
-    yield TEXTS.paragraph(
-        "missing-harmonic",
-        patterns=patterns,
-        sinc=[row["by_sinc"] for row in by_level],
-        pulses=[row["paper_band"] for row in measured if row["model"] in ("impulse", "planar")],
-        full=[row["paper_band"] for row in measured if row["model"] == "full"],
-        harmonics=lambda values: TEXTS.text("harmonics", values=values),
-    )
-    yield TEXTS.table("pattern-rungs-table", by_level, patterns=patterns)
-    yield TEXTS.table("pattern-table", patterns["by_height"], patterns=patterns)

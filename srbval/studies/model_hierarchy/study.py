@@ -7,7 +7,6 @@ from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
-from srbval.storage.stored_result import ContentStore
 from srbval.studies.calibration_runs import (
     REFINEMENT,
     SECONDS,
@@ -17,6 +16,7 @@ from srbval.studies.calibration_runs import (
     measure_cases,
     quick_grid,
 )
+from srbval.studies.content_store import ContentStore
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 
