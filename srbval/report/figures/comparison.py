@@ -1,21 +1,15 @@
-"""Model against rig as pictures, the validation matrix as a map, and error against cost of every model."""
+"""Model against rig as pictures."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.comparison.comparison import Comparison
 from srbval.report.figures.style import (
     BLUE,
-    GREEN,
     INK,
-    ORANGE,
-    PURPLE,
-    SOFT,
     VERMILION,
     Drawn,
     new_axes,
-    new_figure,
     panel,
 )
 
@@ -26,7 +20,6 @@ MARKS = {
     "measured": ("s", VERMILION, VERMILION),
 }
 ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
-CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all about its cells
 
 
 @panel
@@ -81,65 +74,3 @@ def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
 
 def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
-
-
-# Shape and colour of each fidelity level, the simplest model first.
-LEVEL_MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
-LEVELS_INCHES = (7.6, 3.7)
-LEVEL_COLUMNS = 3
-LEVEL_DATA = (
-    "question",
-    "model",
-    "scenes",
-    "unanswered",
-    "median_error_pct",
-    "worst_error_pct",
-    "wall_per_simulated_s",
-)
-LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
-
-
-@panel
-def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
-    """Error against cost, one panel a question: the rows of `plan.table.summary`, the worst error as a bar.
-
-    A model that never answered stands in the strip above the axis, hollow.
-    """
-    questions = list(dict.fromkeys(row["question"] for row in rows))
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    figure = new_figure(LEVELS_INCHES)
-    grid = figure.subplots(
-        math.ceil(len(questions) / LEVEL_COLUMNS), LEVEL_COLUMNS, squeeze=False, sharex=True, sharey=True
-    )
-    for axes, question in zip(grid.flat, questions, strict=False):
-        _level_panel(axes, [row for row in rows if row["question"] == question], models)
-    for axes in grid[-1]:
-        axes.set_xlabel("Wall time per simulated s, s")
-    for line in grid:
-        line[0].set_ylabel("Error, %")
-    handles, labels = grid.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
-    return figure, {name: [math.nan if row[name] is None else row[name] for row in rows] for name in LEVEL_DATA}
-
-
-def _level_panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
-    from matplotlib.ticker import NullLocator
-
-    axes.set(xscale="log", yscale="log", title=rows[0]["question"].replace("-", " ").capitalize())
-    for row in rows:
-        marker, colour = LEVEL_MARKS[models.index(row["model"]) % len(LEVEL_MARKS)]
-        look = {"marker": marker, "ms": 7, "color": colour, "mec": INK, "mew": 0.6, "ls": "none", "label": row["model"]}
-        if row["median_error_pct"] is None:
-            axes.plot(row["wall_per_simulated_s"], 1.04, transform=axes.get_xaxis_transform(), clip_on=False,
-                      **look | {"mfc": "white", "mec": colour})  # fmt: skip
-            continue
-        median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
-        axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
-                      elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
-        if row["median_error_pct"] < LEAST_PCT:
-            axes.annotate("", (row["wall_per_simulated_s"], LEAST_PCT), xytext=(0, -13), textcoords="offset points",
-                          arrowprops={"arrowstyle": "<|-", "color": colour, "lw": 1.1})  # fmt: skip
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_minor_locator(NullLocator())
-    axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
-    axes.margins(x=0.12, y=0.12)

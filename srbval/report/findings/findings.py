@@ -24,8 +24,6 @@ from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
-from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.table import CalibrationTable, summary
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
@@ -64,7 +62,7 @@ class Findings:
     the rig at one of the matrix's speeds. Sides are ``paper`` (the model at 710 rpm), ``model`` (at each rig
     recording's own speed) and ``rig`` in `analyses`, the last two in `views` and `scalograms`. `runs` are those shown,
     by the id of their case, not those of every other record of the matrix; `run_facts` says how each went. `datasets`
-    are those of the rig's recordings; `ladders` are the shipped calibrations, by their scene.
+    are those of the rig's recordings.
     """
 
     data: Mapping[str, Any]
@@ -81,7 +79,6 @@ class Findings:
     matrix: Matrix
     datasets: tuple[DatasetDescription, ...]
     speed_source: PublishedSpeeds
-    ladders: Mapping[str, CalibrationTable]
     results: StoredResults
     provenance: Mapping[str, Any]
 
@@ -144,7 +141,7 @@ def gather(
         bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
         kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
-        speed_source=published_speeds(), ladders={base: shipped_calibration(base) for base in ("paper", "rig")},
+        speed_source=published_speeds(),
         results=results, provenance=provenance(runs.values(), registered),
     )  # fmt: skip
     data = _compared(found, models, register, registered) | {
@@ -194,8 +191,6 @@ def _compared(
         "point_passing": point_passing(runs["paper-healthy"]),
         "kurtograms": found.kurtograms,
         "kept_results": {name: result.origin for name, result in found.results.items()},
-        "ladder": summary(found.ladders["paper"]),
-        "rig_ladder": summary(found.ladders["rig"]),
         "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in found.run_facts],
     }  # fmt: skip
 

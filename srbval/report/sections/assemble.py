@@ -14,7 +14,6 @@ from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import TIMED
 from srbval.report.pages import Page, in_order, joined_data
 from srbval.report.section_texts import Texts
-from srbval.report.sections.fidelity import fidelity_section
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.records import band_section, records_section
@@ -38,7 +37,6 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         (20, table6_section(findings)),
         (30, speed_or_slip_section(findings)),
         (40, figures_section(findings)),
-        (50, fidelity_section(findings)),
         (60, _limits(findings)),
         (70, GLOSSARY.section(GLOSSARY.listing("words"))),
         # from here on the appendix alone, but for the command

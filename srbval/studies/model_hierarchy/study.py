@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
-from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
+from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.studies.calibration_runs import (
@@ -19,6 +19,7 @@ from srbval.studies.calibration_runs import (
 from srbval.studies.content_store import ContentStore
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
+from srbval.studies.model_hierarchy.summary import summary
 
 
 def measure_models(
