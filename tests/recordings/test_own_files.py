@@ -1,26 +1,16 @@
-"""Runs and stand-ins: written to HDF5, read back through the same loader, open to xarray."""
+"""Runs written to HDF5, read back through the same loader."""
 
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-import xarray as xr
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings import Origin, SpeedSource, load_recording
-from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files
-
-SHAFT_HZ = 14.3
-# The stand-in's speed fluctuates by 0.1 %, slowly: ten standard deviations.
-FLUCTUATION = 0.01
-# Half width of the search, relative: the lines of other faults lie farther away.
-NEAR = 0.005
-# A fault's own line, over the local median of the amplitude spectrum.
-LINE_SNR = 10
 
 
 def run_file(path: Path, **attributes: object) -> Path:
@@ -58,15 +48,6 @@ def test_run_becomes_a_simulated_recording_with_two_axes(tmp_path: Path) -> None
 def test_run_that_cannot_be_read(tmp_path: Path, attributes: dict[str, object], message: str) -> None:
     with pytest.raises(DataError, match=message):
         load_recording(run_file(tmp_path / "run.h5", **attributes))
-
-
-def test_stand_in_opens_in_xarray_with_names_and_units(tmp_path: Path) -> None:
-    write_synthetic_record(tmp_path / "s.h5", state=Fault.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
-    with xr.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as data:
-        variable = data["acceleration_m_s2"]
-        assert variable.dims == ("time_s",)
-        assert (variable.attrs["units"], data["time_s"].attrs["units"]) == ("m s-2", "s")
-        assert "stand-in" in variable.attrs["long_name"]
 
 
 @pytest.mark.parametrize(
