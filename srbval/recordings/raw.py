@@ -15,7 +15,6 @@ from srbval.errors import DataError
 Value = NDArray[Any] | str
 TEXT = "text"  # format of text tables
 RATE_NAME = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")  # lower case
-NO_TABLE = "table of numbers"  # in what is said of a text that is none: it never was a recording
 MAX_CODES = 64
 LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
 LONGEST_NAME = 80

@@ -160,7 +160,7 @@ AUDIO = FileFormat(
     ),
     read=load_audio,
     kind="sound file",
-    library=("soundfile", "soundfile", "srbval[formats]"),
+    library=("soundfile", "soundfile"),
     expansion=PACKED,
 )
 TDMS = FileFormat(
@@ -169,7 +169,7 @@ TDMS = FileFormat(
     matches=lambda head: head.startswith(b"TDSm"),
     read=load_tdms,
     kind="TDMS file",
-    library=("nptdms", "npTDMS", "srbval[formats]"),
+    library=("nptdms", "npTDMS"),
     expansion=PACKED,
 )
 UFF = FileFormat(
@@ -178,6 +178,6 @@ UFF = FileFormat(
     matches=lambda head: _UFF_HEAD.match(head) is not None,
     read=load_uff,
     kind="universal file",
-    library=("pyuff", "pyuff", "srbval[formats]"),
+    library=("pyuff", "pyuff"),
     expansion=UFF_EXPANSION,
 )

@@ -17,7 +17,7 @@ from srbval.recordings.registry.manifest import (
     RegisterListing,
     without_copies,
 )
-from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, verify
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, remove, verify
 
 __all__ = [
     "RIG_DATASETS",
@@ -33,6 +33,7 @@ __all__ = [
     "listing",
     "load_entry",
     "load_registered",
+    "remove",
     "rig_of",
     "rig_recordings",
     "unopened",
