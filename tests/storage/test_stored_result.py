@@ -9,8 +9,7 @@ from srbval.errors import DataError
 from srbval.storage import stored_result
 from srbval.storage.stored_result import StoredResult, file_sha256, newest_result, staleness
 from srbval.studies import harness
-from srbval.studies.content_store import ContentStore
-from srbval.studies.harness import store_result
+from srbval.studies.harness import ContentStore, store_result
 
 ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval study run waves", "revision": "abc"}
 

@@ -16,8 +16,7 @@ from srbval.studies.calibration_runs import (
     measure_cases,
     quick_grid,
 )
-from srbval.studies.content_store import ContentStore
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import ContentStore, Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 from srbval.studies.model_hierarchy.summary import summary
 
