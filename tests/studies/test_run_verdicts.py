@@ -11,15 +11,20 @@ from srbval.bearing import load_bearing
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
+from srbval.models.run import USABLE
+from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import BLOCKS
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,
+    RANDOM_MODELS,
     Case,
     Condition,
     drawn_cases,
     fixed_cases,
+    judge_random,
     judge_runs,
+    random_cases,
     scored,
     similar,
 )
@@ -82,6 +87,24 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
     assert limits[1] == pytest.approx(limits[0] / 2, rel=1e-3)
     ring = [run.state[layout_of(run.state).ring] for run in runs]
     assert ring[1] == pytest.approx(ring[0] / 2, rel=0.01)  # rounding of the equilibrium
+
+
+def test_random_scenes_are_of_every_kind() -> None:
+    cases = list(random_cases(1, 200))
+    assert cases == list(random_cases(1, 200)) != list(random_cases(2, 200))
+    assert {case.condition.model for case in cases} == set(RANDOM_MODELS)
+    assert {case.solver for case in cases} == set(SOLVERS)
+    assert min(case.condition.rpm for case in cases) < 70 < 7000 < max(case.condition.rpm for case in cases)
+    assert {case.chooses for case in cases} == {True, False}
+
+
+@pytest.mark.slow
+def test_random_scenes_are_compared_with_an_eighth_of_their_step(tmp_path: Path) -> None:
+    result = judge_random(3, 4, store=replace(outcome_store(), folder=tmp_path), jobs=1)
+    assert result["refused"] + len(result["runs"]) == 4
+    counted = sum(row.get("right", 0) + row.get("off", 0) for row in result["rows"])
+    assert counted == len(result["runs"]) > 0
+    assert all(run["errors"] for run in result["runs"] if run["status"] in USABLE)
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """How often the runs' own verdicts are wrong: many runs, each compared with a converged one of the same scene.
 
-Half of the conditions are the same every time, half are drawn from a seed that is not.
+Half of the conditions are the same every time, half are drawn from a seed that is not. With ``--random`` scenes of all
+models are drawn from far wider ranges, with the step that a run chooses by itself, against an eighth of it.
 """
 
 import itertools
@@ -19,7 +20,7 @@ from srbval.bearing import load_bearing
 from srbval.models.health import CAUTION, default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
-from srbval.models.solvers import SOLVERS
+from srbval.models.solvers import METHODS, SOLVERS
 from srbval.models.step_error import TOLERANCE
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
@@ -42,10 +43,15 @@ FRICTION = (0.02, 1.0)  # range of the coefficient
 PLAY_M = 200e-6  # at most
 HEIGHTS_M = (-5e-4, 5e-5, 2e-4)  # of defects: pits and bumps
 SIZES = (0.25, 0.5, 1.5)  # of bearings, in the scene's
+# Of random scenes, of all models: as light, heavy, slow and fast as anyone may try; short, as each is run at an
+# eighth of its step as well.
+RANDOM_RPM, RANDOM_N, RANDOM_MODELS, RANDOM_SECONDS = (60.0, 8000.0), (20.0, 2e6), ("full", "line", "slices"), 0.25
+FINER = 8
 QUICK_SHARE = 1 / 40
 MOST_FALSE = 0.005  # of the runs that say ok without caution
 REFUSED = "refused"
 OWN = "the scene's"
+RIGHT = tuple(status for status in USABLE if status != RunStatus.INACCURATE.value)
 DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
 
 
@@ -64,12 +70,15 @@ class Condition:
     play_m: float | None = None
     height_m: float | None = None
     size: float = 1.0
+    model: str | None = None
+    seconds: float = SECONDS
 
     def at(self, solver: str, times: float, folder: Path) -> Scene:
         """The scene with a solver and a step of so many of the paper's; bearings of other sizes are in `folder`."""
         scene = bench_scene(
-            self.scene, solver=solver, step_s=PAPER_STEP_S * times, seconds=SECONDS, settle_s=SETTLE_S, contact={}
+            self.scene, solver=solver, step_s=PAPER_STEP_S * times, seconds=self.seconds, settle_s=SETTLE_S, contact={}
         )
+        scene = scene if self.model is None else replace(scene, model=self.model)
         contact, line, defect = scene.contact, scene.line_contact, scene.defect
         if self.friction is not None:
             contact = replace(contact, static_friction=self.friction, dynamic_friction=self.friction * DYNAMIC)
@@ -98,12 +107,13 @@ def similar(scene: Scene, size: float, folder: Path) -> Scene:
 
 
 class Case(NamedTuple):
-    """A run that is judged: `times` the paper's step."""
+    """A run that is judged: `times` the paper's step, or with one that it chooses itself, beginning there."""
 
     condition: Condition
     solver: str
     times: float
     drawn: bool
+    chooses: bool = False
 
 
 def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
@@ -122,7 +132,7 @@ def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
         "says_ok": says_ok, "off": off, "failed": failed, "falsely_ok": says_ok and off,
         "falsely_failed": falsely_failed,
         "right_but_unsure": not (off or failed or says_ok) and bool(errors), "solver": case.solver,
-        "step_s": PAPER_STEP_S * case.times, "drawn": case.drawn, "status": own.status,
+        "step_s": own.step_s if case.chooses else PAPER_STEP_S * case.times, "drawn": case.drawn, "status": own.status,
         "reason": own.reason if falsely_failed or (says_ok and off) else "", "reference_status": right.status,
         "errors": {e.of: [float(f"{x:.4g}") for x in (e.error, e.scatter)] for e in errors},
         "beyond": "; ".join(map(str, beyond)),
@@ -193,6 +203,59 @@ def drawn_cases(seed: int) -> Iterator[Case]:
             yield Case(condition, solver, times, drawn=True)
 
 
+def random_cases(seed: int, count: int) -> Iterator[Case]:
+    """Scenes from the whole of what may be asked for; implicit solvers mostly choose their step, see the command."""
+    drawn = random.Random(f"random {seed}")
+
+    def within(ends: tuple[float, float]) -> float:
+        return math.exp(drawn.uniform(*map(math.log, ends)))
+
+    for _ in range(count):
+        scene = drawn.choice(SCENES)
+        condition = Condition(
+            scene=scene, rpm=round(within(RANDOM_RPM)), model=drawn.choice(RANDOM_MODELS), seconds=RANDOM_SECONDS,
+            load=within(RANDOM_N) / bench_scene(scene, solver="imex2", seconds=1.0, settle_s=0.0).load.radial_n,
+        )  # fmt: skip
+        solver = default_solver() if drawn.random() < 0.6 else drawn.choice(SOLVERS)
+        chooses = METHODS[solver].implicit and drawn.random() < 0.75
+        yield Case(condition, solver, 1.0 if chooses else drawn.choice((0.5, 1.0, 2.0)), drawn=True, chooses=chooses)
+
+
+def judge_random(
+    seed: int, count: int, *, store: ContentStore | None = None, jobs: int | None = None, progress: Progress = silent
+) -> dict[str, Any]:
+    """Run random scenes, each again with an eighth of the step that it took, and count what they say by what is so.
+
+    What explicit solvers converge to the default one shows.
+    """
+    machine, store, cases = machine_before(), store or outcome_store(), list(random_cases(seed, count))
+    scenes = {case: case.condition.at(case.solver, case.times, Path()) for case in cases}
+    own: dict[Case, RunOutcome] = {}
+    for chooses, step in ((True, Step.AUTO), (False, Step.CHECKED)):
+        some = {case: scene for case, scene in scenes.items() if case.chooses is chooses}
+        own |= outcomes(some, task=f"runs, step {step}", store=store, step=step, jobs=jobs, progress=progress)
+    finer = {}
+    for case, scene in scenes.items():
+        name = case.solver if METHODS[case.solver].implicit else default_solver()
+        if own[case].status != REFUSED:
+            finer[case] = replace(scene, solver=replace(scene.solver, name=name, step_s=own[case].step_s / FINER))
+    right = outcomes(finer, task="runs of an eighth of the step", store=store, jobs=jobs, progress=progress)
+    runs = [scored(case, own[case], right[case]) | {"said": own[case].reason} for case in right]
+    rows = [
+        {"says": says} | Counter("off" if run["off"] or not run["errors"] else "right" for run in runs if of(run))
+        for says, of in SAYS.items()
+    ]  # fmt: skip
+    return {"machine": machine(), "seed": seed, "refused": count - len(right), "rows": rows, "runs": runs}
+
+
+SAYS: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {  # what a run says of itself
+    "ok, skidding or rollers-unloaded": lambda run: run["status"] in RIGHT and CAUTION not in run["said"],
+    "the same with caution": lambda run: run["status"] in RIGHT and CAUTION in run["said"],
+    "inaccurate": lambda run: run["status"] == RunStatus.INACCURATE.value,
+    "failed": lambda run: bool(run["failed"]),
+}  # fmt: skip
+
+
 def judge_runs(
     *,
     seed: int | None = None,
@@ -244,14 +307,37 @@ def _text(result: Mapping[str, Any]) -> str:
     return f"{text}\n{text_table(columns, rows)}" if rows else text
 
 
+def _random_text(result: Mapping[str, Any]) -> str:
+    rows = [(row["says"], row.get("right", 0), row.get("off", 0)) for row in result["rows"]]
+    wrong = [
+        (run["scene"], run["model"], f"{run['rpm']:g}", f"{run['load']:.3g}", run["solver"], f"{1 / run['step_s']:.0f}",
+         run["status"], run["reference_status"], run["beyond"])
+        for run in result["runs"]
+        if (run["status"] in RIGHT) == (run["off"] or not run["errors"])
+    ]  # fmt: skip
+    columns = ("scene", "model", "rpm", "load", "solver", "1/dt [Hz]", "says", "finer says", "beyond tolerance")
+    return (
+        f"{len(result['runs'])} random scenes, seed {result['seed']}, against an eighth of the step; "
+        f"{result['refused']} more were refused\n{text_table(('a run says', 'right', 'off'), rows)}\n\n"
+        f"wrong:\n{text_table(columns, wrong)}"
+    )
+
+
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="one run in forty")
+    parser.add_argument(
+        "--random", metavar="N", type="count", help="instead N scenes from wide ranges, against an eighth of the step"
+    )
     parser.add_argument(
         "--seed", metavar="N", type="seed", help="seed of the half that is drawn (default: from the clock)"
     )
 
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
+    if options.random:
+        seed = int(time.time()) if options.seed is None else options.seed
+        result = judge_random(seed, options.random, jobs=options.jobs, progress=progress)
+        return StudyResult(content=result, text=_random_text(result))
     share = QUICK_SHARE if options.quick else 1.0
     result = judge_runs(seed=options.seed, share=share, jobs=options.jobs, progress=progress)
     name, number = None if options.quick else "run_verdicts", result["counts"]
