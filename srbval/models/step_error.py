@@ -4,8 +4,9 @@ From one settled state a short piece is run with the step h and once more with h
 both is taken to fall with the first power of the step, the least that was observed: with a quarter of the step the
 error at h is 4/3 d, at h/2 2/3 d. Rattling rollers are chaotic, so part of d is chance: its standard error is that of a
 delete-one-block jackknife (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11; quoted from memory,
-not checked). Where a few bursts carry a band's power, blocks count as few as these, by Kish's effective sample size
-(Survey Sampling, 1965, section 8.2; quoted from memory), and Student's t has as few degrees of freedom.
+not checked), with Student's t for as many blocks as carry the mean, by Kish's effective sample size (Survey Sampling,
+1965, section 8.2; from memory). Where a few knocks carry a band, no mean of it is known: the error is then that of the
+geometric mean of the blocks, which knows the level between knocks.
 """
 
 import math
@@ -31,8 +32,9 @@ TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 # make show 1e-4 m/s2 of noise in such a band and more; rollers that touch nothing leave 1e-11, which is rounding.
 LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, W
 SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
-CERTAIN = 0.05 / 4  # probability that chance alone puts an error beyond its tolerance; a run has four, all within 5 %
+CERTAIN = 0.025  # probability, to either side, that chance alone puts an error beyond its tolerance
 LEAST_FREEDOM = 0.1  # of Student's t: a single block says nothing
+LEAST_BLOCKS = 4  # that carry a band's power: with fewer, knocks do, and blocks are compared one by one
 ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
 FINER = 4
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
@@ -109,10 +111,13 @@ class StepError:
         """What is not established."""
         return tuple(estimate for estimate in self.estimates if estimate.open)
 
-    @property
-    def largest(self) -> float:
-        """The largest error, in its tolerance."""
-        return max((abs(e.error) / TOLERANCE[e.kind] for e in self.estimates), default=0.0)
+    def gains(self, coarser: "StepError") -> bool:
+        """Has any of the errors that were beyond tolerance with `coarser` steps become less by more than `GAIN`?"""
+        return any(
+            abs(own.error) < GAIN * abs(theirs.error)
+            for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
+            if theirs.beyond
+        )
 
     @property
     def lost(self) -> bool:
@@ -193,7 +198,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
             piece = _Piece(steady, bearing, start.with_finer_steps(steps // start.steps_per_output))
         second = piece.error(1 if error.lost else steps // start.steps_per_output)
         error = second.with_coarser(error)
-    if second is not first and not second.largest < GAIN * first.largest:
+    if second is not first and not second.gains(first):
         return stepping(start.steps_per_output), replace(first, stalled=True)
     finest = most // steps
     return stepping(steps * finest), error.with_steps(finest)
@@ -278,8 +283,14 @@ def _difference(of: str, first: FloatArray, second: FloatArray) -> Estimate:
     finite = bool(np.all(np.isfinite(means)))
     if not (finite and np.any(whole)):
         return Estimate(kind=kind, of=of, error=0.0 if finite else math.inf, scatter=0.0)
-    pairs = means.reshape(2, -1, 2).mean(axis=2)
     blocks = float((np.abs(means).sum(axis=1) ** 2 / (means**2).sum(axis=1)).min())
+    if kind == "band_rms" and blocks < LEAST_BLOCKS:
+        levels = power * np.log(means[0] / means[1])
+        level = float(levels.mean())
+        slope = math.expm1(level) / level if level else 1.0  # a secant: of an error many times its tolerance as well
+        scatter_of_level = float(levels.std(ddof=1)) / math.sqrt(len(levels))
+        return Estimate(kind=kind, of=of, error=math.expm1(level), scatter=slope * scatter_of_level)
+    pairs = means.reshape(2, -1, 2).mean(axis=2)
     return Estimate(
         kind=kind, of=of, error=float(error(whole)), scatter=max(scatter(means), scatter(pairs)), blocks=blocks
     )

@@ -47,7 +47,7 @@ def difference(name: str, first: np.ndarray, second: np.ndarray) -> Estimate:
 def test_a_louder_record_is_off_upwards() -> None:
     squares = np.random.default_rng(1).standard_normal(4000) ** 2
     found = difference(RMS, 1.21 * squares, squares)
-    assert found.error == pytest.approx(0.1, rel=1e-9)  # of the RMS, from the squares
+    assert found.error == pytest.approx(0.1, rel=1e-7)  # of the RMS, from the squares; `LEAST` is 1e-8 of these
     assert found.scatter == pytest.approx(0.0, abs=1e-9), "every block says the same"
 
 
@@ -67,18 +67,19 @@ def test_lost_samples_are_an_infinite_error() -> None:
     assert math.isinf(lost.error)
 
 
-# Squares of a band's blocks of two runs of a cage that slides, from 5490 rpm and 0.7 kN: one knock carries the band.
+# Squares of a band's blocks of pairs of runs, of cages that slide, at 5490 and 3449 rpm: one knock carries the band.
 KNOCKS = [0.065, 2e-4, 6e-5, 5e-5, 2e-3, 2e-5, 2e-4, 0.42], [0.26, 2e-5, 1e-3, 8e-5, 2e-5, 2e-5, 4e-6, 0.86]
+LOUDER = [23.0, 0.011, 0.008, 0.0076, 0.0064, 0.38, 1.17, 0.5], [0.012, 2.5e-5, 3e-4, 2.6e-4, 2e-4, 3e-4, 4e-5, 0.073]
 
 
-def test_two_knocks_prove_no_error_of_the_step() -> None:
-    """A difference of 38 %, by more than two standard errors; of as many blocks as loud, it would be certain."""
-    (found,) = differences(*({RMS: np.array(knocks)} for knocks in KNOCKS))
-    assert abs(found.error) > TOLERANCE["band_rms"] + 2 * found.scatter
-    assert found.blocks < 2
-    assert not found.certain
-    assert found.open
-    assert replace(found, blocks=float(BLOCKS)).certain
+@pytest.mark.parametrize(("blocks", "certain"), [(KNOCKS, False), (LOUDER, True)])
+def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(
+    blocks: tuple[list[float], list[float]], certain: bool
+) -> None:
+    """By their means the first are 34 % apart, 2.8 standard errors, the others 1600 %, less than one."""
+    (found,) = differences(*({RMS: np.array(squares)} for squares in blocks))
+    assert found.certain is certain
+    assert found.certain or found.open
 
 
 def test_noise_of_rounding_is_no_level() -> None:
@@ -104,7 +105,7 @@ def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
         assert (estimate.beyond, estimate.open) == (beyond, open_)
-        assert estimate.certain == (beyond and not open_), "by one standard error a finer step, by 2.8 a verdict"
+        assert estimate.certain == (beyond and not open_), "by one standard error a finer step, by 2.4 a verdict"
 
 
 def test_two_pairs_of_steps_are_weighed_by_their_variances() -> None:
@@ -150,12 +151,20 @@ def test_a_chosen_step_is_legal_and_no_longer_than_asked() -> None:
     assert not error.beyond
 
 
-def test_the_search_ends_where_finer_steps_gain_nothing() -> None:
-    """Explicit friction chatters with a quarter of the step as well: the scene keeps its own."""
+def test_finer_steps_gain_where_an_error_falls() -> None:
+    first = told("drive_power", 0.9)
+    assert told("drive_power", 0.3).gains(first)
+    assert not told("drive_power", 0.8).gains(first)
+    assert not told("drive_power", -0.8).gains(first)
+    assert not told("drive_power", 0.0).gains(told("drive_power", 0.01)), "what was within tolerance gains nothing"
+
+
+def test_no_search_costs_more_than_eight_times_the_scene() -> None:
+    """Euler's friction chatters at the paper's step: no step that is tried is fine enough, and the errors say so."""
     scene = paper_scene(solver={"name": "ode1"}, duration="0.1 s", settle="0 s")
     chosen, error = with_chosen_step(scene, BEARING)
-    assert error.stalled
-    assert chosen == scene
+    assert scene.solver.step_s / chosen.solver.step_s == pytest.approx(MOST_FINER)
+    assert error.beyond
 
 
 def test_what_a_model_leaves_out_is_no_error_of_the_step() -> None:
