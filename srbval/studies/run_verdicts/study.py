@@ -46,12 +46,10 @@ SIZES = (0.25, 0.5, 1.5)  # of bearings, in the scene's
 # Of random scenes, of all models: as light, heavy, slow and fast as anyone may try; short, as each is run at an
 # eighth of its step as well.
 RANDOM_RPM, RANDOM_N, RANDOM_MODELS, RANDOM_SECONDS = (60.0, 8000.0), (20.0, 2e6), ("full", "line", "slices"), 0.25
-FINER = 8
 QUICK_SHARE = 1 / 40
 MOST_FALSE = 0.005  # of the runs that say ok without caution
 REFUSED = "refused"
 OWN = "the scene's"
-RIGHT = tuple(status for status in USABLE if status != RunStatus.INACCURATE.value)
 DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
 
 
@@ -127,8 +125,11 @@ def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
     errors, beyond = own.errors_against(right), own.beyond(right)
     says_ok, off = own.status == RunStatus.OK.value and CAUTION not in own.reason, bool(beyond)
     failed = own.status not in (*USABLE, REFUSED)
-    falsely_failed = failed and right.ok and bool(errors) and not off
+    falsely_failed = failed and right.measurable and bool(errors) and not off
+    usable = own.ok and own.status != RunStatus.INACCURATE.value
+    verdict = ("usable, with caution" if CAUTION in own.reason else "usable") if usable else own.status
     return vars(case.condition) | {
+        "verdict": "failed" if failed else verdict, "right": bool(errors) and not off,
         "says_ok": says_ok, "off": off, "failed": failed, "falsely_ok": says_ok and off,
         "falsely_failed": falsely_failed,
         "right_but_unsure": not (off or failed or says_ok) and bool(errors), "solver": case.solver,
@@ -140,11 +141,12 @@ def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
 
 
 PARTS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {  # what runs are counted by
+    "verdict": lambda run: str(run["verdict"]),
     "scene": lambda run: str(run["scene"]),
     "solver": lambda run: str(run["solver"]),
     "step over the paper's": lambda run: f"{run['step_s'] / PAPER_STEP_S:g}",
-    "speed, rpm": lambda run: _range(run["rpm"], (355.0, 1000.0, 2000.0, 6000.0)),
-    "load over the scene's": lambda run: f"{run['load']:g}",
+    "speed, rpm": lambda run: _range(run["rpm"], (355.0, 1000.0, 2000.0, 6000.0, 8000.0)),
+    "load over the scene's": lambda run: f"{run['load']:.2g}",
     "friction coefficient": lambda run: _range(run["friction"], (0.1, 1.0)),
     "radial play, um": lambda run: _range(run["play_m"] and 1e6 * run["play_m"], (50.0, 200.0)),
     "height of the defect, mm": lambda run: OWN if run["height_m"] is None else f"{1e3 * run['height_m']:g}",
@@ -168,7 +170,7 @@ def parts(runs: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
 
 def counts(runs: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     """How many runs there are, by what they say and what is wrong with that."""
-    kinds = ("says_ok", "right_but_unsure", "off", "failed", "falsely_ok", "falsely_failed")
+    kinds = ("right", "says_ok", "right_but_unsure", "off", "failed", "falsely_ok", "falsely_failed")
     return {"runs": len(runs)} | {kind: sum(run[kind] for run in runs) for kind in kinds}
 
 
@@ -221,69 +223,38 @@ def random_cases(seed: int, count: int) -> Iterator[Case]:
         yield Case(condition, solver, 1.0 if chooses else drawn.choice((0.5, 1.0, 2.0)), drawn=True, chooses=chooses)
 
 
-def judge_random(
-    seed: int, count: int, *, store: ContentStore | None = None, jobs: int | None = None, progress: Progress = silent
-) -> dict[str, Any]:
-    """Run random scenes, each again with an eighth of the step that it took, and count what they say by what is so.
-
-    What explicit solvers converge to the default one shows.
-    """
-    machine, store, cases = machine_before(), store or outcome_store(), list(random_cases(seed, count))
-    scenes = {case: case.condition.at(case.solver, case.times, Path()) for case in cases}
-    own: dict[Case, RunOutcome] = {}
-    for chooses, step in ((True, Step.AUTO), (False, Step.CHECKED)):
-        some = {case: scene for case, scene in scenes.items() if case.chooses is chooses}
-        own |= outcomes(some, task=f"runs, step {step}", store=store, step=step, jobs=jobs, progress=progress)
-    finer = {}
-    for case, scene in scenes.items():
-        name = case.solver if METHODS[case.solver].implicit else default_solver()
-        if own[case].status != REFUSED:
-            finer[case] = replace(scene, solver=replace(scene.solver, name=name, step_s=own[case].step_s / FINER))
-    right = outcomes(finer, task="runs of an eighth of the step", store=store, jobs=jobs, progress=progress)
-    runs = [scored(case, own[case], right[case]) | {"said": own[case].reason} for case in right]
-    rows = [
-        {"says": says} | Counter("off" if run["off"] or not run["errors"] else "right" for run in runs if of(run))
-        for says, of in SAYS.items()
-    ]  # fmt: skip
-    return {"machine": machine(), "seed": seed, "refused": count - len(right), "rows": rows, "runs": runs}
-
-
-SAYS: Mapping[str, Callable[[Mapping[str, Any]], bool]] = {  # what a run says of itself
-    "ok, skidding or rollers-unloaded": lambda run: run["status"] in RIGHT and CAUTION not in run["said"],
-    "the same with caution": lambda run: run["status"] in RIGHT and CAUTION in run["said"],
-    "inaccurate": lambda run: run["status"] == RunStatus.INACCURATE.value,
-    "failed": lambda run: bool(run["failed"]),
-}  # fmt: skip
-
-
 def judge_runs(
     *,
     seed: int | None = None,
     share: float = 1.0,
+    scenes: int | None = None,
     store: ContentStore | None = None,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Run all conditions, or a `share` of them, and compare; `seed` of the half that is drawn: None for the clock.
 
+    In their place so many random `scenes`, if that is given. What has chosen its step is compared with an eighth of it.
+
     Each run that has ended is in the `store`, so that with its seed interrupted work continues where it was.
     """
     machine, store = machine_before(), store or outcome_store()
     seed = int(time.time()) if seed is None else seed
     chosen = random.Random(seed)
-    cases = [
-        case
-        for half in (list(fixed_cases()), list(drawn_cases(seed)))
-        for case in chosen.sample(half, max(1, round(share * len(half))))
-    ]
+    halves = [list(random_cases(seed, scenes))] if scenes else [list(fixed_cases()), list(drawn_cases(seed))]
+    cases = [case for half in halves for case in chosen.sample(half, max(1, round(share * len(half))))]
+    own: dict[Case, RunOutcome] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        references = {case.condition: case.condition.at(default_solver(), REFERENCE, folder) for case in cases}
+        for step in (Step.CHECKED, Step.AUTO):
+            some = {c: c.condition.at(c.solver, c.times, folder) for c in cases if c.chooses is (step is Step.AUTO)}
+            own |= outcomes(some, task=f"runs, step {step}", store=store, step=step, jobs=jobs, progress=progress)
+        times = {
+            c: REFERENCE * (own[c].step_s / PAPER_STEP_S if c.chooses and own[c].step_s > 0 else 1.0) for c in cases
+        }
+        references = {(c.condition, n): c.condition.at(default_solver(), n, folder) for c, n in times.items()}
         right = outcomes(references, task="converged runs", store=store, jobs=jobs, progress=progress)
-        runs = {case: case.condition.at(case.solver, case.times, folder) for case in cases}
-        task = "runs that judge themselves"
-        own = outcomes(runs, task=task, store=store, step=Step.CHECKED, jobs=jobs, progress=progress)
-    found = [scored(case, own[case], right[case.condition]) for case in cases]
+    found = [scored(case, own[case], right[case.condition, times[case]]) for case in cases]
     return {
         "machine": machine(), "seed": seed, "counts": counts(found), "tolerance": TOLERANCE,
         "statuses": Counter(run["status"] for run in found), "parts": list(parts(found)), "runs": found,
@@ -293,34 +264,22 @@ def judge_runs(
 def _text(result: Mapping[str, Any]) -> str:
     """The counts, and every run whose verdict is wrong."""
     number, rows = result["counts"], [
-        (run["scene"], f"{run['rpm']:g}", f"{run['load']:g}", run["solver"], f"{1 / run['step_s']:.0f}", run["status"],
-         run["beyond"])
+        (run["scene"], run["model"], f"{run['rpm']:g}", f"{run['load']:.3g}", run["solver"],
+         f"{1 / run['step_s']:.0f}", run["status"], run["beyond"])
         for run in result["runs"]
-        if run["falsely_ok"] or run["falsely_failed"]
+        if run["off" if run["verdict"].startswith("usable") else "right"]
     ]  # fmt: skip
+    verdicts = [
+        (row["value"], row["right"], row["runs"] - row["right"]) for row in result["parts"] if row["part"] == "verdict"
+    ]
     text = (
-        f"{', '.join(f'{count} {status}' for status, count in result['statuses'].most_common())}\n\n{number['runs']} "
+        f"{', '.join(f'{count} {status}' for status, count in result['statuses'].most_common())}\n\n"
+        f"{text_table(('says', 'right', 'off or ended early'), verdicts)}\n\n{number['runs']} "
         f"runs, seed {result['seed']}: {number['says_ok']} report ok without caution, {number['falsely_ok']} of them "
         f"are wrong; {number['falsely_failed']} report failure but agree with the converged run"
     )
-    columns = ("scene", "rpm", "load", "solver", "1/dt [Hz]", "status", "beyond tolerance")
+    columns = ("scene", "model", "rpm", "load", "solver", "1/dt [Hz]", "status", "beyond tolerance")
     return f"{text}\n{text_table(columns, rows)}" if rows else text
-
-
-def _random_text(result: Mapping[str, Any]) -> str:
-    rows = [(row["says"], row.get("right", 0), row.get("off", 0)) for row in result["rows"]]
-    wrong = [
-        (run["scene"], run["model"], f"{run['rpm']:g}", f"{run['load']:.3g}", run["solver"], f"{1 / run['step_s']:.0f}",
-         run["status"], run["reference_status"], run["beyond"])
-        for run in result["runs"]
-        if (run["status"] in RIGHT) == (run["off"] or not run["errors"])
-    ]  # fmt: skip
-    columns = ("scene", "model", "rpm", "load", "solver", "1/dt [Hz]", "says", "finer says", "beyond tolerance")
-    return (
-        f"{len(result['runs'])} random scenes, seed {result['seed']}, against an eighth of the step; "
-        f"{result['refused']} more were refused\n{text_table(('a run says', 'right', 'off'), rows)}\n\n"
-        f"wrong:\n{text_table(columns, wrong)}"
-    )
 
 
 def _options(parser: ArgumentParser) -> None:
@@ -334,13 +293,9 @@ def _options(parser: ArgumentParser) -> None:
 
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
-    if options.random:
-        seed = int(time.time()) if options.seed is None else options.seed
-        result = judge_random(seed, options.random, jobs=options.jobs, progress=progress)
-        return StudyResult(content=result, text=_random_text(result))
     share = QUICK_SHARE if options.quick else 1.0
-    result = judge_runs(seed=options.seed, share=share, jobs=options.jobs, progress=progress)
-    name, number = None if options.quick else "run_verdicts", result["counts"]
+    result = judge_runs(seed=options.seed, share=share, scenes=options.random, jobs=options.jobs, progress=progress)
+    name, number = None if options.quick or options.random else "run_verdicts", result["counts"]
     sound = number["falsely_ok"] <= MOST_FALSE * max(1, number["says_ok"]) and number["falsely_failed"] == 0
     return StudyResult(name=name, content=result, text=_text(result), sound=sound)
 
