@@ -32,13 +32,12 @@ GOOD = {
 }  # fmt: skip
 
 
-def estimated(kind: str, error: float, scatter: float = 0.0, energy: float = math.nan) -> StepError:
-    return StepError(
-        step_s=1e-5, estimates=(Estimate(kind=kind, of=kind, error=error, scatter=scatter),), energy=energy
-    )
+def estimated(of: str, error: float, scatter: float = 0.0, energy: float = math.nan) -> StepError:
+    estimate = Estimate(kind=of, of=of, error=error, scatter=scatter)
+    return StepError(step_s=1e-5, estimates=(estimate,), energy=energy)
 
 
-TOO_COARSE = estimated("band_rms", 0.2)
+TOO_COARSE, DRIVE = estimated("band_rms", 0.2), "drive_power"
 
 
 @pytest.fixture(scope="module")
@@ -84,15 +83,9 @@ def test_silent_failures_are_caught(solver: str, factor: int, tmp_path: Path) ->
         ({"energy_imbalance": -0.11}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": -0.11, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.OK),
         ({"energy_imbalance": -0.21, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.ENERGY_OPEN),
-        ({"energy_imbalance": -0.47, "step_error": estimated("drive_power", 0.0, energy=-0.01)}, RunStatus.OK),
-        (
-            {"energy_imbalance": -0.47, "step_error": estimated("drive_power", 0.0, energy=-0.21)},
-            RunStatus.ENERGY_OPEN,
-        ),
-        (
-            {"energy_imbalance": -0.93, "step_error": estimated("drive_power", 0.9, energy=-0.01)},
-            RunStatus.ENERGY_OPEN,
-        ),
+        ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.01)}, RunStatus.OK),
+        ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.21)}, RunStatus.ENERGY_OPEN),
+        ({"energy_imbalance": -0.93, "step_error": estimated(DRIVE, 0.9, energy=-0.01)}, RunStatus.ENERGY_OPEN),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.005, 1e-3)}, RunStatus.SKIDDING),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 1e-3)}, RunStatus.INACCURATE),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 4e-3)}, RunStatus.SKIDDING),
