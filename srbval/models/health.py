@@ -123,11 +123,11 @@ def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
             f"{abs(_energy_gap(run)):.0%} of the losses have no source; {remedy}"
         )
     vouched = run.step_error is not None and not (run.step_error.certain or run.step_error.open)
-    gap = abs(_energy_gap(run))
-    if gap > ENERGY_LIMIT * (VOUCHED if vouched else 1) and scene.speed_profile is None:
+    gap, limit = abs(_energy_gap(run)), ENERGY_LIMIT * (VOUCHED if vouched else 1)
+    if gap > limit and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
-            f"energy does not close: {gap:.0%} of the losses have no source, the limit is "
-            f"{ENERGY_LIMIT:.0%}; friction chatters from step to step; {remedy}"
+            f"energy does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; friction "
+            f"chatters from step to step; {remedy}"
         )
     if _too_long(run):
         return RunStatus.STEP_TOO_LONG, (
@@ -152,10 +152,10 @@ def _energy_gap(run: RunSummary) -> float:
 
 
 def _carried_n(run: RunSummary) -> float:
-    """What presses the ring against rollers and spring: the mean radial load, and its own weight where that counts."""
+    """What presses the ring against rollers and spring: the mean radial load, with its own weight if that is more."""
     load = run.scene.load
     weight_n = STANDARD_GRAVITY * run.scene.housing.mass_kg if load.gravity else 0.0
-    return abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n)
+    return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
 
 
 def _behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
