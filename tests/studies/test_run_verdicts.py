@@ -49,7 +49,8 @@ def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -
         ({"status": "energy-open"}, "ok", False, True),
         ({"rms": 1.3, "status": "energy-open"}, "ok", False, False),
         ({"rms": None, "status": "energy-open"}, "ok", False, False),
-        ({"status": "energy-open"}, "energy-open", False, False),
+        ({"status": "energy-open"}, "energy-open", False, True),  # a model whose energy is open at any step
+        ({"status": "energy-open"}, "too-deep", False, False),
         ({"rms": None, "status": "refused"}, "ok", False, False),
     ],
 )
