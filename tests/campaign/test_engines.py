@@ -43,12 +43,6 @@ def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) ->
     assert content(tmp_path) == content(whole)
 
 
-def test_a_scheduler_with_two_workers_gives_the_same(whole: Path, tmp_path: Path, scheduler: Scheduler) -> None:
-    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler.address))
-    assert found.engine == f"dask at {scheduler.address}"
-    assert content(tmp_path) == content(whole)
-
-
 def test_slurm_jobs_give_the_same(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
     _use_stand_in(tmp_path, monkeypatch)
@@ -313,7 +307,7 @@ def test_slurm_opens_its_schedulers_port_those_of_its_workers_and_the_dashboard(
             os.kill(pid, 9)
 
 
-def test_an_encrypted_scheduler(whole: Path, tmp_path: Path) -> None:
+def test_an_encrypted_scheduler_with_two_workers_gives_the_same(whole: Path, tmp_path: Path) -> None:
     """As the guide describes it: Dask's own configuration names the files, and nothing else is accepted."""
     pytest.importorskip("distributed")
     import dask
@@ -334,5 +328,6 @@ def test_an_encrypted_scheduler(whole: Path, tmp_path: Path) -> None:
         with running_scheduler(tmp_path, environment=environment, scheduler_environment=environment) as scheduler:
             assert scheduler.address.startswith("tls://")
             engine = choose_engine("dask", address=scheduler.address)
-            run_campaign(small(axes=MIXED), tmp_path / "run", engine=engine)
+            found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=engine)
+    assert found.engine == f"dask at {scheduler.address}"
     assert content(tmp_path / "run") == content(whole)
