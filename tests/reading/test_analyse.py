@@ -176,23 +176,6 @@ def test_stand_in_never_earns_a_verdict(outer):
     assert "BPFO" not in verdict
 
 
-def test_numerical_libraries_use_one_thread_and_then_as_many_as_before(monkeypatch):
-    from threadpoolctl import threadpool_info, threadpool_limits
-
-    from srbval.reading import speed_search
-
-    def threads():
-        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-
-    within = set()
-    read = speed_search.read_lines
-    monkeypatch.setattr(speed_search, "read_lines", lambda *a, **k: within.update(threads()) or read(*a, **k))
-    with threadpool_limits(2):
-        analyse(recording(impulses(80.0)), bearing=BEARING)
-        assert within == {1}
-        assert threads() == {2}
-
-
 @pytest.mark.parametrize(
     ("changes", "options", "error", "says"),
     [
