@@ -6,7 +6,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.comparison.other_rigs import read_other_rigs
+from srbval.comparison.other_rigs import OtherRecord, read_other_rigs
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
 from srbval.recordings.registry import add
@@ -23,12 +23,19 @@ def test_other_rigs_are_read_apart_from_the_rig(tmp_path: Path) -> None:
     assert (record.line.detected, record.shown) == (False, False)
 
 
+@pytest.fixture(scope="module")
+def records(recordings_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> list[OtherRecord]:
+    """Those of the open sets that are not refused."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
+        return [r for r in read_other_rigs(registered) if not r.refused]
+
+
 @pytest.mark.slow
 @pytest.mark.recordings
-def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
+def test_open_recordings_show_their_faults(records: list[OtherRecord]) -> None:
     """Race faults by their published grade, in a band chosen on no record; healthy ones show none; near kinematics."""
-    registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
-    records = [r for r in read_other_rigs(registered) if not r.refused]
     races = [r for r in records if r.line.name in RACE_LINES and r.state not in (None, Fault.HEALTHY)]
     assert len(races) >= 30
     plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
@@ -47,12 +54,10 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.recordings
-def test_light_load_lets_the_cage_slip(recordings_dir: Path) -> None:
+def test_light_load_lets_the_cage_slip(records: list[OtherRecord]) -> None:
     """MFPT: inner and outer records agree on a cage that lags, least at the highest load."""
-    records = [r for r in read_other_rigs(add(recordings_dir / "mfpt").recordings) if r.cage_pct is not None]
-    loads = {
-        race: sorted((r.radial_n, r.cage_pct) for r in records if r.line.name == race) for race in ("BPFO", "BPFI")
-    }
+    known = [r for r in records if r.dataset == "mfpt" and r.cage_pct is not None]
+    loads = {race: sorted((r.radial_n, r.cage_pct) for r in known if r.line.name == race) for race in ("BPFO", "BPFI")}
     for race in loads.values():
         assert all(cage < 0 for _, cage in race)
         assert race[0][1] == min(cage for _, cage in race)

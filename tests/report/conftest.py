@@ -1,6 +1,7 @@
 """Two whole reports of the same short runs, with the rig's records and without; and a small one of synthetic arrays."""
 
 import shlex
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
@@ -34,7 +35,7 @@ from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
-from srbval.report.write import write_report
+from srbval.report.write import FORMATS, write_report
 from srbval.studies.harness import pages
 
 from .made import OPTIONS, PATTERN_SECONDS, SECONDS, TEXT, Made, hostile_file, with_hostile_names
@@ -42,10 +43,10 @@ from .made import OPTIONS, PATTERN_SECONDS, SECONDS, TEXT, Made, hostile_file, w
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
 
-def written(findings: Findings, folder: Path, command: str = "srbval report") -> Made:
-    """All documents of a report."""
+def written(findings: Findings, folder: Path, command: str, formats: Iterable[str] = FORMATS) -> Made:
+    """Both documents of a report."""
     report = assemble(findings, command=command, pages=pages())
-    return Made(findings, report, write_report(report, folder / "report", appendix=True))
+    return Made(findings, report, write_report(report, folder / "report", formats, appendix=True))
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +71,10 @@ def hostile(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr(gathering, "_simulate", lambda *_: (runs, facts))
         found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("stand-ins"), pages=pages())
-    return written(with_hostile_names(found), tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
+    command, folder = f"srbval report -o '{TEXT}'", tmp_path_factory.mktemp("hostile")
+    return written(
+        with_hostile_names(found), folder, command, ("html", "json")
+    )  # the small report's PDF is hostile too
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:

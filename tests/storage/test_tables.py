@@ -81,23 +81,13 @@ def test_wrong_tables_say_what_is_wrong(table: dict[str, object], message: str) 
 
 def test_every_kind_of_field_is_read() -> None:
     table = {
-        "side": "right",
-        "share": "5 %",
-        "times": ["1 s", "20 ms"],
-        "names": ["a", "b"],
-        "parts": [{"radial": "2 kN"}, {"radial_n": 3.0}],
-        "seed": 7,
-        "whole": True,
-    }
+        "side": "right", "share": "5 %", "times": ["1 s", "20 ms"], "names": ["a", "b"],
+        "parts": [{"radial": "2 kN"}, {"radial_n": 3.0}], "seed": 7, "whole": True,
+    }  # fmt: skip
     assert build(Every, table, "t") == Every(
-        side=Side.RIGHT,
-        share=0.05,
-        times_s=(1.0, 0.02),
-        names=("a", "b"),
-        parts=(Part(radial_n=2000.0), Part(radial_n=3.0)),
-        seed=7,
-        whole=True,
-    )
+        side=Side.RIGHT, share=0.05, times_s=(1.0, 0.02), names=("a", "b"),
+        parts=(Part(radial_n=2000.0), Part(radial_n=3.0)), seed=7, whole=True,
+    )  # fmt: skip
     assert build(Every, {}, "t") == Every()
     assert build(Every, {"times_s": [1, 2.5]}, "t").times_s == (1.0, 2.5)
 

@@ -54,16 +54,16 @@ FOOT_M = 1e-8  # the search's own spacing of 0.3 um, on a slope of 0.02
 DEEP_M = {"outer": 10e-6, "inner": -20e-6, "roller": 10e-6, "roller before the inner race": -20e-6}
 WAY_M = 5e-3  # the roller's way, to either side of an opening's middle
 STEPS = 10_000
-JUMP = 1e-4  # of the largest force, where a window with slices of its own begins; 3e-5 seen
+JUMP = 1e-4  # of the largest force, where a window with slices of its own begins
 SMOOTH = 4.0  # times what the force changes by in the steps before and after
 # Of the energy that is stored or set free over the opening's edge; where a raised piece has no ramp, the roller's edge
-# and its parabola differ by 16 nm: 0.2 % of the depth. Seen: 1e-3, and 2e-2 without ramp.
+# and its parabola differ by 16 nm: 0.2 % of the depth.
 POTENTIAL, STEEP = 5e-3, 4e-2
-SPRING = 1e-4  # of the energy of all rollers: the polynomials for a slice's force and energy; 6e-5 seen
-AREA = 1e-2  # of a hole: twelve slices of a circle, the chord in the middle of each; 5e-3 seen
+SPRING = 1e-4  # of the energy of all rollers: the polynomials for a slice's force and energy
+AREA = 1e-2  # of a hole: twelve slices of a circle, the chord in the middle of each
 SIDE_M = 1e-4  # by which the ring is pushed aside
 ASIDE = 6e-3  # of the largest force: a ring that is aside is 35 nm nearer, of 10 um
-LOADS = 2e-3  # three parts of a contact are summed by size; 4e-4 seen
+LOADS = 2e-3  # three parts of a contact are summed by size
 
 
 def damaged(kind: str, shape: str) -> Parameters:

@@ -34,9 +34,9 @@ CASES: dict[str, dict[str, Any]] = {
         "line_contact": {"slices": 41},
     },
 }  # fmt: skip
-ROLLER = 0.02  # of a roller's load; 0.5 % seen, at a hundredth of the largest
-SHARES = 0.03  # of a row's share of the load; 0.1 % seen
-RING, RING_M = 2e-3, 1e-8  # of the displacement; 2e-4 seen
+ROLLER = 0.02  # of a roller's load: one at the end of the load zone is pressed over two or three slices
+SHARES = 0.03  # of a row's share of the load, of slices at the edges of a contact
+RING, RING_M = 2e-3, 1e-8  # of the displacement: a tenth of `ROLLER`, of all loads together
 NOTICED = 0.01  # of the largest load
 LEAST_N = 1e-9  # a slice that is not touched has 1e-24 N, since its depth is a divisor
 PAIR_M = (24e-6, 25e-6)  # approach of a roller's two contacts at 14.6 kN: ISO/TS 16281 and Palmgren
