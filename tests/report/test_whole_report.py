@@ -19,7 +19,7 @@ from srbval.report.findings.records import record_kurtogram
 from srbval.report.sections.records import MOST_NAMED, records_section, two_combs
 from tests.readme_table import in_readme, readme_table
 
-from .made import FILE_NAME, FILES, HOSTILE, PANELS, TEXT, Made, functions_called
+from .made import FILE_NAME, FILES, HOSTILE, PANELS, TEXT, Made
 
 TALLEST = 1.35  # height over width: a picture as wide as the page leaves room for its caption above the foot
 MOST_WORDS = 3_500
@@ -34,7 +34,6 @@ ROW_KEYS = {
     "rig_hz", "rig_ci95_hz", "rig_source", "comparison_error_pct", "validation_uncertainty_pct", "verdict",
 }  # fmt: skip
 NOT_BODY = {"nav", "thead", "tbody", "script", "style", "head"}  # tables count by their captions and notes
-DRAWING_ROOMS = {"report", "studies", "errors", "storage", "bearing", "scene"}  # their functions draw, word or describe
 
 
 class Body(HTMLParser):
@@ -148,14 +147,6 @@ def test_the_table_in_the_readme_is_that_of_a_report(with_rig: Made) -> None:
     assert in_readme() == readme_table(report)
     report["headline"]["errors"][0]["error_pct"] += 0.01
     assert in_readme() != readme_table(report)
-
-
-def test_nothing_is_computed_while_the_report_is_drawn(hostile: Made) -> None:
-    """Methods and properties of the findings are data; every other function that runs is the report's own."""
-    called = functions_called(hostile.findings)
-    assert {("report", "assemble"), ("report", "draw_spectrum")} <= called
-    foreign = {(r, f) for r, f in called if r not in DRAWING_ROOMS and "." not in f and f != "<module>"}
-    assert foreign == set()
 
 
 def words(page: str) -> str:

@@ -53,7 +53,7 @@ FOOT_M = 1e-8  # the search's own spacing of 0.3 um, on a slope of 0.02
 # Of the rollers' slides from touching the outer race.
 DEEP_M = {"outer": 10e-6, "inner": -20e-6, "roller": 10e-6, "roller before the inner race": -20e-6}
 WAY_M = 5e-3  # the roller's way, to either side of an opening's middle
-STEPS = 10_000
+STEPS = 4000
 JUMP = 1e-4  # of the largest force, where a window with slices of its own begins
 SMOOTH = 4.0  # times what the force changes by in the steps before and after
 # Of the energy that is stored or set free over the opening's edge; where a raised piece has no ramp, the roller's edge
@@ -179,7 +179,7 @@ def test_forces_over_an_opening_have_a_potential(kind: str, shape: str) -> None:
     corners = np.array([[far, start], [near, start], [near, end], [far, end], [far, start]])
     work, energy = [], []
     for a, b in pairwise(corners):
-        path = a + (b - a) * np.linspace(0, 1, STEPS // 4 + 1)[:, None]
+        path = a + (b - a) * np.linspace(0, 1, STEPS // 2 + 1)[:, None]
         _, stored, along, slot = np.array([passage.at(*place) for place in path]).T
         work.append(float(np.trapezoid(along, path[:, 0]) + np.trapezoid(slot, path[:, 1])))
         energy.append(float(stored[-1] - stored[0]))
