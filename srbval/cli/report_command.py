@@ -80,7 +80,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         [read(file) for file in options.files],
         folder,
         bearing=options.bearing,
-        healthy=load_healthy(options.healthy, settings) if options.healthy else None,
+        healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         all_channels=options.channel is None,
         largest_slip_pct=options.cage_slip,

@@ -31,6 +31,7 @@ class RawFile:
     of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` what the file itself says of
     single variables.
     `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
+    With `full_scale` the samples are shares of a full scale whose value the file does not state.
     `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` where used.
     """
 
@@ -42,6 +43,7 @@ class RawFile:
     rates_hz: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
+    full_scale: bool = False
     unusable: Mapping[str, str] = field(default_factory=dict)
 
     def check_usable(self, name: str) -> None:

@@ -153,7 +153,7 @@ def test_too_few_lines_of_a_response() -> None:
 
 def test_records_that_cannot_be_compared_are_refused(rig: SimulatedRig) -> None:
     other = dataclasses.replace(rig.healthy, unit="g")
-    with pytest.raises(DataError, match="needs m/s2"):
+    with pytest.raises(DataError, match="m/s2 is needed"):
         identify(rig.fault, other, rig.excitation, bearing=BEARING)
     with pytest.raises(ConfigurationError, match="half the rate"):
         identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING, band_hz=(400.0, 12_000.0))

@@ -68,8 +68,17 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
         text = _unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else "")
-        fs_hz = raw.rates_hz.get(variable)
-        yield printable(name), Channel(samples=samples, unit=known_unit(text), variable=name, fs_hz=fs_hz)
+        whole = known_unit(text) is None and (raw.full_scale or column.dtype.kind in "iu")
+        yield (
+            printable(name),
+            Channel(
+                samples=samples,
+                unit=known_unit(text),
+                variable=name,
+                fs_hz=raw.rates_hz.get(variable),
+                whole_numbers=whole,
+            ),
+        )
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:

@@ -62,6 +62,7 @@ def load_audio(path: Path) -> RawFile:
         variables={"data": samples[:, 0] if samples.shape[1] == 1 else samples},
         attributes={"fs_hz": rate},
         notes=(note,) if bits else (),
+        full_scale=bool(bits),
         cautions=cautions,
     )
 
