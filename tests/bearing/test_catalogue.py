@@ -51,7 +51,6 @@ def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
 
 def test_touching_diameter_closes_the_gap() -> None:
     geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
     # outer gap: sphere about the origin; inner gap: arc about its centre, both seen from the roller's centre
     assert geometry.zero_play_diameter_m == pytest.approx(2 * 0.020, abs=GAP_M)
     assert geometry.zero_play_diameter_m < geometry.roller_diameter_m
@@ -72,7 +71,6 @@ def test_touching_diameter_closes_the_gap() -> None:
 )
 def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
     geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
     with pytest.raises(ConfigurationError, match=message):
         replace(geometry, **change)
 

@@ -18,7 +18,6 @@ def test_other_rigs_are_read_apart_from_the_rig(tmp_path: Path) -> None:
     savemat(tmp_path / "105_IR007_0_12kDE.mat", noise)
     files.excerpt(tmp_path / "OR_877rpm_made.mat", condition="OR", rpm_nominal=877)
     (record,) = read_other_rigs(add(tmp_path).recordings)
-    assert record.line is not None
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)
 

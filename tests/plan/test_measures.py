@@ -152,8 +152,6 @@ def test_the_full_model_misses_one_and_a_higher_bump_an_earlier_one() -> None:
         )
         for height in (0.05, 0.3)
     )
-    assert low is not None
-    assert high is not None
     assert high < low
 
 

@@ -38,7 +38,7 @@ from srbval.report.sections.assemble import assemble
 from srbval.report.write import FORMATS, write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, PATTERN_SECONDS, SECONDS, TEXT, Made, hostile_file, with_hostile_names
+from .made import OPTIONS, PATTERN_SECONDS, SECONDS, STARTS, TEXT, Made, hostile_file, with_hostile_names
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
@@ -57,6 +57,7 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
         patch.setattr("srbval.report.findings.patterns.SECONDS", PATTERN_SECONDS)
+        patch.setattr("srbval.comparison.counterpart.STARTS", STARTS)
         found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("none"), pages=pages())
         return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
 

@@ -22,6 +22,7 @@ from srbval.report.findings.records import RecordKurtogram, RecordView
 PACKAGE = Path(srbval.__file__).parent
 View = TypeVar("View", RecordView, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
+STARTS = 3  # of each counterpart, each a run at many points; the report itself makes eight
 PATTERN_SECONDS = 0.8  # likewise, of 1 s: eight revolutions without the ends
 FILES = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
 PANELS = {  # of the paper's Figures 11 to 14

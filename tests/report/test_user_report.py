@@ -54,7 +54,6 @@ def test_against_a_healthy_record_the_fault_is_named_first_with_its_probability(
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
     assert report.data["records"][0].call.called is Fault.INNER
-    assert own.naming is not None
     assert own.naming.state == "inner"
     said = next(point for point in report.verdict.points if "By the record alone" in point)
     words = {"outer": "outer race", "inner": "inner race", "roller": "rolling element", "other": "something else"}
@@ -65,7 +64,6 @@ def test_against_a_healthy_record_the_fault_is_named_first_with_its_probability(
 
 def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch: pytest.MonkeyPatch) -> None:
     own = compared()
-    assert own.naming is not None
     doubted = dataclasses.replace(own, naming=dataclasses.replace(own.naming, state="undecided"))
     for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
         monkeypatch.setattr("srbval.report.findings.user_records.is_fault_like", lambda *_, deep=deep: deep)
@@ -102,10 +100,7 @@ def test_every_line_is_either_seen_or_has_a_reason() -> None:
 
 def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why() -> None:
     (own,) = gathered(faulted(), healthy=healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0))
-    assert own.call.ratio is not None
-    assert own.call.ratio_ci95 is not None
     assert own.call.ratio / own.call.ratio_ci95[0] >= OTHER_CONDITIONS
-    assert own.baseline is not None
     assert own.baseline.conditions == ("1200 rpm instead of 1500 rpm",)
     assert any("Less certain" in point and "1200 rpm" in point for point in assembled(own).verdict.points)
 

@@ -87,7 +87,6 @@ def test_a_campaign_may_name_its_scene(tmp_path: Path) -> None:
 def test_the_play_at_a_roller_follows_from_the_rings_clearance() -> None:
     """A ring displaced by half its clearance just touches the roller in that direction, and is free by the play."""
     geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
     play = load_scene("rig").contact.radial_play_m
     across = geometry.inner_centre_radial_m, geometry.inner_centre_axial_m  # from the outer sphere's centre
 

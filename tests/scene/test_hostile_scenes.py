@@ -40,7 +40,6 @@ def lines(folder: Path, first: int, count: int) -> Iterator[dict[str, Any]]:
         [sys.executable, "-m", "tests.scene.hostile_scenes", str(folder), str(first), str(count), "1"],
         stdout=subprocess.PIPE, cwd=ROOT,
     )  # fmt: skip
-    assert process.stdout is not None
     with process, selectors.DefaultSelector() as waiting:
         waiting.register(process.stdout, selectors.EVENT_READ)
         last: dict[str, Any] = {}

@@ -22,7 +22,6 @@ BAND_HZ = (2000.0, 5000.0)
 
 
 def plain(recording: Recording) -> Fault | None:
-    assert recording.speed is not None
     return strongest_line(recording, BEARING, recording.speed, recording.band_hz or BAND_HZ)
 
 

@@ -98,7 +98,6 @@ def test_torque_on_the_shaft_changes_the_momentum_of_cage_and_rollers(name: str,
     """What the inner race's contacts give to cage and rollers is what they take from the shaft."""
     scene = paper_scene(**merged(RIG, CASES[name]))
     model, world = slices_model(scene), World(scene, geometry())
-    assert model.slices is not None
     y = moving(scene, model, seed, TILT_RAD)
     rows = model.slices.rows.copy()
     rows[1, :, col.SLICE_STIFFNESS] = 0.0

@@ -72,7 +72,6 @@ def damaged(kind: str, shape: str) -> Parameters:
 
 def race_and_window(kind: str, model: Parameters) -> tuple[int, int, FloatArray]:
     """The race with the opening, the number of the window that has it, and its rows."""
-    assert model.slices is not None
     race = int(kind == "inner")
     window = int(model.slices.rows[race, :, col.SLICE_HALF].max(axis=1).argmax())
     return race, window, model.slices.rows[race, window]
@@ -106,7 +105,6 @@ def below(along: FloatArray, half: float, floor: float, ramp: float) -> FloatArr
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_roller_rests_on_what_reaches_farthest_into_it(kind: str, shape: str) -> None:
     model = damaged(kind, shape)
-    assert model.slices is not None
     race, window, rows = race_and_window(kind, model)
     i = int(rows[col.SLICE_HALF].argmax())
     radial, normal, sag = rows[col.SLICE_RADIAL, i], rows[col.SLICE_NORMAL_RADIAL, i], rows[col.SLICE_SAG, i]
@@ -129,7 +127,6 @@ class Passage:
         self.where = layout_of(self.y)
         self.y[self.where.half :] = 0.0
         self.race = int("inner" in kind)
-        assert self.model.slices is not None
         outer, inner = self.model.slices.outer_radius, self.model.slices.inner_radius
         self.of_roller = kind.startswith("roller")
         self.per_m = 1 / (self.model.law.roller_radius if self.of_roller else (outer, inner)[self.race])

@@ -91,7 +91,6 @@ def test_length_of_a_contact(osculation: float, depth_m: float) -> None:
     """Half lengths sqrt(2 delta / kappa), kappa the difference of the profiles' curvatures."""
     slices = 101
     model, y = pressed(osculation, depth_m, slices)
-    assert model.slices is not None
     width = model.slices.rows[0, 0, col.SLICE_WIDTH]
     loaded = loads_of_slices(model, y)[0, 3] > LEAST_N
     touched = width[loaded].sum()
@@ -125,7 +124,6 @@ def test_load_along_the_roller(name: str) -> None:
     state = equilibrium_state(model)
     bearing = SlicedBearing.like(model, scene)
     where = layout_of(state)
-    assert model.slices is not None
     found = loads_of_slices(model, state)
     whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
     j = int(whole[0].sum(axis=1).argmax())
