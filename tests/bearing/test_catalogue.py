@@ -37,11 +37,6 @@ def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
     assert (mine.orders, mine.geometry, mine.name) == (known.orders, known.geometry, "mine")
 
 
-def test_unknown_name_gets_the_nearest() -> None:
-    with pytest.raises(ConfigurationError, match="Did you mean 'skf-22240'"):
-        load_bearing("skf22240")
-
-
 def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
     path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 3.6\nbpfi = 5.4\nbsf = 1.0\nftf = 0.4\n")

@@ -10,7 +10,7 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError
 from srbval.scene import (
     DefectShape,
     LoadPath,
@@ -68,11 +68,6 @@ def test_unknown_names(name: str, message: str, capsys: pytest.CaptureFixture[st
         load_scene(name)
     assert main(["simulate", name]) == 2
     assert message in capsys.readouterr().err
-
-
-def test_a_name_that_can_only_be_a_file_is_missing() -> None:
-    with pytest.raises(DataError, match="no such file"):
-        load_scene("nowhere/rig")
 
 
 def test_a_campaign_may_name_its_scene(tmp_path: Path) -> None:

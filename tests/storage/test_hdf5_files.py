@@ -13,11 +13,7 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings import load_recording
 from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.storage.hdf5_files import (
-    END_BYTES,
-    append_checksum,
-    checked_summary,
-)
+from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 
 FULL = """
 import resource, signal, sys

@@ -10,15 +10,7 @@ from srbval.plan.questions import Question
 from srbval.plan.table import BASES, FITS, KINDS
 from srbval.storage.stored_result import newest_result
 from srbval.studies.calibration_runs import answer_store, between, grid
-from srbval.studies.held_out.study import (
-    TOLERANCES_PCT,
-    check,
-    check_cases,
-    checks_again,
-    checks_of,
-    held_out,
-    tallies,
-)
+from srbval.studies.held_out.study import TOLERANCES_PCT, check, check_cases, checks_again, checks_of, held_out, tallies
 
 SCENES = 12
 GOOD_SHARE = 11 / 12

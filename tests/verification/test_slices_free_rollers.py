@@ -16,6 +16,8 @@ from tests.verification.harness import FloatArray
 from tests.verification.slices_reference import Contacts, SlicedBearing, balanced_ratio, slices_model
 from tests.verification.test_slices_rolling import friction_of
 
+pytestmark = pytest.mark.long_form  # both sides are references: what the theory states, not what the program does
+
 RADIAL_N, AXIAL_N, OSCULATION = 124.8e3, 20e3, 0.97
 BALANCED = 1e-9  # of a roller's load: forces along slot and axis, and moment over half the roller's length
 CLOSED_FORM_M = 5e-9  # the deepest place lies up to 0.15 mm beside one of the reference's: 2.3 nm in either contact
