@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from srbval.bearing import Fault
-from srbval.cli.data_command import recording_settings
+from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.baseline import (
     Baseline,
@@ -21,6 +21,7 @@ from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError
+from srbval.recordings.raw import printable
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.json_files import to_json
@@ -116,7 +117,8 @@ def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
 
 def _print(result: Analysis, wanted: str) -> None:
     recording, speed, shown = result.recording, result.speed, result.processed
-    print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
+    file = printable(recording.file or recording.name, LONGEST_LINE)
+    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
     print(
         f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
     )

@@ -122,7 +122,7 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     return Recording(
         **facts | {"axes": None if reading.channel is not None else reading.axes},
-        name=reading.name or path.stem,
+        name=reading.name or printable(path.stem),
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,
