@@ -39,23 +39,6 @@ def test_published_race_orders_agree_with_the_bearings(name: str) -> None:
         assert (published["bpfo"], published["bpfi"]) == pytest.approx((known.bpfo, known.bpfi), rel=ORDER_TOLERANCE)
 
 
-def test_published_grades_are_those_of_the_study_s_table() -> None:
-    """12 kHz drive end, 60 records, each graded once; by the number that a file's name begins with."""
-    published = dataset("cwru").diagnosability
-    assert published is not None
-    records = [number for held in published.grades.values() for number in held]
-    assert len(records) == len(set(records)) == 60
-    plain = [number for held in published.plain_envelope.values() for number in held]
-    assert len(plain) == len(set(plain)) == 52
-    rank = ["Y1", "Y2", "P1", "P2", "N1", "N2"].index
-    for number in plain:
-        best, alone = published.of(f"{number}.mat"), published.of(f"{number}.mat", plain=True)
-        assert rank(best or "") <= rank(alone or "")
-    # the study's 48 kHz table is not at hand
-    names = ("130_OR007at6_0_12kDE", "105", "3001_IR028_0_12kDE", "1050", "174_IR014_0_48kDE", "renamed")
-    assert [published.of(f"{name}.mat") for name in names] == ["Y1", "Y2", "N1", None, None, None]
-
-
 def test_open_sets_share_one_band_rule() -> None:
     """500 Hz to 10 kHz, or to 0.46 of a rate too low for it: nothing fitted to a set."""
     for description in known_datasets():

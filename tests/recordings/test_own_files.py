@@ -1,22 +1,16 @@
-"""Runs and stand-ins: written to HDF5, read back through the same loader, open to xarray."""
+"""Runs written to HDF5, read back through the same loader."""
 
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-import xarray as xr
 
-from srbval.bearing import DEFECTS, Fault
+from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, SpeedSource, load_recording
-from srbval.recordings.synthetic_record import write_synthetic_record
 
 from . import files
-
-SHAFT_HZ = 14.3
-LINE_SNR = 10  # of a fault's own line
 
 
 def run_file(path: Path, **attributes: object) -> Path:
@@ -55,30 +49,3 @@ SCENES = ("[" * 50_000, '{"speed_profile": 1' + "0" * 5000 + "}", "[]", '{"speed
 def test_run_that_cannot_be_read(tmp_path: Path, attributes: dict[str, object], message: str) -> None:
     with pytest.raises(DataError, match=message):
         load_recording(run_file(tmp_path / "run.h5", **attributes))
-
-
-@pytest.mark.parametrize("state", list(Fault))
-def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: Fault) -> None:
-    r = write_synthetic_record(tmp_path / "s.h5", state=state, shaft_hz=SHAFT_HZ, seconds=10, seed=3)
-    found = analyse(r, bearing="skf-22240", band_hz=(1400, 2800))
-    high = [fault for fault in DEFECTS if (found.line_of(fault).snr or 0) > LINE_SNR]
-    assert high == [fault for fault in DEFECTS if fault is state]
-
-
-def test_stand_in_opens_in_xarray_with_names_and_units(tmp_path: Path) -> None:
-    write_synthetic_record(tmp_path / "s.h5", state=Fault.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
-    with xr.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as data:
-        variable = data["acceleration_m_s2"]
-        assert variable.dims == ("time_s",)
-        assert (variable.attrs["units"], data["time_s"].attrs["units"]) == ("m s-2", "s")
-        assert "stand-in" in variable.attrs["long_name"]
-
-
-def test_stand_in_repeats_with_its_seed_only(tmp_path: Path) -> None:
-    first, again, other = (
-        write_synthetic_record(tmp_path / f"{i}.h5", state=Fault.INNER, shaft_hz=SHAFT_HZ, seconds=0.5, seed=seed)
-        for i, seed in enumerate((5, 5, 6))
-    )
-    np.testing.assert_array_equal(first.channels["acceleration"], again.channels["acceleration"])
-    assert not np.array_equal(first.channels["acceleration"], other.channels["acceleration"])
-    assert (tmp_path / "0.h5").read_bytes() == (tmp_path / "1.h5").read_bytes()
