@@ -10,7 +10,8 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.speed_and_slip import cage_factor
-from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline, is_fault_like
+from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline
+from srbval.diagnosis.fault_verdict import is_fault_like
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES, Line, line_entry

@@ -38,7 +38,7 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     assert sum(not r.shown for r in graded) <= 1
     held = [r for r in races if r.diagnosable is not False and not (r.plain_grade or "").startswith("N")]
     assert sum(r.shown for r in held) >= 0.95 * len(held)
-    assert not [r.file for r in records if r.state is Fault.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
+    assert not [r.file for r in records if r.state is Fault.HEALTHY and (r.shown or r.call is None or r.call.risen)]
     near = [
         abs(r.line.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed.source is not SpeedSource.NOMINAL
     ]

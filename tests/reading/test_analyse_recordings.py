@@ -65,5 +65,5 @@ def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line, 
     first, *others = race_lines(result)
     assert first == line
     assert other is None or len(others) == other
-    assert result.verdict.startswith(line)
+    assert result.summary.startswith(line)
     assert result.line(line).depth > (0.4 if name.startswith("torino/") else 0.5)

@@ -60,7 +60,7 @@ def test_family_just_outside_is_named_and_not_read() -> None:
     assert result.outside.name == "BPFO"
     assert result.outside.off_pct == pytest.approx(2.4, abs=LINE_PCT)
     assert 60 * result.outside.shaft_hz == pytest.approx(1536, abs=1)
-    assert "1536." in result.verdict
+    assert "1536." in result.summary
     assert not result.line("BPFO").detected
     document = to_json(result)
     assert document["outside"]["name"] == "BPFO"

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from srbval.bearing import Fault
 from srbval.comparison.budget import PRIOR
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
@@ -13,7 +14,6 @@ from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.baseline import Basis
 from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
 from srbval.report.figures.comparison import agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings
@@ -62,14 +62,12 @@ def _point(cell: MatrixCell) -> str:
 def _call(cell: MatrixCell) -> str:
     """The fault call of a record in a few words."""
     call = cell.call
-    if call.basis is Basis.DECLARED_HEALTHY:
-        return "none: baseline"
-    if call.basis is Basis.LINE_ALONE:
-        return "a line alone cannot tell"
-    if call.called is None:
+    if call.baseline is None:
+        return "none: baseline" if cell.state is Fault.HEALTHY else "a line alone cannot tell"
+    if call.risen is None:
         return "none: no line has risen"
     low, high = call.ratio_ci95 or (math.nan, math.nan)
-    return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
+    return f"{call.risen.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
 def _verdict_text(cell: MatrixCell) -> str:

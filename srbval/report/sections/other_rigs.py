@@ -5,7 +5,6 @@ from typing import Any
 
 from srbval.bearing import DEFECTS
 from srbval.comparison.other_rigs import OtherRecord
-from srbval.diagnosis.baseline import Basis
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
 from srbval.report.blocks import Block, Paragraph, Section, Tone
@@ -49,7 +48,7 @@ def _summary(read: Sequence[OtherRecord], findings: Findings) -> Iterator[Paragr
         "shown",
         groups=list(_groups(faults)),
         healthy=healthy,
-        called=sum(r.call is not None and r.call.called is not None for r in healthy),
+        called=sum(r.call is not None and r.call.risen is not None for r in healthy),
     )
     beyond = [r for r in known if r.line and abs(r.line.deviation_pct or 0) > NEAR_PCT]
     yield TEXTS.paragraph("deviations", known=len(known), beyond=beyond, near_pct=NEAR_PCT)
@@ -86,10 +85,10 @@ def _slip_by_load(faults: Sequence[OtherRecord], findings: Findings) -> Iterator
 
 def _baseline(faults: Sequence[OtherRecord]) -> dict[str, Any]:
     """What may be called a fault: only what exceeds a healthy record of the same rig, speed and load."""
-    held = [r for r in faults if r.call is not None and r.call.basis is Basis.BASELINE]
+    held = [r for r in faults if r.call is not None and r.call.baseline is not None]
     return {
         "held": held,
-        "alone": sum(r.call is not None and r.call.basis is Basis.LINE_ALONE for r in faults),
-        "right": sum(r.call is not None and r.call.called is r.state for r in held),
-        "wrong": [r.file for r in held if r.call is not None and r.call.called not in (None, r.state)],
+        "alone": sum(r.call is not None and r.call.baseline is None for r in faults),
+        "right": sum(r.call is not None and r.call.risen is r.state for r in held),
+        "wrong": [r.file for r in held if r.call is not None and r.call.risen not in (None, r.state)],
     }
