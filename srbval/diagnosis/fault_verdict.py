@@ -139,7 +139,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         each = (f"{f.line} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for f, x in seen.items())
         limits = (
             "Lines would have been seen by how much they modulate the squared envelope in this band: "
-            f"{', '.join(each)}. A blow at every passage modulates it by 100 % and more, less where it is buried in other vibration."
+            f"{', '.join(each)}. A blow at every passage modulates it by 100 % and more, less under other vibration."
         )
     reasons = (limits, comparison.sentence, analysis.summary, diagnosis.sentence)
     return FaultVerdict(
@@ -174,9 +174,8 @@ def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -
     """What most plainly shows a named part: its line against the healthy record or the noise, or its probability."""
     line = analysis.line_of(part)
     if comparison.risen is part:
-        return (
-            f"the {line.name} line stands {short_ratio(comparison.ratio or 0.0)} times as high as in the healthy record"
-        )
+        ratio = short_ratio(comparison.ratio or 0.0)
+        return f"the {line.name} line stands {ratio} times as high as in the healthy record"
     if line.detected:
         return f"the {line.name} line stands {line.snr:,.0f} times above the noise"
     return "the record alone shows the comb of its lines in the whole band"

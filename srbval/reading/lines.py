@@ -119,7 +119,7 @@ class Line:
             return None
         if self.explained_by is not None:
             return _BY_OTHER.get(self.explained_by, NotDetected.PART_OF_OTHER)
-        if self.found_hz is None or self.snr is None or self.noise_false_alarm is None:
+        if self.snr is None or self.noise_false_alarm is None:
             return NotDetected.OUT_OF_REACH
         if self.snr <= LEAST_SNR:
             improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
@@ -245,26 +245,32 @@ def read_lines(
     for family, reading in read_all(bare, [cage]).items():
         add(family, reading, bare, [])
 
-    def with_cover(line: Line) -> Line:
-        """The line with what the highest peak in its window is, where that is not its own and above the noise."""
-        centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
-        if line.detected or line.explained_by or brief or (unread and (1 + share) * centre > record.limit_hz):
-            return line
-        if line.covered or flank:
-            centre = line.found_hz or centre
-        reach = max(share * centre, (SIDE_LOBE_BINS if flank else 1.0) * record.bin_hz) * (not line.covered)
-        near = centre + reach * np.linspace(-1, 1, 401)
-        top = near[[np.argmax(record.power_at(near))]]
-        height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
-        others = [other.name for other in stronger if not line.name.startswith(other.name)]
-        if height > LEAST_SNR and bare.masked(top)[0]:
-            depth = record.depth_at(float(top[0]))
-            return replace(line, covered=True, explained_by=SHAFT, snr=height, depth=depth)
-        if height > LEAST_SNR and others and record.masked(top)[0]:
-            return replace(line, explained_by=f"lines of {', '.join(others)}")
-        return replace(line, explained_by=NO_PEAK) if unread or flank else line
+    every = itertools.chain.from_iterable(lines.values())
+    return tuple(every if brief else (_with_cover(x, scale, share, bare, record, stronger) for x in every))
 
-    return tuple(map(with_cover, itertools.chain.from_iterable(lines.values())))
+
+def _with_cover(
+    line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
+) -> Line:
+    """The line with what the highest peak in its window is, where that is not its own and above the noise.
+
+    A harmonic of the shaft, masked in `bare` already, or a line of the `stronger` ones, masked in `record`.
+    """
+    centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
+    if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
+        return line
+    if line.covered or flank:
+        centre = line.found_hz or centre
+    reach = max(share * centre, (SIDE_LOBE_BINS if flank else 1.0) * record.bin_hz) * (not line.covered)
+    near = centre + reach * np.linspace(-1, 1, 401)
+    top = near[[np.argmax(record.power_at(near))]]
+    height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
+    others = [other.name for other in stronger if not line.name.startswith(other.name)]
+    if height > LEAST_SNR and bare.masked(top)[0]:
+        return replace(line, covered=True, explained_by=SHAFT, snr=height, depth=record.depth_at(float(top[0])))
+    if height > LEAST_SNR and others and record.masked(top)[0]:
+        return replace(line, explained_by=f"lines of {', '.join(others)}")
+    return replace(line, explained_by=NO_PEAK) if unread or flank else line
 
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
