@@ -19,6 +19,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         precompile("full", "line", "planar", "slices")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave out the long form: every claim has a case in the short one, which `.ci/run` and the README run."""
+    if os.environ.get("SRBVAL_TESTS") != "all":
+        for item in items:
+            if item.get_closest_marker("long_form"):
+                item.add_marker(pytest.mark.skip(reason="of the long form: SRBVAL_TESTS=all"))
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it.

@@ -16,6 +16,7 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
+from srbval.storage.hdf5_files import check_hdf5_name
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -62,8 +63,10 @@ def run_scene(options: argparse.Namespace) -> int:
     One whose step leaves more than the tolerances, as it was given by hand or no step was fine enough, is written and
     printed, with its status, and leaves with exit code 4 as well.
     """
-    scene, planned = _planned(scene_of(options), options)
     output = Path(options.output) if options.output else None
+    if output is not None:
+        check_hdf5_name(output)
+    scene, planned = _planned(scene_of(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     step = _step(options)

@@ -206,3 +206,5 @@ def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagn
             yield f"the {score.fault.label}'s comb in the whole band"
     if analysis.outside is not None:
         yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"
+    if analysis.outside_speed is not None:
+        yield f"lines that fit a shaft at {60 * analysis.outside_speed.value_hz:.1f} rpm, outside the stated tolerance"

@@ -30,6 +30,7 @@ from srbval.models.solvers import METHODS
 from srbval.models.step_error import step_error, with_chosen_step
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
+from srbval.storage.hdf5_files import check_hdf5_name
 
 COPIES = 3  # of the signals that are in memory at once when they are put together
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
@@ -69,8 +70,9 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
     The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
-    written.
+    written, `ConfigurationError` where the file's name is that of another format than HDF5.
     """
+    check_hdf5_name(path)
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for part in _recorded(stats, progress):

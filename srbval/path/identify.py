@@ -9,13 +9,14 @@ frequency as excitation: where it puts a mode elsewhere the mode is that much le
 import json
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.bearing import DEFECTS, Bearing
+from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import SEGMENT_S, record_density
@@ -71,7 +72,7 @@ class Identified:
 
 
 def identify(
-    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing,
+    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing | str | Path,
     band_hz: tuple[float, float] = BAND_HZ,
 ) -> Identified:  # fmt: skip
     """The path that makes the `excitation`, a simulated run at the record's speed, into the fault's record.
@@ -79,7 +80,7 @@ def identify(
     Raises `DataError` for records that cannot be compared (unit, no speed, too few bands), `ConfigurationError` for a
     band that lies beyond a record, or a record without a fault.
     """
-    data = band_powers(fault, healthy, excitation, bearing=bearing, band_hz=band_hz)
+    data = band_powers(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
     fits = fit_path(data)
     if not fits:
         raise DataError(
@@ -135,7 +136,7 @@ def band_powers(
     line_hz = fault.speed.value_hz * fault.state.line_order(bearing.orders)
     for record in (fault, healthy, excitation):
         if record.unit != "m/s2":
-            raise DataError(f"{record.name}: samples in {record.unit!r}; a path needs m/s2. State them with --unit.")
+            raise DataError(f"{record.name}: samples in {record.unit!r}; m/s2 is needed. State --unit, or --scale too.")
         if not 0 < band_hz[0] < band_hz[1] < 0.5 * record.fs_hz:
             raise ConfigurationError(
                 f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise and lie within 0 and {record.fs_hz / 2:g} Hz, "

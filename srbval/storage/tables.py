@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.errors import ConfigurationError, did_you_mean
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.storage.files import read_limited
 
 T = TypeVar("T")
@@ -36,7 +36,8 @@ SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _UNITS.ite
 RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
 LONGEST_TEXT = 200  # characters of a number with its unit
 
-NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+NUMBER_AND_UNIT = re.compile(rf"\s*([-+]?{_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(.*?)\s*")  # also a fraction, 1/61440 s
 DEEPEST = 16  # levels of a TOML file; none of ours has more than five
 LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
 KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
@@ -54,10 +55,12 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
         match = NUMBER_AND_UNIT.fullmatch(value) if len(value) <= LONGEST_TEXT else None
         if match is None:
             raise ConfigurationError(f"{said} is not a number with a unit; write e.g. {_example(units)}.")
-        number, unit = float(match[1]), match[2]
+        number, unit = float(match[1]), match[3]
+        if match[2] is not None:
+            number = number / float(match[2]) if float(match[2]) else math.inf
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
-            raise ConfigurationError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
+            raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
         number *= units[unit]
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
@@ -177,7 +180,7 @@ def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T
         if stored and key in getattr(cls, "JSON_PROPERTIES", ()):
             continue
         if key not in spelling:
-            raise ConfigurationError(f"{where}: unknown key {key!r}{did_you_mean(key, spelling)}.")
+            raise UnknownNameError.of(f"{where}: unknown key {key!r}", key, spelling)
         name = spelling[key]
         if name in values:
             raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
@@ -250,7 +253,7 @@ def _member(raw: object, kind: type[enum.Enum], where: str) -> enum.Enum:
         return kind(raw)
     except ValueError:
         known = [str(member.value) for member in kind]
-        raise ConfigurationError(f"{where}: {shown(raw)} is not known{did_you_mean(shown(raw), known)}.") from None
+        raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
 
 
 def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:

@@ -130,5 +130,5 @@ def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
 
 
 def test_an_unknown_model_is_named_with_the_nearest() -> None:
-    with pytest.raises(ConfigurationError, match="Did you mean 'planar'"):
+    with pytest.raises(ConfigurationError, match="did you mean 'planar'"):
         simulate(paper_scene(model="plana"))

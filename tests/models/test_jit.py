@@ -79,6 +79,14 @@ def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert list(tmp_path.iterdir()) == []
 
 
+def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Numba would not find them: the run itself would have to compile."""
+    jit.precompile("planar")
+    assert jit.is_compiled("planar")
+    monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
+    assert not jit.is_compiled("planar")
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
     """However that ends: nobody would look after it."""

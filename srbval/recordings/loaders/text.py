@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.errors import DataError
+from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import TEXT, RawFile, first_line, printable
 from srbval.recordings.reading import known_unit
@@ -48,24 +48,26 @@ def load_text(path: Path) -> RawFile:
     lines, notes = _lines(path)
     rows = [i for i, line in enumerate(lines) if line and not line.startswith("#")]
     if not rows:
-        raise DataError(f"{path}: a text file without a table of numbers.")
+        raise NoRecordingError(f"{path}: a text file without a table of numbers.")
     first, second = lines[rows[0]], lines[rows[min(1, len(rows) - 1)]]
     separator = next((mark for mark in (";", "\t", ",") if mark in second), None)
     if separator == "," and len(second.split()) > 1 and all(map(_DECIMAL_COMMA.fullmatch, second.split())):
         separator = None
     names = _fields(first, separator)
     if not 1 <= len(names) <= MAX_COLUMNS:
-        raise DataError(f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}.")
+        raise NoRecordingError(
+            f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}."
+        )
     has_header = not _numbers(first, separator)
     units = _units(lines[rows[1]], separator, len(names)) if has_header and len(rows) > 1 else []
     data = rows[has_header + bool(units) :]
     if not any(_numbers(lines[row], separator) for row in data[:TRIED_ROWS]):
         wrong = f"line {data[0] + 1} is {printable(lines[data[0]])!r}" if data else "nothing after line 1"
-        raise DataError(f"{path}: a text file, but not a table of numbers ({wrong}).")
+        raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}).")
     columns = _columns(path, lines, data, separator)
     if has_header:
         names = [first] if columns == 1 and not re.search(r"[,;\t]", first) else names
-        _check_names(f"{path}: line {rows[0] + 1}", names, columns)
+        _check_names(f"{path}: line {rows[0] + 1}", names, columns, separator)
     table, comma = _table(path, lines, data, separator, columns)
     keys = names if has_header else [f"col_{i + 1}" for i in range(columns)]
     variables = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
@@ -88,7 +90,7 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     text = text if "\n" in text else text.replace("\r", "\n")
     lines = [_COMMENT.sub("#", line.strip(" \f")) for line in text.split("\n")]
     if max(map(len, lines)) >= MAX_LINE:
-        raise DataError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
+        raise NoRecordingError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
     wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
     _refuse(path, wrong, "with control characters", "Copy the damaged file again")
     return lines, () if text.endswith("\n") else ("the last line has no end: the file may have been cut there",)
@@ -154,7 +156,7 @@ def _columns(path: Path, lines: list[str], data: list[int], separator: str | Non
     return counts[0]
 
 
-def _check_names(where: str, names: list[str], columns: int) -> None:
+def _check_names(where: str, names: list[str], columns: int, separator: str | None) -> None:
     """Refuse a first line that is no header of so many columns."""
     if wrong := [name for name in names if _LIKE_A_NUMBER.match(name)]:
         raise DataError(
@@ -162,7 +164,8 @@ def _check_names(where: str, names: list[str], columns: int) -> None:
             "empty nor begins like a number. Correct the line, or put a # before it if it is neither."
         )
     if len(names) != columns:
-        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each; decimals need a point.")
+        decimals = "; where commas stand between columns, decimals need a point" if separator == "," else ""
+        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each{decimals}.")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
 
