@@ -16,6 +16,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
+from srbval.models.balances import MomentumBalance
 from srbval.models.full.parameters import Parameters, geometry_of
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
@@ -25,7 +26,7 @@ from srbval.models.jit import WITHOUT_KERNELS, precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run import EnergyFlow, Run, RunSummary
 from srbval.models.run_file import run_writer
-from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
+from srbval.models.run_statistics import RunStatistics, load_share
 from srbval.models.solvers import METHODS
 from srbval.models.step_error import step_error, with_chosen_step
 from srbval.progress import Progress, silent

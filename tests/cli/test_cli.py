@@ -80,6 +80,9 @@ def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     scene.write_text('duration = "0.05 s"\nsettle = "0.01 s"\n[load]\nradial = "62.4 kN"\n')
     code, found = ask(capsys, "simulate", str(scene), "--solver", "ode3", "--dt", "8.138020833333333e-06")
     assert (code, found["solver"], found["seconds"]) == (0, "ode3", 0.05)
+    _, found = ask(capsys, "simulate", str(scene), "--solver", "ode4")
+    assert found["dt_s"] == pytest.approx(1 / 61440), "of an explicit solver; its error is estimated"
+    assert isinstance(found["numerics"]["cage_pct"], float)  # type: ignore[index]
 
 
 def test_plan(capsys: pytest.CaptureFixture[str]) -> None:
