@@ -52,7 +52,10 @@ def run(options: argparse.Namespace) -> int:
     bearing = bearing_of(recording, options.bearing, largest_slip_pct=options.cage_slip)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
-    result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
+    result = analyse(
+        recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band,
+        healthy=healthy,
+    )  # fmt: skip
     baseline = None if options.background else _baseline(result, healthy)
     comparison = compare_with_baseline(result, baseline)
     measured = recording.origin is Origin.MEASURED

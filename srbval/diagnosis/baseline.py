@@ -123,6 +123,11 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     ours, processed = analysis.recording, analysis.processed
     if healthy.sha256 is not None and healthy.sha256 == ours.sha256:
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+    if processed.band_hz[1] >= healthy.fs_hz / 2:
+        raise ConfigurationError(
+            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
+            f"{processed.band_hz[1]:g} Hz; give one that both hold (--band LO HI), or leave --healthy out."
+        )
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: whole numbers of a converter without a scale: levels cannot be compared. "

@@ -9,12 +9,9 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import atomic_write
@@ -90,31 +87,6 @@ def new_hdf5(path: Path) -> Iterator[Any]:
                 yield file
             check()
         append_checksum(part)
-
-
-def write_hdf5(
-    path: Path,
-    *,
-    fs_hz: float,
-    variables: Mapping[str, tuple[NDArray[np.float64], str, str]],
-    attributes: Mapping[str, float | str],
-) -> None:
-    """Write variables over a common `time_s` scale, readable by xarray (engine ``h5netcdf``).
-
-    `variables` by name: samples, shape [n], SI unit as text, and what it is. `attributes` are the file's own,
-    ``srbval_kind``, ``name``, ``state``, ``bearing``, ``shaft_speed_hz`` and the rest; `schema_version` and `fs_hz` are
-    added. Raises `DataError` where the place cannot be written.
-    """
-    (length,) = {len(values) for values, *_ in variables.values()}
-    with new_hdf5(path) as file:
-        file.attrs.update({"fs_hz": fs_hz, **attributes})
-        time = file.create_dataset("time_s", data=np.arange(length) / fs_hz, **CHECKED)
-        time.attrs.update({"units": "s", "long_name": "time"})
-        time.make_scale("time_s")
-        for name, (values, units, long_name) in variables.items():
-            dataset = file.create_dataset(name, data=values, **CHECKED)
-            dataset.dims[0].attach_scale(time)
-            dataset.attrs.update({"units": units, "long_name": long_name})
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:

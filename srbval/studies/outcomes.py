@@ -20,7 +20,7 @@ from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.json_files import from_json
-from srbval.storage.stored_result import ContentStore
+from srbval.studies.harness import ContentStore
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance

@@ -18,8 +18,8 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.storage.hdf5_files import END, MARK
+from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files, formats
 

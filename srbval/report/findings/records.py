@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.errors import SrbvalError
+from srbval.bearing import Fault
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.lines import Line, detected_fault_lines, line_entry
+from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
 from srbval.report.figures.style import BINS_SHOWN, plotted
@@ -26,7 +25,8 @@ WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or 
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
 OWN_UNIT, NORMALISED = "m/s²", "std. dev."
-LEAST_HZ = 1.0  # of an envelope spectrum: below lies the slow trend at its very start
+# Of an envelope spectrum, but no more than this order of a slow shaft: below lies the slow trend at its very start.
+LEAST_HZ, LEAST_ORDER = 1.0, 0.3
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner race's where none is: end of a spectrum
 # Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
 # as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
@@ -145,8 +145,9 @@ class SpectrumView:
 
 
 def highest_of(record: RecordView, end_hz: float) -> float:
-    """The highest amplitude of an envelope spectrum from `LEAST_HZ` to `end_hz`."""
-    return float(record.amplitude[(record.frequency_hz > LEAST_HZ) & (record.frequency_hz <= end_hz)].max())
+    """The highest amplitude of an envelope spectrum from `LEAST_HZ`, or `LEAST_ORDER` of the shaft, to `end_hz`."""
+    least_hz = min(LEAST_HZ, LEAST_ORDER * record.shaft_hz)
+    return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
 def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:
@@ -311,30 +312,3 @@ def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis 
         return None
     apart = abs(ours.found_hz - theirs.found_hz)
     return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
-
-
-def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[dict[str, Any], ...]:
-    """Model and rig, outer and inner race, each in both sides' bands [Hz], its `own` first.
-
-    A row is about the line of the record's state. Where the record cannot be read in the band the line has no values,
-    and `why` says so. Both bands were fixed before these records were looked at, so neither costs a trial.
-    """
-    return tuple(
-        _crossed(state, side, band_hz)
-        for state in RACE_DEFECTS
-        if state in model and state in rig
-        for side, other in ((model[state], rig[state]), (rig[state], model[state]))
-        for band_hz in dict.fromkeys((side.processed.band_hz, other.processed.band_hz))
-    )
-
-
-def _crossed(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> dict[str, Any]:
-    line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
-    if not own:
-        try:
-            line = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz).line_of(state)
-        except SrbvalError as error:
-            line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
-    file = side.recording.file or side.recording.name
-    given = {"state": state, "origin": side.recording.origin.value, "file": file, "band_hz": band_hz, "own": own}
-    return given | {"why": why} | line_entry(line)

@@ -172,7 +172,7 @@ def gather_user_records(
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
             unknown = band_hz is None and not _band_is_declared(recording)
-            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown)
+            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown, healthy=healthy)
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
