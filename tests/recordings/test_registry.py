@@ -269,8 +269,14 @@ def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.recordings
 def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every file is read, accused of nothing, or left out with its reason; a set of several channels asks for one."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
-    assert listing().problems == ()
+    found = listing()
+    assert (found.problems, {r.cautions for r in found.recordings}) == ((), {()})
+    assert len(found.recordings) >= 50
+    assert {Path(r.file).suffix for r in found.left_out} <= {".md", ".txt", ".json"}
+    asked = sorted(Path(r.file) for r in found.recordings if "--channel" in (r.reason or ""))
+    assert asked == sorted((recordings_dir / "ims_test1").glob("2003*"))
     assert {Path(r.file).name for r in rig_recordings(nominal_rpm=877)} == {
         f"{state}_877rpm_sample.mat" for state in ("H", "IR", "OR", "Roller")
     }

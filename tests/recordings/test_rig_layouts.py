@@ -61,6 +61,7 @@ def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
     assert (r.radial_n, r.axial_n) == (124800.0, 49000.0)
     np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
+    assert "left out: Signal_7 (°C)" in r.notes
 
 
 def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
