@@ -10,6 +10,8 @@ from typing import Any
 import matplotlib as mpl
 import pytest
 
+from srbval.diagnosis.fault_verdict import Finding
+
 FOLDER = Path(__file__).parents[1] / "notebooks"
 NAMES = ("first_tour", "reproducing_table6", "speed_against_accuracy", "your_own_recordings")
 CHECKED = "nbval-check-output"
@@ -78,4 +80,4 @@ def test_your_own_recordings() -> None:
     assert found["line"].found_hz == pytest.approx(BPFO_ORDER * 1480 / 60, abs=BPFO_HZ)
     assert found["line"].detected
     assert not found["analysis"].line("BPFI").detected
-    assert found["call"].called is None
+    assert found["verdict"].finding is Finding.UNDECIDED

@@ -109,7 +109,7 @@ def test_names_that_cannot_be_written(encoding: str, tmp_path: Path) -> None:
     """JSON stays JSON, whatever the terminal's encoding and the names of the files."""
     name = os.fsdecode("µ\U0001f600".encode() + b"\xff.csv")
     (tmp_path / "rig").mkdir()
-    (tmp_path / "rig" / name).write_text("1,2\n" * 10)
+    (tmp_path / "rig" / name).write_text("1.5,2\n2.5,1\n" * 200)
     env = os.environ | {"PYTHONIOENCODING": encoding, "SRBVAL_HOME": str(tmp_path / "home")}
     for arguments in (["data", "add", str(tmp_path / "rig")], ["data", "list", "--json"]):
         done = subprocess.run([*SRBVAL, *arguments], capture_output=True, env=env)

@@ -16,7 +16,6 @@ from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
 from srbval.comparison.headline import biases
 from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, MatrixCell, build_matrix
-from srbval.diagnosis.baseline import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings
@@ -176,9 +175,9 @@ def test_healthy_cells_are_baselines_and_cost_no_run(matrix: Matrix, folder: Pat
 
 def test_faults_are_called_against_the_healthy_cell(matrix: Matrix) -> None:
     calls = {c.state: c.call for c in matrix.cells}
-    assert (calls[Fault.OUTER].basis, calls[Fault.OUTER].called) == (Basis.BASELINE, Fault.OUTER)
-    assert calls[Fault.INNER].called is Fault.INNER
-    assert calls[Fault.HEALTHY].called is None
+    assert calls[Fault.OUTER].risen is Fault.OUTER
+    assert calls[Fault.INNER].risen is Fault.INNER
+    assert calls[Fault.HEALTHY].risen is None
 
 
 @pytest.mark.parametrize("damaged", [False, True])
@@ -192,4 +191,4 @@ def test_without_a_healthy_record_a_line_alone_cannot_tell(damaged: bool, tmp_pa
         rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, sensitivity=Sensitivity(), jobs=1
     )
     (cell,) = found.cells
-    assert (cell.call.basis, cell.call.called) == (Basis.LINE_ALONE, None)
+    assert (cell.call.baseline, cell.call.risen) == (None, None)
