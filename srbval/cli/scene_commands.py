@@ -85,7 +85,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": level_of(scene.model).step_s(scene),
         **{name: getattr(result, name) for name in OF_RUN},
-        "numerics": result.step_error,
+        "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }
 
