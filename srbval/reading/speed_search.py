@@ -179,7 +179,8 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         outside, lines = _outside_family(processed, bearing, found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
-        refined = None
+        # The sidebands belong to another shaft, or the line to another family than its place suggests.
+        outside, refined = (outside, None) if is_within(refined) else (None, refined)
     if is_within(refined):
         outside = None
         found = replace(found, lines=_read(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
