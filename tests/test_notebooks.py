@@ -1,6 +1,7 @@
 """The notebooks' numbers: each is run cell by cell here, and its results are checked.
 
-That they run as notebooks, and print what is stored in them, is for nbval (see `.ci/run`).
+That they run as notebooks, and print what is stored in them, is for nbval: `.ci/run` executes them all, so that here
+they are of the long form.
 """
 
 import json
@@ -52,6 +53,7 @@ def test_checked_cells_are_tagged_and_stored_with_their_output(name: str) -> Non
     assert "/tmp/" not in text
 
 
+@pytest.mark.long_form
 def test_first_tour() -> None:
     found = run("first_tour")
     assert found["line"].found_hz == pytest.approx(found["run"].bpfo_hz, abs=READ_HZ)
@@ -59,6 +61,7 @@ def test_first_tour() -> None:
     assert found["line"].detected
 
 
+@pytest.mark.long_form
 def test_reproducing_table6() -> None:
     found = run("reproducing_table6")
     assert found["implied_rpm"] == pytest.approx(706.6, abs=PRINTED_RPM)
@@ -68,6 +71,7 @@ def test_reproducing_table6() -> None:
     assert all(line.ci95_hz < READ_HZ for line in found["lines"].values())
 
 
+@pytest.mark.long_form
 def test_speed_against_accuracy() -> None:
     rows = run("speed_against_accuracy")["rows"]
     assert rows["imex2"]["cage_error"] < CAGE_ERROR < rows["ode4"]["cage_error"]
@@ -75,6 +79,7 @@ def test_speed_against_accuracy() -> None:
     assert rows["imex2"]["floor"] < 3
 
 
+@pytest.mark.long_form
 def test_your_own_recordings() -> None:
     found = run("your_own_recordings")
     assert found["line"].found_hz == pytest.approx(BPFO_ORDER * 1480 / 60, abs=BPFO_HZ)

@@ -212,10 +212,10 @@ def _range(key: str, ends: object) -> tuple[float, float, str]:
     """Least value, largest value and their unit, empty for plain numbers."""
     if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
         first, second = (NUMBER_AND_UNIT.fullmatch(str(end)[: LONGEST_TEXT + 1]) for end in ends)
-        if first and second and first[2] == second[2]:
+        if first and second and first[2] is second[2] is None and first[3] == second[3]:  # no fractions
             low, high = float(first[1]), float(second[1])
             if 0 < high - low < math.inf:
-                return low, high, first[2]
+                return low, high, first[3]
     raise ConfigurationError(
         f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
         f"found {shown(ends)}."

@@ -49,7 +49,8 @@ class BaselineComparison:
 
     `ratios` are those of every line that stands out or was detected, by name: its modulation over the healthy record's
     with the 95 % interval; empty without a comparable healthy record. `line` is the deepest that has risen, `risen` the
-    part it belongs to. `baseline` is the healthy record's file where it is comparable.
+    part it belongs to. `baseline` is the healthy record's file where it is comparable, and `by_level`
+    whether levels are compared, or shares of the mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -61,6 +62,12 @@ class BaselineComparison:
     ratio: float | None = None
     ratio_ci95: tuple[float, float] | None = None
     baseline: str | None = None
+    by_level: bool = True
+
+    @property
+    def times(self) -> str:
+        """How a ratio reads: of levels, or of depths of modulation where a record's unit is not known."""
+        return "times as high" if self.by_level else "times as deep"
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
@@ -187,21 +194,24 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     ratios = {x.name: found for x in lines if (found := _ratio(analysis, x, healthy))}
     risen = [x for x in detected_fault_lines(lines) if x.name in ratios and _has_risen(*ratios[x.name])]
     compared = BaselineComparison(
-        sentence=f"Compared with the healthy record {name}, no line is {RISEN_RATIO:g} times as high or more.",
-        ratios=ratios,
-        baseline=healthy.recording.file,
+        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_both_in_m_s2(analysis, healthy)
     )
+    said = f"Compared with the healthy record {name},"
     if not risen:
-        return compared
+        return dataclasses.replace(compared, sentence=f"{said} no line is {RISEN_RATIO:g} {compared.times} or more.")
     first, *others = risen
     ratio, ci95 = ratios[first.name]
-    also = "; also higher, less deep: " if others else ""
+    also = "; also risen, less deep: " if others else ""
     also += ", ".join(f"{x.name} {short_ratio(ratios[x.name][0])} times" for x in others)
     return dataclasses.replace(
         compared, risen=Fault.of_line(first.name), line=first.name, ratio=ratio, ratio_ci95=ci95,
-        sentence=f"Compared with the healthy record {name}, the {first.name} line is {short_ratio(ratio)} times as "
-        f"high (95 %: {short_ratio(ci95[0])} to {short_ratio(ci95[1])}){also}.",
+        sentence=f"{said} the {first.name} line is {short_ratio(ratio)} {compared.times} "
+        f"(95 %: {short_ratio(ci95[0])} to {short_ratio(ci95[1])}){also}.",
     )  # fmt: skip
+
+
+def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
+    return one.recording.unit == other.recording.unit == "m/s2"
 
 
 def _has_risen(ratio: float, ci95: tuple[float, float]) -> bool:
@@ -218,7 +228,7 @@ def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, t
 
     Where the baseline's peak is another's line, its own was not detected: it is taken as high as it could be.
     """
-    scaled = analysis.recording.unit == baseline.recording.unit == "m/s2"
+    scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))

@@ -174,7 +174,7 @@ def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -
     line = analysis.line_of(part)
     if comparison.risen is part:
         ratio = short_ratio(comparison.ratio or 0.0)
-        return f"the {line.name} line stands {ratio} times as high as in the healthy record"
+        return f"the {line.name} line stands {ratio} {comparison.times} as in the healthy record"
     if line.detected:
         return f"the {line.name} line stands {line.snr:,.0f} times above the noise"
     return "the record alone shows the comb of its lines in the whole band"
@@ -188,7 +188,7 @@ def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagn
         return ratio is not None and ratio[0] < RISEN_RATIO and (line.depth or 0.0) < SHALLOW_DEPTH
 
     if comparison.line is not None:
-        yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} times as high as in the healthy record"
+        yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     firsts = sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0))
     for line in firsts:
         is_deep = line.detected and (line.depth or 0.0) >= SHALLOW_DEPTH  # a healthy cage modulates too

@@ -36,7 +36,6 @@ def part(recording: Recording, start_s: float, end_s: float) -> Recording:
     first, last = (round(t * recording.fs_hz) for t in (start_s, end_s))
     channels = {name: samples[first:last] for name, samples in recording.channels.items()}
     whole = recording.speed_signal
-    assert whole is not None
     values = whole.values_hz[round(start_s * whole.rate_hz) : round(end_s * whole.rate_hz)]
     signal = dataclasses.replace(whole, values_hz=values)
     return dataclasses.replace(recording, channels=channels, speed=tachometer_speed(values), speed_signal=signal)

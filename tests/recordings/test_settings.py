@@ -16,11 +16,6 @@ from srbval.recordings.registry import FileStatus, add, load_entry, load_registe
 from . import files
 
 
-@pytest.fixture(autouse=True)
-def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
-
-
 def two_columns(path: Path) -> Path:
     np.save(path, np.stack([files.vibration(seed=i) for i in range(2)], axis=1))
     return path
