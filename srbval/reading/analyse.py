@@ -20,7 +20,7 @@ from srbval.reading.pipeline import (
     process,
 )
 from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, search
-from srbval.reading.verdict import Closure, closure_of, verdict
+from srbval.reading.verdict import Closure, closure_of, describe_lines
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import NORMAL_95, BandFilter
 
@@ -35,8 +35,8 @@ class Analysis:
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the bearing's lines,
     first harmonics from the joint fit; `search` says in which windows and at how many speeds they were looked for,
     `windows` where each was [Hz]; `outside` is a family that stands out just outside them, where none was found inside;
-    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `verdict`
-    says it all in sentences.
+    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `summary`
+    says in sentences which lines were detected, and the findings.
     """
 
     recording: Recording
@@ -51,7 +51,7 @@ class Analysis:
     band: BandChoice
     lines: tuple[Line, ...]
     closure: Closure
-    verdict: str
+    summary: str
 
     def line(self, name: str, harmonic: int = 1) -> Line:
         """The line of that name and harmonic; `KeyError` if it was not looked for."""
@@ -113,7 +113,7 @@ class Analysis:
             },
             "lines": [line.stated() for line in self.lines],
             "closure": self.closure,
-            "verdict": self.verdict,
+            "summary": self.summary,
             "notes": self.recording.notes,
             "cautions": self.recording.cautions,
         }
@@ -183,15 +183,15 @@ def analyse(
         bearing=bearing,
         band=band,
         speed=found.speed,
-        search=found.description(bearing),
-        windows=found.windows(bearing),
+        search=found.description(bearing, 1 / processed.seconds),
+        windows=found.windows(bearing, 1 / processed.seconds),
         outside=found.outside,
         outside_speed=found.outside_speed,
         processed=processed,
         lines=lines,
         closure=closure_of(lines, bearing, found.speed),
         findings=findings,
-        verdict=" ".join((verdict(lines, recording, found.speed), *findings)),
+        summary=" ".join((describe_lines(lines, found.speed), *findings)),
     )
 
 

@@ -120,7 +120,6 @@ def test_rig_look_up_and_what_is_missing(folder: Path) -> None:
     assert [(p.state, p.nominal_rpm) for p in there] == [(Fault.OUTER, 353.0)]
     assert [Path(r.file).name for r in rig_recordings()] == [RIG, EXCERPT]
     found = find_recording(state=Fault.OUTER, nominal_rpm=353)
-    assert found is not None
     assert found.dataset == "torino-excerpts"
     assert find_recording(state=Fault.HEALTHY, nominal_rpm=353) is None
     files.excerpt(folder / "OR_877rpm_sample.mat")
