@@ -73,7 +73,7 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     elif abs(run.energy_imbalance) > ENERGY_CAUTION:
         seen.append(
             f"{abs(run.energy_imbalance):.0%} of the losses have no source, with finer steps as well: the model leaves "
-            "it out, and no error follows from it"
+            "it out"
         )
     elif not math.isnan(run.energy_imbalance):
         seen.append(f"energy closes to {abs(run.energy_imbalance):.1%} of the losses")
