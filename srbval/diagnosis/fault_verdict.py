@@ -21,8 +21,7 @@ from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison,
 from srbval.diagnosis.diagnose import Diagnosis, diagnose, fault_of
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.reading.analyse import Analysis
-from srbval.reading.lines import RACE_LINES, Line
-from srbval.reading.verdict import UNSEEN
+from srbval.reading.lines import RACE_LINES, Line, NotDetected
 from srbval.recordings import Origin
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
@@ -165,7 +164,7 @@ def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
     Of a line with harmonics that fall off slowly, as impacts have them; one without is seen from some 1.4 times as
     much. `SEEN_SNR` times the noise; where a line of the healthy bearing stands there, `RISEN_RATIO` times its depth.
     """
-    if line.not_detected in UNSEEN or not line.snr or line.depth is None:
+    if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf
     return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(SEEN_SNR / line.snr))
 

@@ -12,10 +12,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from srbval.bearing import Bearing, Fault
-from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
+from srbval.reading.lines import RACE_LINES, Line, detected_fault_lines
 from srbval.recordings import ShaftSpeed, SpeedSource
-
-UNSEEN = (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN)  # lines that the record cannot show, however strong
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,10 +106,7 @@ def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
     """Which race or roller line was detected, how clearly, in a plain sentence: what that means is not said here."""
     detected = detected_fault_lines(lines)
     if not detected:
-        parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
-        unseen = [f"{line.name} {line.not_detected}" for line in parts if line.not_detected in UNSEEN]
-        said = f" ({', '.join(unseen)})" if unseen else ""
-        return f"No race or rolling-element line detected{said}."
+        return "No race or rolling-element line detected."
     first, *others = (f"{_name(line)} line detected: {_numbers(line)}" for line in detected)
     nominal = " (the speed is only nominal)" if speed.source is SpeedSource.NOMINAL else ""
     return "; also ".join((first + nominal, *others)) + "."

@@ -110,7 +110,9 @@ def test_a_healthy_record_of_another_speed_is_no_reassurance() -> None:
     same = dataclasses.replace(NOTHING, ratios={"BPFO": (1.1, (0.9, 1.3))})
     alone = diagnose(healthy_analysis())
     assert verdict_of(analysis, same, alone).finding is Finding.NOTHING_FOUND
-    elsewhere = verdict_of(analysis, compare_with_baseline(analysis, UNLIKE), alone)
+    compared = compare_with_baseline(analysis, UNLIKE)
+    assert (compared.ratios, compared.risen, compared.baseline) == ({}, None, None)
+    elsewhere = verdict_of(analysis, compared, alone)
     assert elsewhere.finding is Finding.UNDECIDED
     assert "339 rpm instead of 859 rpm" in elsewhere.sentence
     assert "not comparable" in elsewhere.sentence

@@ -151,14 +151,6 @@ def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
     assert not result.line("BPFI").detected
 
 
-def test_sideband_without_its_line_is_not_detected():
-    samples = impulses((BEARING.orders.bpfi + 1) * SHAFT_HZ)
-    result = analyse(recording(samples), bearing=BEARING)
-    assert not result.line("BPFI").detected
-    assert result.line("BPFI+fr").snr > 10
-    assert not result.line("BPFI+fr").detected
-
-
 def test_both_race_lines_close_on_the_number_of_rollers():
     closure = both_races().closure
     assert closure.expected_hz == pytest.approx(19 * SHAFT_HZ)

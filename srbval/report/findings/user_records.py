@@ -15,7 +15,7 @@ from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
-from srbval.reading.lines import Line, NotDetected
+from srbval.reading.lines import Line
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.findings.provenance import provenance
@@ -76,8 +76,7 @@ class UserRecord:
     """One recording with all that the report says of it.
 
     `view` is its envelope spectrum with that of the healthy record; `marked` the line whose harmonics are marked there,
-    None where there is none to mark. `not_detected` are the first harmonics that were looked for and not counted
-    as detected, with the reason. `model` is a text where the model's run failed, None where there is no model.
+    None where there is none to mark. `model` is a text where the model's run failed, None where there is no model.
     """
 
     analysis: Analysis
@@ -85,7 +84,6 @@ class UserRecord:
     baseline: Baseline | None
     view: SpectrumView
     marked: Line | None
-    not_detected: tuple[tuple[Line, NotDetected], ...]
     model: ModelSide | str | None
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,7 +93,7 @@ class UserRecord:
             "fault": self.verdict,
             "verdict": self.verdict.sentence,
             "declared_state": self.analysis.recording.state,
-            "unseen": {line.name: why for line, why in self.not_detected},
+            "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
             "model": {"failed": model} if isinstance(model, str) else model,
@@ -198,7 +196,6 @@ def user_record(
         baseline=baseline,
         view=spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked),
         marked=marked,
-        not_detected=tuple((x, x.not_detected) for x in first_lines(analysis) if x.not_detected is not None),
         model=model,
     )
 

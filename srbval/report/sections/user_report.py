@@ -142,11 +142,11 @@ def _lines(record: UserRecord, suffix: str) -> Block:
 
 
 def _not_detected(record: UserRecord) -> Iterator[Block]:
-    if record.not_detected:
+    if unseen := [line for line in first_lines(record.analysis) if not line.detected]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
         yield TEXTS.paragraph("unseen-intro")
-        yield Listing(tuple(TEXTS.text("unseen", line=line, why=why, **limits) for line, why in record.not_detected))
+        yield Listing(tuple(TEXTS.text("unseen", line=line, why=line.not_detected, **limits) for line in unseen))
 
 
 def _band(record: UserRecord, suffix: str) -> Figure:
