@@ -24,6 +24,7 @@ _NAMES = {
         "add as add_recordings",
         "fetch as fetch_recordings",
         "listing as list_recordings",
+        "remove as remove_recordings",
         "verify as verify_recordings",
     ),
     "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
@@ -57,8 +58,9 @@ __all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "D
            "envelope", "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings",
            "find_bearings", "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings",
            "load_bearing", "load_campaign", "load_recording", "load_scene", "make_plan", "make_report",
-           "paper_scene", "plot", "recording_from_run", "report_recordings", "run_campaign", "run_check",
-           "run_study", "simulate", "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
+           "paper_scene", "plot", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
+           "run_check", "run_study", "simulate", "verify_campaign", "verify_recordings", "write_plot",
+           "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
@@ -81,6 +83,7 @@ if TYPE_CHECKING:
     from srbval.recordings.registry import add as add_recordings
     from srbval.recordings.registry import fetch as fetch_recordings
     from srbval.recordings.registry import listing as list_recordings
+    from srbval.recordings.registry import remove as remove_recordings
     from srbval.recordings.registry import verify as verify_recordings
     from srbval.report.figures.plot import plot
     from srbval.report.findings.findings import Findings, gather

@@ -31,10 +31,28 @@ class ConfigurationError(SrbvalError):
     exit_code = 2
 
 
+class UnknownNameError(ConfigurationError):
+    """A key, unit or other word that is not known; `known` are the words that are, where its text leaves them out."""
+
+    known: Collection[str] = ()
+
+    @classmethod
+    def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
+        """The error that `text` begins, which ends with the nearest of the `known` to `name`, or with all of them."""
+        close = nearest(name, known)
+        error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
+        error.known = known if close else ()
+        return error
+
+
 class DataError(SrbvalError):
     """Data missing, unreadable, ambiguous or changed (exit code 3)."""
 
     exit_code = 3
+
+
+class NoRecordingError(DataError):
+    """A file of another kind, such as a licence or a report: a recording that cannot be read is a plain `DataError`."""
 
 
 class NumericsError(SrbvalError):
@@ -51,6 +69,6 @@ def nearest(word: str, known: Collection[str]) -> str | None:
 
 
 def did_you_mean(word: str, known: Collection[str]) -> str:
-    """What to add to the refusal of `word`: the nearest of those `known`, else all of them."""
+    """The end of the refusal of `word`: the nearest of those `known`, else all of them."""
     close = nearest(word, known)
     return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

@@ -1,7 +1,5 @@
 """Shared fixtures: where the measured recordings are, and a home of its own for every test."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections.abc import Iterator
@@ -22,6 +20,14 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         models = ("full", "line", "planar", "slices")
         precompile(*(paper_scene(model=model, solver=solver) for model in models for solver in SOLVERS))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave out the long form: every claim has a case in the short one, which `.ci/run` and the README run."""
+    if os.environ.get("SRBVAL_TESTS") != "all":
+        for item in items:
+            if item.get_closest_marker("long_form"):
+                item.add_marker(pytest.mark.skip(reason="of the long form: SRBVAL_TESTS=all"))
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,7 +1,5 @@
 """Processes that carry a mark in their environment, their open ports, and waiting for what they do."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import time

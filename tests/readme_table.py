@@ -3,8 +3,6 @@
 It goes between `BEGIN` and `END`, and a test holds what stands there to a fresh report.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from pathlib import Path

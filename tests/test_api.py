@@ -1,7 +1,5 @@
 """The package's own names: all there, and loaded only when used."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Every test asserts something, itself or through a helper of its file that does."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

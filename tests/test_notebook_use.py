@@ -1,7 +1,5 @@
 """What a notebook user expects: pictures, tables, short representations, flat functions."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -3,8 +3,6 @@
 That they run as notebooks, and print what is stored in them, is for nbval (see `.ci/run`).
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

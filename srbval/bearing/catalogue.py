@@ -19,7 +19,7 @@ from typing import Any
 
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
-from srbval.errors import ConfigurationError, nearest
+from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.storage.tables import build, read_toml
 
 DEFAULT_BEARING = "skf-22240"
@@ -117,7 +117,7 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
         return _assemble(build(_BearingFile, read_toml(path), text if known else str(path)), path.stem)
     close = nearest(text, known_bearings())
     hint = f" Did you mean {close!r}?" if close else ""
-    raise ConfigurationError(
+    raise UnknownNameError(
         f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file."
     )
 

@@ -10,9 +10,10 @@ from srbval.campaign.case import COMPUTED_BY, CampaignCase
 from srbval.campaign.quantities import Output
 from srbval.campaign.settings import Campaign, nested
 from srbval.comparison.runs import right_hand_sides_per_step
-from srbval.errors import DataError, SrbvalError
-from srbval.models.hierarchy import AUTO, level_of
+from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
+from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
+from srbval.models.solvers import METHODS
 from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
@@ -26,14 +27,40 @@ LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-ha
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
     """All cases. A point of which no scene can be made is a case too, with the reason.
 
-    Raises `ConfigurationError` where axes contradict each other, and what `make_plan` raises without a calibration.
+    Raises `ConfigurationError` where axes contradict each other or one has a key, unit or other word that is not known,
+    and what `make_plan` raises without a calibration.
     """
     return [_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
+def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameError) -> ConfigurationError:
+    """The `error` of a point with the axis that it lies on, or the table `scene` that all points have in common."""
+
+    def fails(part: Mapping[str, Any]) -> bool:
+        try:
+            scene_of(campaign, part)
+        except UnknownNameError:
+            return True
+        except SrbvalError:
+            return False
+        return False
+
+    axis = None if fails({}) else next((key for key in point if fails({key: point[key]})), None)
+    place = "scene" if axis is None else f"axis {axis!r}"
+    known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
+    said = str(error).removeprefix("scene: ")
+    return ConfigurationError(f"campaign {campaign.name}, {place}: {said}{known} Nothing was run.")
+
+
 def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """The scene of a point, its model still as the campaign says; raises what reading a scene raises."""
-    return paper_scene(**merge(campaign.scene, nested(point)))
+    """The scene of a point, its model still as the campaign says; raises what reading a scene raises, and
+    `UnknownNameError` for a model or solver that is not known.
+    """
+    scene = paper_scene(**merge(campaign.scene, nested(point)))
+    if scene.model != AUTO:
+        level_of(scene.model)
+    check_known("solver", scene.solver.name, tuple(METHODS))
+    return scene
 
 
 def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
@@ -64,8 +91,9 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
         if scene.model == AUTO:
             plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
             scene = replace(scene, model=plan.chosen)
-        level_of(scene.model)
         key = content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
+    except UnknownNameError as error:
+        raise _misspelt(campaign, point, error) from None
     except DataError:
         raise
     except SrbvalError as error:

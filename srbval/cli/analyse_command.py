@@ -37,14 +37,14 @@ def run(options: argparse.Namespace) -> int:
         check_plot(Path(options.plot))
     settings = recording_settings(options)
     recording = load_registered(options.file, settings)
-    healthy = load_healthy(options.healthy, settings) if options.healthy else None
+    healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     if options.background:
         if healthy is not None:
             raise ConfigurationError(
                 "--background and --healthy exclude each other: the background is a healthy record's own, so an "
                 "increment over one means nothing."
             )
-        recording = on_background(recording, load_healthy(options.background, settings))
+        recording = on_background(recording, load_healthy(options.background, settings, options.healthy_scale))
     _ask_at_once(recording, options)
     bearing = bearing_of(recording, options.bearing, largest_slip_pct=options.cage_slip)
     band = (options.band[0], options.band[1]) if options.band else None

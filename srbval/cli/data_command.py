@@ -1,4 +1,4 @@
-"""``srbval data``: register, list, verify and download recordings."""
+"""``srbval data``: register, list, verify, remove and download recordings."""
 
 import argparse
 import dataclasses
@@ -19,6 +19,7 @@ from srbval.recordings.registry import (
     add,
     fetch,
     listing,
+    remove,
     verify,
     without_copies,
 )
@@ -43,10 +44,11 @@ COLUMNS = {
 def run(options: argparse.Namespace) -> int:
     """Run one of the actions; `verify` leaves with 1 where a file is changed, missing or truncated."""
     result = _act(options)
-    damaged = any(r.status in DAMAGED for r in result.recordings)
-    return answer(
-        options, result, lambda: _print(result), code=CHANGED if options.action == "verify" and damaged else 0
-    )
+    damaged = options.action == "verify" and any(r.status in DAMAGED for r in result.recordings)
+    if options.action == "remove":
+        files = "\n".join(printable(r.file, LONGEST_LINE) for r in result.recordings)
+        return answer(options, result, f"{files}\nremoved from the register {result.manifest}; the files stay")
+    return answer(options, result, lambda: _print(result), code=CHANGED if damaged else 0)
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
@@ -60,6 +62,8 @@ def recording_settings(options: argparse.Namespace) -> RecordingSettings:
 def _act(options: argparse.Namespace) -> RegisterListing:
     if options.action == "list":
         return listing()
+    if options.action == "remove":
+        return remove(options.name)
     with ProgressDisplay() as progress:
         if options.action == "add":
             settings = recording_settings(options)
@@ -76,11 +80,14 @@ def _print(result: RegisterListing) -> None:
     rows = [[getattr(recording, name) for name in COLUMNS.values()] for recording in result.recordings]
     print_table(tuple(COLUMNS), rows)
     _print_reasons(result.recordings)
+    if result.left_out:
+        print("\nnot registered, as they are no recordings:")
+        _print_reasons(result.left_out)
     for covered in result.coverage:
         _print_grid(covered)
     copies = len(rows) - len(without_copies(result.recordings))
     counted = f" ({copies} with the content of another, which counts once)" if copies else ""
-    print(f"\n{len(rows)} files{counted}; the register is {result.manifest}")
+    print(f"\nrecordings: {len(rows)}{counted}; the register is {result.manifest}")
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:

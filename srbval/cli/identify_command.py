@@ -7,6 +7,7 @@ from pathlib import Path
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table
+from srbval.diagnosis.baseline import load_healthy
 from srbval.errors import ConfigurationError
 from srbval.path.defect_size import defect_size, size_runs
 from srbval.path.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
@@ -56,7 +57,7 @@ def _records(options: argparse.Namespace) -> tuple[Recording, Recording, str]:
     if options.defect:
         fault = dataclasses.replace(fault, state=Fault(options.defect))
     if options.healthy:
-        healthy = load_registered(options.healthy, settings)
+        healthy = load_healthy(options.healthy, settings, options.healthy_scale)
     else:
         entry = healthy_baseline(fault)
         if entry is None:

@@ -12,17 +12,14 @@ from typing import Any
 from srbval import __version__
 from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
-from srbval.storage.installation import package_folder, shipped_folder
+from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
-EXTRAS = {
-    "typst": "pdf", "soundfile": "formats", "npTDMS": "formats", "pyuff": "formats", "pyarrow": "tables",
-    "shtab": "completion", "distributed": "cluster", "sphinx": "docs", "pytest": "test",
-}  # fmt: skip
+OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "shtab", "distributed", "sphinx", "pytest")
 MEGABYTE = 1e6  # [bytes]
 PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of what are paths
 
@@ -53,9 +50,8 @@ def doctor() -> dict[str, Any]:
         "srbval": __version__, "python": platform.python_version(), "machine": platform.machine(),
         "cores": os.cpu_count(), **{name: _version(name) for name in REQUIRED},
     }  # fmt: skip
-    problems = [f"{name} is not installed: pip install {name}" for name in REQUIRED if facts[name] is None]
-    for name, extra in EXTRAS.items():
-        facts[name] = _version(name) or f'not installed (pip install "srbval[{extra}]")'
+    problems = [f"{name} is not installed: {pip_command(name)}" for name in REQUIRED if facts[name] is None]
+    facts |= {name: _version(name) or f"not installed: {pip_command(name)}" for name in OPTIONAL}
     kernels = cache_folder(KERNELS)
     existing = next(folder for folder in (kernels, *kernels.parents) if folder.exists())
     if not os.access(existing, os.W_OK):
@@ -98,9 +94,9 @@ def build_docs(folder: Path) -> Path:
         import myst_parser  # noqa: F401
         from sphinx.cmd.build import build_main
     except ImportError:
-        raise ConfigurationError(
-            'building the documentation needs Sphinx, which is not installed: pip install "srbval[docs]". Its text '
-            f"lies in {package_folder() / 'docs'}."
+        place = package_folder() / "docs"
+        raise MissingLibraryError(
+            f"building the documentation, whose text lies in {place},", "sphinx", "myst-parser"
         ) from None
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -117,7 +113,7 @@ def completion(options: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError:
-        raise ConfigurationError('completion needs the library shtab: pip install "srbval[completion]"') from None
+        raise MissingLibraryError("completion", "shtab") from None
     whole = parser()
     for action in actions_of(whole):
         if action.choices is None and any(path in str(action.metavar) for path in PATHS):

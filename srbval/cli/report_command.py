@@ -1,20 +1,28 @@
 """``srbval report``: the main job, or with files a report on these recordings."""
 
 import argparse
+import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, own_command
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.storage.json_files import to_json
 
+MAIN_FOLDER = "srbval-report"
+LONGEST_NAME = 100  # characters of a file's name in its folder's, which file systems limit
+
 
 def run(options: argparse.Namespace) -> int:
-    """Gather, analyse, compare, write; prints where the files are."""
-    folder = Path(options.output)
+    """Gather, analyse, compare, write; prints where the files are.
+
+    Exit code 1 where a tolerance is missed, 3 where some of the recordings could not be read or analysed.
+    """
+    folder = Path(_folder_name(options.files) if options.output is None else options.output)
     settings = recording_settings(options)
     if not options.files and (settings or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
@@ -24,9 +32,18 @@ def run(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         files, found = (_own if options.files else _main)(options, folder, progress)
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
-    code = 0 if options.files or found["headline"]["holds"] else 1  # a tolerance is missed
+    failed = found.get("failed", ())
+    code = DataError.exit_code if failed else 0 if options.files or found["headline"]["holds"] else 1
     document = summary | {"wall_s": time.perf_counter() - started} | found
+    for one in failed:
+        print(f"srbval: not in the report: {one['file']}: {one['reason']}", file=sys.stderr)
     return answer(options, document, "\n".join(summary.values()), code=code)
+
+
+def _folder_name(files: Sequence[str]) -> str:
+    """The default folder: of the main job, or of recordings, which is named after the first of them."""
+    more = f"-and-{len(files) - 1}-more" if len(files) > 1 else ""
+    return "-".join([MAIN_FOLDER, *(Path(file).stem[:LONGEST_NAME] for file in files[:1])]) + more
 
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
@@ -47,15 +64,23 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.diagnosis.baseline import load_healthy
+        from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
+        from srbval.report.findings.user_records import FailedFile
         from srbval.report.reports import report_recordings
-        from srbval.report.sections.user_report import user_data
     settings = recording_settings(options)
-    records, files = report_recordings(
-        [load_registered(file, settings) for file in options.files],
+
+    def read(file: str) -> Recording | FailedFile:
+        try:
+            return load_registered(file, settings)
+        except SrbvalError as error:
+            return FailedFile(file=file, error=error)
+
+    report, files = report_recordings(
+        [read(file) for file in options.files],
         folder,
         bearing=options.bearing,
-        healthy=load_healthy(options.healthy, settings) if options.healthy else None,
+        healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         all_channels=options.channel is None,
         largest_slip_pct=options.cage_slip,
@@ -64,4 +89,4 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         command=own_command(),
         progress=progress,
     )
-    return files, user_data(records)
+    return files, to_json(report.data)

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.reading.verdict import SHALLOW_DEPTH
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
-from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
 # Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
@@ -78,20 +78,32 @@ class BaselineComparison:
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """The registered healthy record of the same rig, speed and load, or None; raises what loading it raises."""
+    """The registered healthy record of the same rig, speed and load, or None; raises what loading it raises.
+
+    None too where the scale of one of the two is missing.
+    """
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
-    return load_registered(entry.file, RecordingSettings(channel=analysis.recording.channel))
+    healthy = load_registered(entry.file, RecordingSettings(channel=analysis.recording.channel))
+    return None if healthy.scale_missing or analysis.recording.scale_missing else healthy
 
 
-def load_healthy(path: str, settings: RecordingSettings) -> Recording:
+def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """A healthy record by its file, with the settings of the record that is compared with it.
 
-    Its own speed, state and loads count; the `settings`' speed only where it states none. `ConfigurationError` where it
-    is declared faulty.
+    Its own speed, state and loads count; the `settings`' speed only where it states none. Another gain belongs to
+    another file: its `scale` is given, or it is registered with one, and its registered unit and sensitivity count.
+    `ConfigurationError` where it is declared faulty, or a scale is given for the other record alone.
     """
-    kept = dataclasses.replace(settings, state=None, radial_kn=None, axial_kn=None)
+    own = registered_settings(path)
+    if settings.scale is not None and scale is None and own.scale is None:
+        raise ConfigurationError(
+            f"--scale {settings.scale:g} is that of the record; state that of {path} too: --healthy-scale F, "
+            "or register it with `srbval data add FILE --scale F`."
+        )
+    kept = dataclasses.replace(settings, state=None, radial_kn=None, axial_kn=None, scale=scale)
+    kept = dataclasses.replace(kept, **{name: None for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)})
     healthy = load_registered(path, dataclasses.replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:
         healthy = load_registered(path, kept)
@@ -106,11 +118,17 @@ def load_healthy(path: str, settings: RecordingSettings) -> Recording:
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     """`healthy` in the band and with the filter of `analysis`; raises what `analyse` raises.
 
-    `ConfigurationError` where it is the very record that `analysis` was made of.
+    `ConfigurationError` where it is the very record that `analysis` was made of, `DataError` where a scale is missing.
     """
     ours, processed = analysis.recording, analysis.processed
     if healthy.sha256 is not None and healthy.sha256 == ours.sha256:
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+    if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
+        raise DataError(
+            f"{' and '.join(unscaled)}: whole numbers of a converter without a scale: levels cannot be compared. "
+            "State what full scale (or 1) is in the unit given: --scale F for the record, --healthy-scale F for the "
+            "healthy one. With --unit unknown only shares of the mean are compared."
+        )
     found = analyse(healthy, bearing=analysis.bearing, band_hz=processed.band_hz, band_filter=processed.band_filter)
     rpm, wanted_rpm = 60 * found.speed.value_hz, 60 * analysis.speed.value_hz
     loads = (

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.errors import ConfigurationError, nearest
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models import outputs as col
 from srbval.scene import Scene
 
@@ -155,8 +155,6 @@ def models_of(bearing: Bearing) -> tuple[str, ...]:
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
-    """Raise `ConfigurationError` for a name that is none of the `known`."""
+    """Raise `UnknownNameError` for a name that is none of the `known`."""
     if name not in known:
-        close = nearest(name, known)
-        hint = f" Did you mean {close!r}?" if close else ""
-        raise ConfigurationError(f"{what} {name!r} is not known.{hint} Known: {', '.join(known)}.")
+        raise UnknownNameError.of(f"{what} {name!r} is not known", name, known)

@@ -161,10 +161,13 @@ def compile_in_this_process(scene: Scene) -> None:
 
 
 def _marker(kernel: str) -> Path:
-    """A file that stands in the cache when the kernel does, for this processor and this numba."""
+    """A file that stands in the cache when the kernel does, for this processor, numba and installation.
+
+    Numba keeps kernels by the path of their source: those of another environment are compiled, but not found from here.
+    """
     import numba
     from llvmlite import binding
 
     machine = (numba.__version__, sys.version, binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
-    digest = hashlib.sha256(repr(machine).encode()).hexdigest()[:12]
+    digest = hashlib.sha256(repr((*machine, str(package_folder()))).encode()).hexdigest()[:12]
     return kernel_cache_folder() / f"compiled-{kernel}-{digest}"

@@ -135,7 +135,7 @@ def band_powers(
     line_hz = fault.speed.value_hz * fault.state.line_order(bearing.orders)
     for record in (fault, healthy, excitation):
         if record.unit != "m/s2":
-            raise DataError(f"{record.name}: samples in {record.unit!r}; a path needs m/s2. State them with --unit.")
+            raise DataError(f"{record.name}: samples in {record.unit!r}; m/s2 is needed. State --unit, or --scale too.")
         if not 0 < band_hz[0] < band_hz[1] < 0.5 * record.fs_hz:
             raise ConfigurationError(
                 f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise and lie within 0 and {record.fs_hz / 2:g} Hz, "

@@ -107,17 +107,16 @@ def neighbours(calibration: CalibrationTable, scene: Scene) -> Neighbours:
 def _unlike(calibration: CalibrationTable, scene: Scene) -> list[str]:
     """In what a scene differs from the calibrated ones beyond their axes."""
     base = BASES[calibration.base].scene
-    like = replace(
-        scene,
+    like = vars(scene) | {
         **{name: getattr(base, name) for name in FREE},
-        solver=base.solver,
-        load=replace(scene.load, radial_n=base.load.radial_n),
-        contact=replace(scene.contact, roller_fit=base.contact.roller_fit),
-        defect=base.defect
+        "solver": base.solver,
+        "load": replace(scene.load, radial_n=base.load.radial_n),
+        "contact": replace(scene.contact, roller_fit=base.contact.roller_fit),
+        "defect": base.defect
         if scene.defect.kind is Fault.ROLLER  # said in a word of its own
         else replace(scene.defect, kind=base.defect.kind, height_m=base.defect.height_m),
-    )
-    found = _differences("", vars(like), vars(base))
+    }
+    found = _differences("", like, vars(base))
     if scene.duration_s < LONGER * calibration.seconds:
         found.append(f"{scene.duration_s:g} s are short compared with the calibrated {calibration.seconds:g} s")
     if scene.solver.name != calibration.solver or scene.solver.step_s > calibration.step_s * (1 + 1e-6):

@@ -17,7 +17,7 @@ from srbval.reading.pipeline import (
     declared_band,
     process,
 )
-from srbval.reading.speed_search import OutsideFamily, search
+from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, search
 from srbval.reading.verdict import Closure, closure_of, verdict
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import NORMAL_95, BandFilter
@@ -36,7 +36,8 @@ class Analysis:
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the bearing's lines,
     first harmonics from the joint fit; `search` says in which windows and at how many speeds they were looked for,
     `windows` where each was [Hz]; `outside` is a family that stands out just outside them, where none was found inside;
-    `verdict` says it all in sentences.
+    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `verdict`
+    says it all in sentences.
     """
 
     recording: Recording
@@ -45,7 +46,8 @@ class Analysis:
     search: str
     windows: dict[str, tuple[float, float]]
     outside: OutsideFamily | None
-    beyond_nominal_pct: float | None
+    outside_speed: OutsideSpeed | None
+    findings: tuple[str, ...]
     processed: Processed
     band: BandChoice
     lines: tuple[Line, ...]
@@ -108,7 +110,7 @@ class Analysis:
                 "drift_hz": self.speed.drift_hz,
                 "spread_hz": self.speed.spread_hz,
                 "nominal_rpm": self.recording.nominal_rpm,
-                "beyond_nominal_pct": self.beyond_nominal_pct,
+                "outside": self.outside_speed,
             },
             "lines": [line.stated() for line in self.lines],
             "closure": self.closure,
@@ -134,7 +136,7 @@ def analyse(
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
     whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
     (`bands_of_record`), and every false-alarm probability counts the bands tried. A
-    speed that is only nominal gives way to one estimated from the record, where that knows more (see
+    set point gives way to a speed estimated from the record within its tolerance, where that knows more (see
     `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
     its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
     frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
@@ -171,7 +173,7 @@ def analyse(
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
         readings.append((band, processed, found, lines))
     band, processed, found, lines = max(readings, key=lambda reading: clearness(reading[-1]))
-    outside = "" if found.outside is None else f" {found.outside.sentence}"
+    findings = tuple(one.sentence for one in (found.outside, found.outside_speed) if one is not None)
     return Analysis(
         recording=recording,
         bearing=bearing,
@@ -180,11 +182,12 @@ def analyse(
         search=found.description(bearing),
         windows=found.windows(bearing),
         outside=found.outside,
-        beyond_nominal_pct=found.beyond_nominal_pct,
+        outside_speed=found.outside_speed,
         processed=processed,
         lines=lines,
         closure=closure_of(lines, bearing, found.speed),
-        verdict=verdict(lines, recording, found.speed) + outside,
+        findings=findings,
+        verdict=" ".join((verdict(lines, recording, found.speed), *findings)),
     )
 
 

@@ -27,7 +27,7 @@ from srbval.reading.families import (
 )
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
-from srbval.signal.false_alarm import rank_among_placebos
+from srbval.signal.false_alarm import COMBS, rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
@@ -125,12 +125,13 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
 
 
 def read_lines(
-    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, brief: bool = False
-) -> tuple[Line, ...]:
+    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, brief: bool = False,
+    combs: int = COMBS,
+) -> tuple[Line, ...]:  # fmt: skip
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
     With a nominal speed the first detected line also settles the scale of the others, which stand there too but for
-    slip. Each family is ranked among placebos of the record it is read in. The cage line is read by itself: its
+    slip. Each family is ranked among `combs` placebos of the record it is read in. The cage line is read by itself: its
     harmonics coincide with every other line's. A family that cannot be read (out of reach, hidden by the shaft) leaves
     one line without values. With `brief` only first harmonics are read, and only those are ranked that noise does not
     explain: what is detected is the same.
@@ -160,7 +161,9 @@ def read_lines(
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
-            rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), placebo_hz)
+            rank = rank_among_placebos(
+                within, centre, reading.half_window_hz, len(reading.snr), placebo_hz, combs=combs
+            )
         reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
         first = _measured(lines[family.name][0], reading, speed)
         explained, identity = None, None

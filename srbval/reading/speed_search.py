@@ -1,15 +1,16 @@
 """Lines and shaft speed of a processed record: search windows are as wide as slip and speed require and never wider.
 
-A nominal speed may be wrong by more than the width of a window. Then the shaft is looked for first, by its own
-harmonics and the sidebands of fault lines; where they do not show, lines are read about several speeds within the
-nominal one's interval, one window apart, and each of these speeds counts as a trial in the false-alarm probabilities
-(Sidak correction). A family that stands out just outside all windows is named, so that a wrong speed or geometry shows;
-no line is taken from it.
+A set point may be wrong by more than the width of a window. Then the shaft is looked for first, by its own harmonics
+and the sidebands of fault lines; where they do not show, lines are read about several speeds within the set point's
+tolerance, one window apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak
+correction). The tolerance binds: what the record shows of a speed outside it, or of a line outside all windows, is a
+finding from which nothing is taken over.
 """
 
 import itertools
 import math
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 import scipy.special
@@ -22,11 +23,15 @@ from srbval.reading.pipeline import Processed, periodogram_of, whitened_periodog
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, frequency_error_hz, read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal.false_alarm import COMBS
 
 SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 # Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
 SEARCH_SHARE = 0.1
+# Placebos for each speed tried: the least rank, times all speeds and the two bands that may be chosen from, stays below
+# `comb.PLACEBO_FALSE_ALARM`.
+COMBS_PER_SPEED = 220
 # Every speed but the best is a placebo: the next best peak of the score may rise above the median score by no more than
 # this share of what the best does. Lines of other sources make up combs by chance, several about as good.
 RIVAL_SHARE = 0.5
@@ -80,20 +85,39 @@ class OutsideFamily:
 
 
 @dataclass(frozen=True, kw_only=True)
+class OutsideSpeed:
+    """A shaft speed that the record's lines fit, with its 95 % half width, outside the tolerance of the set point."""
+
+    value_hz: float
+    ci95_hz: float
+    stated_hz: float
+    tolerance_pct: float
+
+    @property
+    def sentence(self) -> str:
+        """What it is and what to do about it, in words."""
+        return (
+            f"The record's lines would fit a shaft at {60 * self.value_hz:,.1f} ± {60 * self.ci95_hz:.2g} rpm, outside "
+            f"the stated {60 * self.stated_hz:g} rpm ± {self.tolerance_pct:.3g} %: not used. If the set point may be "
+            "off by as much, give a wider --rpm-tolerance; else the lines are another shaft's."
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class SpeedSearch:
     """The lines, the speed their deviations refer to, and how many speeds were tried (1 where it was known).
 
     The false-alarm probabilities of `lines` are not yet corrected for `tried`, see `sidak_corrected`. `span` are the
-    lowest and highest share of the speed that lines were read about. `beyond_nominal_pct` is how far an estimated speed
-    lies from the nominal one it replaces, where that is outside the nominal one's interval.
+    lowest and highest share of the speed that lines were read about. `outside` and `outside_speed` are findings beyond
+    the windows and beyond the tolerance of a set point.
     """
 
     lines: tuple[Line, ...]
     speed: ShaftSpeed
     tried: int = 1
     span: tuple[float, float] = (1.0, 1.0)
-    beyond_nominal_pct: float | None = None
     outside: OutsideFamily | None = None
+    outside_speed: OutsideSpeed | None = None
 
     def windows(self, bearing: Bearing) -> dict[str, tuple[float, float]]:
         """Where each line was looked for [Hz], over all speeds tried, by name: from speed, geometry and slip."""
@@ -103,7 +127,7 @@ class SpeedSearch:
         return {f.name: (low * f.kinematic_hz, high * f.kinematic_hz) for f in families}
 
     def description(self, bearing: Bearing) -> str:
-        """How the lines and the speed were looked for, in words."""
+        """How the lines were looked for, in words."""
         share = window_share(bearing, self.speed)
         window = f"windows of {100 * share:.3g} % about each line ({100 * bearing.largest_slip:g} % for slip"
         window += ")" if share == bearing.largest_slip else ", the rest for the speed)"
@@ -112,84 +136,106 @@ class SpeedSearch:
                 f", at {self.tried} speeds because the nominal one may be off by more than a window; "
                 f"false-alarm probabilities count {self.tried} trials"
             )
-        if self.beyond_nominal_pct is not None:
-            window += f"; the speed read from the record lies {self.beyond_nominal_pct:+.2f} % from the nominal one, "
-            window += "outside its interval"
         return window
 
 
-def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSearch:
-    """Read all lines at a measured speed, or find the speed first where it is only nominal.
+def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
+    """Read all lines at a measured speed, or about a set point at the speed that the record shows within its tolerance.
 
-    A nominal speed gives way to one estimated from the record, by shaft harmonics alone, in the band or in the whitened
-    whole, or with the sidebands of the line then found, where that knows more (`estimate_speed`, `speed_by_comb`).
-    A line outside all windows counts only where its sidebands by themselves give the speed at which it is one.
+    A set point gives way to a speed estimated from the record, by shaft harmonics alone, in the band or in the whitened
+    whole, or with the sidebands of the line then found, where that knows more (`estimate_speed`, `speed_by_comb`) and
+    lies within the tolerance; one outside is a finding (`outside_speed`). A line outside all windows counts only where
+    its sidebands by themselves give the speed at which it is one, within the tolerance too.
     """
-
-    def read(at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False) -> tuple[Line, ...]:
-        """Lines about `scale` times a speed, with deviations at that; shaft harmonics are masked at the scaled one."""
-        record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
-        return read_lines(record, bearing, at, scale=scale, brief=brief)
-
-    def fault_lines(lines: tuple[Line, ...], tried: int) -> list[Line]:
-        return detected_fault_lines(sidak_corrected(lines, tried))
-
-    def outside_of(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-        """The strongest family within `SEARCH_SHARE` of its kinematic frequency, where none was detected in its window.
-
-        With it all lines about that scale. It must be detected, with at least two harmonics above `LEAST_SNR`, when
-        the shaft turns as it would have to.
-        """
-        if fault_lines(found.lines, found.tried):
-            return None, ()
-        record, readings = periodogram_of(processed, bearing, found.speed), []
-        for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
-            half_hz = SEARCH_SHARE * family.kinematic_hz
-            reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, shortest_block_s=None)
-            if reading is not None and reading.detected and sum(s > LEAST_SNR for s in reading.snr) > 1:
-                readings.append((family, reading))
-        for family, reading in sorted(readings, key=lambda pair: -pair[1].snr[0]):
-            scale = reading.found_hz / family.kinematic_hz
-            there = read(found.speed, scale, brief=True)
-            if any(x.detected for x in there if (x.name, x.harmonic) == (family.name, 1)):
-                return OutsideFamily(
-                    name=family.name, found_hz=reading.found_hz, off_pct=100 * (scale - 1), snr=reading.snr[0],
-                    shaft_hz=scale * found.speed.value_hz, noise_false_alarm=reading.noise_false_alarm,
-                ), there  # fmt: skip
-        return None, ()
-
-    if speed.source is not SpeedSource.NOMINAL:
-        found = SpeedSearch(lines=read(speed), speed=speed)
-        return replace(found, outside=outside_of(found)[0])
+    if stated.source is not SpeedSource.NOMINAL:
+        found = SpeedSearch(lines=_read(processed, bearing, stated), speed=stated)
+        return replace(found, outside=_outside_family(processed, bearing, found)[0])
 
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
-        return estimate_speed(periodogram_of(processed, bearing, at), lines, speed)
+        return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
 
-    estimated = estimate(speed, ()) or speed_by_comb(whitened_periodogram(processed, bearing, speed), speed)
-    if estimated is None:
-        scales = trial_scales(speed, bearing.largest_slip)
+    def is_within(speed: ShaftSpeed | None) -> TypeGuard[ShaftSpeed]:
+        return speed is not None and abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
-        def depth(scale: float) -> float:
-            deepest = fault_lines(read(speed, scale, brief=True), len(scales))
-            return (deepest[0].depth or 0.0) if deepest else 0.0
-
-        best = max(scales, key=depth) if len(scales) > 1 else 1.0
-        found = SpeedSearch(lines=read(speed, best), speed=speed, tried=len(scales), span=(min(scales), max(scales)))
+    fits = estimate(stated, ()) or speed_by_comb(whitened_periodogram(processed, bearing, stated), stated)
+    if is_within(fits):
+        found = SpeedSearch(lines=_read(processed, bearing, fits), speed=fits)
     else:
-        found = SpeedSearch(lines=read(estimated), speed=estimated)
+        found = _at_trial_speeds(processed, bearing, stated)
     # Trials made before a speed was read from the record still count.
-    lines = sidak_corrected(found.lines, found.tried)
+    lines, outside = sidak_corrected(found.lines, found.tried), None
+    if not detected_fault_lines(lines):
+        outside, lines = _outside_family(processed, bearing, found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
-    if refined is not None:
-        found = replace(found, lines=read(refined), speed=refined, span=(1.0, 1.0))
-    outside, lines = outside_of(found)
-    refined = None if outside is None else estimate(found.speed, lines)
-    if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) < bearing.largest_slip:
-        outside, found = None, replace(found, lines=read(refined), speed=refined, span=(1.0, 1.0))
-    off_hz = found.speed.value_hz - speed.value_hz
-    if abs(off_hz) > speed.ci95_hz + found.speed.ci95_hz:
-        found = replace(found, beyond_nominal_pct=100 * off_hz / speed.value_hz)
-    return replace(found, outside=outside)
+    if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
+        refined = None
+    if is_within(refined):
+        outside = None
+        found = replace(found, lines=_read(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
+    fits = refined or fits
+    if fits is None or is_within(fits):
+        return replace(found, outside=outside)
+    if found.speed is not stated:  # two speeds that contradict each other: neither is sure
+        found = _at_trial_speeds(processed, bearing, stated)
+        outside = _outside_family(processed, bearing, found)[0]
+    beyond = OutsideSpeed(
+        value_hz=fits.value_hz, ci95_hz=fits.ci95_hz, stated_hz=stated.value_hz,
+        tolerance_pct=100 * stated.ci95_hz / stated.value_hz,
+    )  # fmt: skip
+    return replace(found, outside=outside, outside_speed=beyond)
+
+
+def _read(
+    processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
+) -> tuple[Line, ...]:
+    """Lines about `scale` times a speed, with deviations at that; shaft harmonics are masked at the scaled one."""
+    record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
+    combs = max(COMBS, COMBS_PER_SPEED * tried)
+    return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
+
+
+def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
+    """Lines about that trial speed of a set point at which the deepest fault line shows."""
+    scales = trial_scales(stated, bearing.largest_slip)
+    tried = len(scales)
+
+    def depth(scale: float) -> float:
+        lines = _read(processed, bearing, stated, scale, brief=True, tried=tried)
+        deepest = detected_fault_lines(sidak_corrected(lines, tried))
+        return (deepest[0].depth or 0.0) if deepest else 0.0
+
+    best = max(scales, key=depth) if tried > 1 else 1.0
+    lines = _read(processed, bearing, stated, best, tried=tried)
+    return SpeedSearch(lines=lines, speed=stated, tried=tried, span=(min(scales), max(scales)))
+
+
+def _outside_family(
+    processed: Processed, bearing: Bearing, found: SpeedSearch
+) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
+    """The strongest family beyond its window, within `SEARCH_SHARE` of kinematic, where no fault line was detected.
+
+    With it all lines about that scale. It must be detected, with at least two harmonics above `LEAST_SNR`, when
+    the shaft turns as it would have to.
+    """
+    if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
+        return None, ()
+    record, readings, windows = periodogram_of(processed, bearing, found.speed), [], found.windows(bearing)
+    for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
+        half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, windows[family.name]
+        reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, shortest_block_s=None)
+        if reading is None or not reading.detected or low <= reading.found_hz <= high:
+            continue
+        if sum(s > LEAST_SNR for s in reading.snr) > 1:
+            readings.append((family, reading))
+    for family, reading in sorted(readings, key=lambda pair: -pair[1].snr[0]):
+        scale = reading.found_hz / family.kinematic_hz
+        there = _read(processed, bearing, found.speed, scale, brief=True)
+        if any(x.detected for x in there if (x.name, x.harmonic) == (family.name, 1)):
+            return OutsideFamily(
+                name=family.name, found_hz=reading.found_hz, off_pct=100 * (scale - 1), snr=reading.snr[0],
+                shaft_hz=scale * found.speed.value_hz, noise_false_alarm=reading.noise_false_alarm,
+            ), there  # fmt: skip
+    return None, ()
 
 
 def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:

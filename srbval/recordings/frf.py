@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,18 +10,23 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
+from srbval.recordings.loaders.signals import UFF
+from srbval.recordings.raw import RawFile
 from srbval.storage.files import read_limited
 
 COLUMNS = ("frequency_hz", "real_m_s2_n", "imag_m_s2_n")
 MOST_BYTES = 2**26
 FRF, ACCELERATION, FORCE = 4, 12, 13  # function and data types of dataset 58
-UFF_MARK = b"    -1"
 
 
 def read_frf(path: Path) -> tuple[FloatArray, NDArray[np.complex128]]:
     """Frequencies [Hz], rising, and the response [m/s2/N], complex; `DataError` for anything else."""
     content = read_limited(path, MOST_BYTES)
-    frequency_hz, values = _uff(path) if content.startswith(UFF_MARK) else _table(path, content)
+    if UFF.matches(content):
+        raw = replace(UFF, read=load_response).load(path).variables
+        frequency_hz, values = np.asarray(raw["frequency_hz"], np.float64), np.asarray(raw["response"], np.complex128)
+    else:
+        frequency_hz, values = _table(path, content)
     if frequency_hz.size < 2 or not (np.isfinite(frequency_hz).all() and np.isfinite(values).all()):
         raise DataError(f"{path}: {frequency_hz.size} lines of a response; two or more finite ones are needed.")
     if not (np.diff(frequency_hz) > 0).all() or frequency_hz[0] < 0:
@@ -41,21 +47,18 @@ def _table(path: Path, content: bytes) -> tuple[FloatArray, NDArray[np.complex12
     return table[:, 0], table[:, 1] + 1j * table[:, 2]
 
 
-def _uff(path: Path) -> tuple[FloatArray, NDArray[np.complex128]]:
-    try:
-        import pyuff
-    except ImportError:
-        raise DataError(f'{path}: UFF needs pyuff: pip install "srbval[formats]".') from None
-    try:
-        sets = pyuff.UFF(str(path)).read_sets()
-        found = [one for one in (sets if isinstance(sets, list) else [sets]) if one.get("type") == 58]
-        responses = [one for one in found if one["func_type"] == FRF]
-        kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in responses]
-    except Exception as error:  # whatever pyuff raises of a damaged file
-        raise DataError(f"{path}: cannot be read as UFF: {type(error).__name__}: {error}.") from None
+def load_response(path: Path) -> RawFile:
+    """Read the one frequency response of a universal file: ``frequency_hz`` and ``response``, complex, as stored."""
+    import pyuff
+
+    sets = pyuff.UFF(str(path)).read_sets()
+    found = [one for one in (sets if isinstance(sets, list) else [sets]) if one.get("type") == 58]
+    responses = [one for one in found if one["func_type"] == FRF]
+    kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in responses]
     if len(responses) != 1 or kinds[0] != (ACCELERATION, FORCE):
         raise DataError(
             f"{path}: {len(responses)} frequency responses of {len(found)} datasets 58, of types {kinds}: exactly one, "
             f"of acceleration over force, ({ACCELERATION}, {FORCE}), is needed. Export that one alone."
         )
-    return np.asarray(responses[0]["x"], dtype=np.float64), np.asarray(responses[0]["data"], dtype=np.complex128)
+    values = {"frequency_hz": responses[0]["x"], "response": responses[0]["data"]}
+    return RawFile(path=path, format=UFF.name, variables={name: np.asarray(value) for name, value in values.items()})

@@ -122,6 +122,7 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         bearing=main.bearing,
         state=main.state,
         band_hz=band_hz,
+        scale_missing=main.scale_missing,
         file=str(path),
         sha256=sha256,
     )

@@ -15,7 +15,6 @@ from srbval.errors import DataError
 Value = NDArray[Any] | str
 TEXT = "text"  # format of text tables
 RATE_NAME = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")  # lower case
-NO_TABLE = "table of numbers"  # in what is said of a text that is none: it never was a recording
 MAX_CODES = 64
 LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
 LONGEST_NAME = 80
@@ -32,6 +31,7 @@ class RawFile:
     of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` what the file itself says of
     single variables.
     `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
+    With `full_scale` the samples are shares of a full scale whose value the file does not state.
     `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` where used.
     """
 
@@ -43,6 +43,7 @@ class RawFile:
     rates_hz: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
+    full_scale: bool = False
     unusable: Mapping[str, str] = field(default_factory=dict)
 
     def check_usable(self, name: str) -> None:

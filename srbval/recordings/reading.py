@@ -161,6 +161,7 @@ class Channel:
 
     `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one; the
     samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, where the file states one.
+    `whole_numbers` are those of a converter, or their shares of its full scale, of which nobody has stated what one is.
     """
 
     samples: FloatArray
@@ -172,16 +173,22 @@ class Channel:
     cautions: tuple[str, ...] = ()
     factor: float = 1.0
     fs_hz: float | None = None
+    whole_numbers: bool = False
+
+    @property
+    def scale_missing(self) -> bool:
+        """Whether a unit is stated, but not how many of it a sample of 1 is."""
+        return self.whole_numbers and self.unit not in (None, UNKNOWN)
 
     @property
     def recording_unit(self) -> str:
         """The unit in which a recording keeps the samples."""
-        unit = self.unit or UNKNOWN
+        unit = UNKNOWN if self.scale_missing else self.unit or UNKNOWN
         return UNITS.get(unit, (unit, 1.0))[0]
 
     def converted(self) -> FloatArray:
         """A copy of the samples in `recording_unit`: a view would keep the whole file in memory."""
-        factor = self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
+        factor = 1.0 if self.scale_missing else self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
         return np.array(self.samples) if factor == 1.0 else self.samples * factor
 
 

@@ -84,7 +84,8 @@ class Recording(SourceFacts):
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
     instead, to be rotated onto the sensor's direction. What the source does not say is None.
     `speed_signal` is the signal whose mean is `speed`, where there is one.
-    `band_hz` is the demodulation band that its data set declares.
+    `band_hz` is the demodulation band that its data set declares. With `scale_missing` the samples are whole numbers
+    of a converter whose scale in the unit given for them nobody has stated: `unit` is ``unknown`` then.
     """
 
     name: str
@@ -94,6 +95,7 @@ class Recording(SourceFacts):
     bearing: str | None = None
     state: Fault | None = None
     band_hz: tuple[float, float] | None = None
+    scale_missing: bool = False
     file: str | None = None
     sha256: str | None = None
 

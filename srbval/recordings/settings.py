@@ -130,7 +130,15 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
     """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
     stated = {"unit": settings.unit, "factor": settings.scale, "state": settings.state, "bearing": settings.bearing}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
+    given |= {"whole_numbers": False} if settings.scale else {}
     channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}
+    for name, c in channels.items():
+        if c.scale_missing:
+            caution = (
+                f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
+                "are not known, and not compared with another record's"
+            )
+            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution))
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}

@@ -12,9 +12,9 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from srbval.errors import ConfigurationError
 from srbval.report.blocks import Document, Report
 from srbval.report.plain import as_plain
+from srbval.storage.installation import MissingLibraryError
 
 # What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
 _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
@@ -72,9 +72,7 @@ def require_typst() -> Any:
     try:
         import typst
     except ImportError:
-        raise ConfigurationError(
-            'the PDF needs typst, which is not installed: pip install "srbval[pdf]", or leave the PDF out.'
-        ) from None
+        raise MissingLibraryError("the PDF (--no-pdf leaves it out)", "typst") from None
     return typst
 
 

@@ -15,7 +15,7 @@ from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings, gather
-from srbval.report.findings.user_records import UserRecord, gather_user_records, user_record
+from srbval.report.findings.user_records import FailedFile, gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
@@ -57,7 +57,7 @@ def make_report(
 
 
 def report_recordings(
-    recordings: Sequence[Recording],
+    recordings: Sequence[Recording | FailedFile],
     folder: Path,
     *,
     bearing: str | None = None,
@@ -70,22 +70,22 @@ def report_recordings(
     appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
-) -> tuple[tuple[UserRecord, ...], dict[str, Path]]:
-    """Write a report of a few pages on recordings of one bearing into `folder`; returns what it says of each, and the
-    files by format.
+) -> tuple[Report, dict[str, Path]]:
+    """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    See `gather_user_records` for `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and
-    `make_report` for the rest. Raises what they raise.
+    Recordings that cannot be read or analysed are listed in it with the reason. See `gather_user_records` for
+    `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and `make_report` for the rest.
+    Raises what they raise.
     """
     if "pdf" in formats:
         require_typst()
     with one_thread():
-        records, provenance = gather_user_records(
+        records, failed, provenance = gather_user_records(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
             largest_slip_pct=largest_slip_pct, progress=progress,
         )  # fmt: skip
-        report = assemble_user_report(records, command=command, provenance=provenance)
-        return records, _written(report, folder, formats, progress, appendix=appendix)
+        report = assemble_user_report(records, failed=failed, command=command, provenance=provenance)
+        return report, _written(report, folder, formats, progress, appendix=appendix)
 
 
 def check_plot(path: Path) -> None:

@@ -1,6 +1,5 @@
 """Write a report's files, all of them or none."""
 
-import os
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,9 +8,10 @@ from typing import Any
 from srbval.errors import ConfigurationError, DataError
 from srbval.report.blocks import FIGURES, Cell, Column, Document, Report
 from srbval.report.renderers import render_html, render_pdf, require_typst
-from srbval.storage.json_files import write_json
+from srbval.storage.json_files import move_listed_files
 
 FORMATS = ("html", "pdf", "json")
+LISTING = "report.json"
 
 
 def write_report(
@@ -21,8 +21,9 @@ def write_report(
 
     With `appendix` also ``appendix.html`` and ``appendix.pdf``. ``report.json`` holds the tables of both whether it is
     made or not; figures are those of the documents that are made. Everything is made in a hidden folder beside and then
-    moved file by file, so a failure leaves what was there before. Returns the path of each format written, those of the
-    appendix as ``appendix_html``.
+    moved file by file, so a failure leaves what was there before. ``report.json`` lists all files with their SHA-256;
+    those that a former report in `folder` listed, and nobody changed, are removed unless they are written anew. Returns
+    the path of each format written, those of the appendix as ``appendix_html``.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
     `folder` cannot be written to.
@@ -58,15 +59,10 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...], appendix: bool
                     target.write_text(render_html(report, stage, document, with_appendix=appendix), encoding="utf-8")
                 elif kind == "pdf":
                     target.write_bytes(render_pdf(report, stage, document, with_appendix=appendix))
-                elif document is Document.MAIN:
-                    write_json(target, report_data(report, documents))
-                else:
+                elif document is not Document.MAIN:
                     continue
                 made[kind if document is Document.MAIN else f"appendix_{kind}"] = folder / target.name
-        for path in sorted(path for path in stage.rglob("*") if path.is_file()):
-            moved = folder / path.relative_to(stage)
-            moved.parent.mkdir(parents=True, exist_ok=True)
-            os.replace(path, moved)
+        move_listed_files(stage, folder, LISTING, report_data(report, documents) if "json" in wanted else None)
     return made
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError, nearest
+from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
@@ -126,7 +126,7 @@ def sensor_path_table(path: str) -> Mapping[str, Any] | None:
         return bundled_table(BUNDLED_PATHS[path])
     if not Path(path).suffix and path == Path(path).name:
         known = ", ".join((NO_PATH, *BUNDLED_PATHS))
-        raise ConfigurationError(f"sensor_path {path!r} is not known; known: {known}. For a file write {path}.toml.")
+        raise UnknownNameError(f"sensor_path {path!r} is not known; known: {known}. For a file write {path}.toml.")
     return read_toml(Path(path))
 
 

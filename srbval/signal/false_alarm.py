@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.signal.periodogram import NOISE_BINS, Periodogram
 
-# Placebos: so many that nine speeds tried leave the least rank, times nine, below `comb.PLACEBO_FALSE_ALARM`.
+# Placebos, at least: their least rank stays below `comb.PLACEBO_FALSE_ALARM`, times nine trials too.
 COMBS = 1000
 # Different fundamentals that the lines of one placebo come from.
 ORDERS = 2

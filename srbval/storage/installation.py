@@ -1,11 +1,13 @@
 """Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
 
 import os
+import shlex
 import subprocess
+import sys
 from importlib.resources import files
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 
 
 def package_folder() -> Path:
@@ -29,6 +31,23 @@ def child_environment() -> dict[str, str]:
     """Environment variables with which a child process imports this very package, wherever it is started."""
     here = str(package_folder().parent)
     return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
+
+
+def pip_command(*libraries: str) -> str:
+    """The command that installs `libraries` for the Python that runs, quoted for this system's shell.
+
+    It names them, and no extra of srbval: srbval is on no package index, and the folder or wheel that it was installed
+    from may be gone.
+    """
+    words = [sys.executable, "-m", "pip", "install", *libraries]
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
+
+
+class MissingLibraryError(ConfigurationError):
+    """What is asked for (`what`) needs libraries that are not installed: the message has the command that does it."""
+
+    def __init__(self, what: str, *libraries: str) -> None:
+        super().__init__(f"{what} needs {' and '.join(libraries)}, not installed: {pip_command(*libraries)}")
 
 
 def git_revision() -> str | None:

@@ -18,15 +18,16 @@ import enum
 import hashlib
 import json
 import math
+import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.storage.files import MOST_BYTES, atomic_write, read_limited
 from srbval.storage.tables import build
 
@@ -126,6 +127,45 @@ def read_json(path: Path, most_bytes: int = MOST_BYTES) -> Any:
         return parse_json(content)
     except ValueError as error:
         raise DataError(f"{path}: not JSON ({error}).") from None
+
+
+def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
+    """Move all files of `stage` to `folder`, and with them the file `listing`: `content`, and the SHA-256 of each file.
+
+    What the listing that was in `folder` names, and nobody has changed since, is removed unless it is written anew, and
+    so is that listing. Without `content` there is no new one.
+    """
+    files = sorted(path for path in stage.rglob("*") if path.is_file())
+    if content is not None:
+        written = {path.relative_to(stage).as_posix(): _file_sha256(path) for path in files}
+        write_json(stage / listing, {**content, "files": written})
+        files.append(stage / listing)
+    stale = set(_listed_files(folder, listing))
+    for path in files:
+        moved = folder / path.relative_to(stage)
+        moved.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(path, moved)
+        stale.discard(moved)
+    for path in stale:
+        path.unlink(missing_ok=True)
+
+
+def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
+    """The listing in `folder`, and the files in or one level below it that are as it says."""
+    try:
+        listed = dict(read_json(folder / listing)["files"])
+    except (SrbvalError, LookupError, TypeError, ValueError):  # there is none, or it is another program's
+        return
+    yield folder / listing
+    for name, sha256 in listed.items():
+        inside = ".." not in Path(name).parts and not Path(name).is_absolute() and len(Path(name).parts) <= 2
+        if inside and (folder / name).is_file() and _file_sha256(folder / name) == sha256:
+            yield folder / name
+
+
+def _file_sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def checked_line(value: Any) -> bytes:

@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.errors import ConfigurationError, did_you_mean
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.storage.files import read_limited
 
 T = TypeVar("T")
@@ -57,7 +57,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
         number, unit = float(match[1]), match[2]
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
-            raise ConfigurationError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
+            raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
         number *= units[unit]
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value) if isinstance(value, float) or abs(value) < 2**1023 else math.inf
@@ -177,7 +177,7 @@ def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T
         if stored and key in getattr(cls, "JSON_PROPERTIES", ()):
             continue
         if key not in spelling:
-            raise ConfigurationError(f"{where}: unknown key {key!r}{did_you_mean(key, spelling)}.")
+            raise UnknownNameError.of(f"{where}: unknown key {key!r}", key, spelling)
         name = spelling[key]
         if name in values:
             raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
@@ -250,7 +250,7 @@ def _member(raw: object, kind: type[enum.Enum], where: str) -> enum.Enum:
         return kind(raw)
     except ValueError:
         known = [str(member.value) for member in kind]
-        raise ConfigurationError(f"{where}: {shown(raw)} is not known{did_you_mean(shown(raw), known)}.") from None
+        raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
 
 
 def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:

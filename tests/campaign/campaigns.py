@@ -1,7 +1,5 @@
 """Small campaigns of a few milliseconds of simulated time, run within the test's own process, and their folders."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Generator
 from pathlib import Path

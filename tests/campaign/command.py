@@ -1,7 +1,5 @@
 """The command `srbval campaign run` as a process of its own, and clusters on this machine for it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal

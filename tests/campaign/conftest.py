@@ -1,7 +1,5 @@
 """The folder of a campaign that has ended, whole and as a copy to damage."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

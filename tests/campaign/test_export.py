@@ -1,7 +1,5 @@
 """Data sets: labels, the card; added noise: its ratio, its spectrum."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

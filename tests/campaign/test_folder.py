@@ -3,8 +3,6 @@
 `SRBVAL_FLIPS` is the number of flipped bits (2000 take some minutes), `SRBVAL_JOURNALS` that of hostile folders.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import json

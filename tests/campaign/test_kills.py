@@ -1,7 +1,5 @@
 """Whatever is killed, and whenever: the same command comes to the same results, and nothing is left behind."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -21,8 +19,8 @@ LONGEST_START_S = 1.5  # within which every second campaign is killed, its impor
 GONE_S = 60.0  # for all processes to end; a worker of a lost SLURM scheduler gives up after `DEATH_TIMEOUT_S`
 ENGINES = [
     "local",
-    pytest.param("dask", marks=pytest.mark.slow),
-    pytest.param("slurm", marks=pytest.mark.slow),
+    pytest.param("dask", marks=pytest.mark.long_form),
+    pytest.param("slurm", marks=pytest.mark.long_form),
 ]
 ALL, OWN, WORKER = "the whole group", "the campaign's process", "a worker"
 KINDS = [

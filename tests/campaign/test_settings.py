@@ -1,7 +1,6 @@
 """Campaign files: axes, sampling, presets; what is refused and why."""
 
-from __future__ import annotations
-
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import pytest
 
 from srbval.campaign.planning import plan_cases, scene_of, totals
 from srbval.campaign.settings import Campaign, load_campaign, presets
+from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.tables import build
 from tests.campaign.campaigns import small
@@ -83,10 +83,34 @@ def test_axes_that_make_no_sense_are_refused(axes: list[dict[str, Any]], message
 
 
 def test_a_point_without_a_scene_is_a_refused_case() -> None:
-    cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "1 rpm"]}}]))
+    cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "-2 kN"]}}]))
     assert [bool(c.refused) for c in cases] == [False, True, True]
     assert "radial_n = -1000 " in str(cases[1].refused)
     assert totals(cases)["refused"] == 2
+
+
+@pytest.mark.parametrize(
+    ("axis", "message"),
+    [
+        ('shaft_sped = ["1 rpm"]', r"axis 'shaft_sped': .*'shaft_speed'\? Known: bearing, .*shaft_speed, "),
+        ('"load.radal" = ["1 kN"]', r"axis 'load.radal': scene.load: .*'radial'\? Known: axial, "),
+        ('"defect.kind" = ["outer", "iner"]', r"axis 'defect.kind': .*'inner'\? Known: healthy, inner, "),
+        ('"load.radial" = ["1 rpm"]', r"axis 'load.radial': .*unit 'rpm' .* known: N, kN, MN\."),
+        ('model = ["planr"]', r"axis 'model': .*'planar'\? Known: full, "),
+        ('"solver.name" = ["imex"]', r"axis 'solver.name': .*'imex2'\? Known: imex1, "),
+        ('seed = [1]\n[scene]\nmodl = "planar"', r"c, scene: unknown key 'modl'"),
+    ],
+)
+def test_a_typo_ends_before_anything_runs(
+    axis: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, *more = axis.split("\n", 1)
+    (tmp_path / "c.toml").write_text(
+        "\n".join(['name = "c"', f'[[axes]]\nkind = "grid"\nvalues = {{ duration = ["1 s", "2 s"], {table} }}', *more])
+    )
+    assert main(["campaign", "run", str(tmp_path / "c.toml"), "-o", str(tmp_path / "c")]) == 2
+    assert re.search(message, capsys.readouterr().err)
+    assert [path.name for path in tmp_path.iterdir()] == ["c.toml"]
 
 
 def test_names_of_results_follow_the_content() -> None:

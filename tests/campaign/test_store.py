@@ -1,7 +1,5 @@
 """Folders that are in use, full, read-only or half-written; nothing is lost and nothing is run twice."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import os
@@ -159,7 +157,7 @@ def test_one_result_too_large_for_the_disk(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
-@pytest.mark.parametrize("engine", ["local", pytest.param("dask", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("engine", ["local", pytest.param("dask", marks=pytest.mark.long_form)])
 def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command resumes."""
     file, folder = tmp_path / "many.toml", tmp_path / "run"

@@ -1,7 +1,5 @@
 """The reference file: read strictly, written whole, renewed only by what a sound run gives."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """The commands as a user meets them: keys, exit codes, messages, no trace left behind."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

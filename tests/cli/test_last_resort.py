@@ -1,7 +1,5 @@
 """Whatever goes wrong: one line on standard error, JSON where asked for, a documented exit code, never a traceback."""
 
-from __future__ import annotations
-
 import errno
 import importlib.util
 import json

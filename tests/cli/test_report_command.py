@@ -1,11 +1,11 @@
 """`srbval report` ends with exit code 1 where a stated tolerance is missed, and says by how much."""
 
-from __future__ import annotations
-
 import json
+import os
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import srbval.report.reports
@@ -31,3 +31,35 @@ def test_only_a_tolerance_that_is_surely_missed_ends_with_1(
     assert said["holds"] is (code == 0)
     assert said["errors"][0]["error_pct"] == pytest.approx(times * limit)
     assert said["tolerance"]["reason"]
+
+
+BEARING = 'title = "b"\nsource = "s"\n[orders]\n'
+BEARING += "rolling_elements = 9\nbpfo = 3.585\nbpfi = 5.415\nbsf = 2.357\nftf = 0.398\n"
+GIVEN = ["--bearing", "b.toml", "--rpm", "1500", "--fs", "10000", "--unit", "g", "--band", "1000", "3000", "--no-pdf"]
+
+
+def test_one_bad_file_does_not_end_a_batch(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The others get their report, in a folder of their name, which says what is not in it and why."""
+    monkeypatch.chdir(tmp_path)
+    Path("b.toml").write_text(BEARING)
+    for seed, name in enumerate(("one.csv", "two.csv", "short.csv")):
+        np.savetxt(name, np.random.default_rng(seed).normal(size=30_000 if len(name) < 8 else 30), fmt="%.5f")
+    Path("text.csv").write_text("no number\n")
+    names = ["text.csv", "one.csv", "short.csv", "two.csv"]
+    assert main(["report", *names, *GIVEN, "--json"]) == 3
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert (found["status"], [Path(r["file"]).name for r in found["records"]]) == ("incomplete", ["one.csv", "two.csv"])
+    assert sorted(Path(f["file"]).name for f in found["failed"]) == ["short.csv", "text.csv"]
+    page = Path("srbval-report-text-and-3-more/report.html").read_text(encoding="utf-8")
+    for one in found["failed"]:
+        assert f"{one['file']}: {one['reason']}" in said.err
+        assert one["file"] in page
+    assert main(["report", "one.csv", *GIVEN]) == 0
+    assert Path("srbval-report-one/report.json").is_file()
+    before = set(os.listdir())
+    assert main(["report", "text.csv", "short.csv", *GIVEN]) == 3
+    assert "none of the recordings can be reported: text.csv: " in capsys.readouterr().err
+    assert set(os.listdir()) == before

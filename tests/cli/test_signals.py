@@ -1,7 +1,5 @@
 """SIGTERM and SIGHUP end a command as Ctrl-C does: one line, its own exit code, nothing half-written, no child left."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """What dimensions leave open of a cage ratio: the free contact angle, its limits, and which way each input moves it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Recordings of other rigs: what counts as shown, and what the open sets show."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

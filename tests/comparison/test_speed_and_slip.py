@@ -1,7 +1,5 @@
 """Speed effect and slip effect: exact on made-up lines, and what they say of the paper's Table 6."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

@@ -3,8 +3,6 @@
 A measured background under a run: its power is added, it is marked, and no increment is taken of it.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import math

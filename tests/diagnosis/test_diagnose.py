@@ -1,7 +1,5 @@
 """Naming the fault of a record by itself, and what is said of it."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Posterior probabilities of classes from records of known state."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

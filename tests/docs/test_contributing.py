@@ -1,7 +1,5 @@
 """The examples of the page on contributing are code that runs and files that are read."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

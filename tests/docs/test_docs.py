@@ -1,7 +1,5 @@
 """Is the documentation complete? Every public name has an entry, every equation its code, every page a way to it."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import re

@@ -1,7 +1,5 @@
 """Balls and cylindrical rollers between their races: Hertz's contact, the load zone, defects, and lines of runs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

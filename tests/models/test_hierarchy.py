@@ -1,7 +1,5 @@
 """What every level of the model hierarchy must do: one class, run on all of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -132,5 +130,5 @@ def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
 
 
 def test_an_unknown_model_is_named_with_the_nearest() -> None:
-    with pytest.raises(ConfigurationError, match="Did you mean 'planar'"):
+    with pytest.raises(ConfigurationError, match="did you mean 'planar'"):
         simulate(paper_scene(model="plana"))

@@ -1,7 +1,5 @@
 """Kernels: compiled by another process, loaded by every run; their bits do not depend on what else is in memory."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import signal
@@ -79,6 +77,14 @@ def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_pa
     monkeypatch.setattr(jit, "_marker", lambda model: tmp_path / model)
     jit.precompile("no-such-model-at-all", "nor-this-one")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Numba would not find them: the run itself would have to compile."""
+    jit.precompile("planar")
+    assert jit.is_compiled("planar")
+    monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
+    assert not jit.is_compiled("planar")
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")

@@ -1,7 +1,5 @@
 """A bearing from a TOML file: every model its tables allow, and what is then not validated is said."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Spherical roller bearings of other sizes run with defaults, from 60 to 300 mm bore, in the models with contacts."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -65,15 +63,14 @@ def test_what_the_scene_leaves_open_goes_with_the_size(name: str, tmp_path: Path
     assert stated.load.radial_n == 5e3
 
 
-# All sizes at one speed or another; the slices model with the smallest and the largest.
-CASES = [
-    ("full", "22212", 1500.0), ("full", "22216", 710.0), ("full", "22320", 710.0), ("full", "23136", 710.0),
-    ("full", "24160", 300.0), ("slices", "22212", 710.0), ("slices", "24160", 710.0),
-]  # fmt: skip
+# The smallest and the largest with either model; all sizes at one speed or another in the long form.
+CASES = [("full", "22212", 1500.0), ("full", "24160", 300.0), ("slices", "22212", 710.0), ("slices", "24160", 710.0)]
+MORE = [("full", name, 710.0) for name in ("22216", "22320", "23136")]
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(0)
-@pytest.mark.parametrize(("model", "name", "rpm"), CASES)
+@pytest.mark.parametrize(
+    ("model", "name", "rpm"), [*CASES, *(pytest.param(*case, marks=pytest.mark.long_form) for case in MORE)]
+)
 def test_five_bearings_run_with_defaults(model: str, name: str, rpm: float, tmp_path: Path) -> None:
     check(bearing_file(name, tmp_path), model, rpm, max(0.8, 600 / rpm))

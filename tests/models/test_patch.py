@@ -1,7 +1,5 @@
 """Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line model's limit."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

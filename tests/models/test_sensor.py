@@ -1,7 +1,5 @@
 """What the sensor shows: levels of known tones in the bands, and the path's response, chunk by chunk as at once."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
@@ -115,6 +113,8 @@ def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None
     with xarray.open_dataset(path, engine="h5netcdf") as data:
         assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
         assert data["acceleration_x_m_s2"].dims == ("time_s",)
+        np.testing.assert_array_equal(data["acceleration_x_m_s2"], run.acceleration_m_s2[:, 0])
+        np.testing.assert_allclose(data["time_s"], np.arange(run.samples) / run.scene.output_rate_hz, rtol=ROUNDING)
 
 
 def test_a_run_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """What the slices model takes from scene and bearing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -3,8 +3,6 @@
 Orders on the contact problem are tested in `tests/verification/test_convergence_order.py`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

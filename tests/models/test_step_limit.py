@@ -1,7 +1,5 @@
 """The step limit told before a run: one roller stands for the whole bearing."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ i Z f_c, i BPFO (Tandon & Choudhury 1999, Tribol. Int. 32, 469, Yhland 1992, J. 
 not checked; the radial forms i Z (f_s - f_c) ± f_s and i Z f_c as in NMB's catalogue of ball bearings, page 68).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache
@@ -38,7 +36,7 @@ BEM_ELEMENTS, BEM_REACH, BEM_ERROR = 401, 1.4, 2e-3
 
 def scene_of(model: str = "line", **surface: Any) -> Any:
     table = {"surface": surface} if surface else {}
-    return load_scene("rig", {"model": model, "duration": "0.5 s", **table})
+    return load_scene("rig", {"model": model, "duration_s": DURATION_S, **table})
 
 
 def smooth(model: str) -> Parameters:
@@ -219,7 +217,7 @@ def share_at(frequency_hz: FloatArray, spectrum: FloatArray, lines_hz: list[floa
 
 ORDER_39_OUTER = {"shortest": "25.7 mm", "longest": "26.4 mm"}  # around 1.0148 m: i Z + 1 for i = 2
 ORDER_39_INNER = {"shortest": "19.5 mm", "longest": "19.9 mm"}  # around 0.7672 m
-DURATION_S, LINE_BINS = 0.5, 2.5
+DURATION_S, LINE_BINS = 0.25, 2.5  # windows of 10 Hz about lines 117 Hz apart
 
 
 def test_a_wave_of_the_outer_race_shows_at_multiples_of_its_passage() -> None:

@@ -1,7 +1,5 @@
 """Amplitudes: levels of known tones, increments, patterns of known modulation, and rows with their verdicts."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """The size of a defect behind a known path: on pulses whose length and height go with the size."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Identifying the path to the sensor: on simulated truth, its intervals, what is rejected, and bad input."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
@@ -104,7 +102,9 @@ def written(path: Path, values: np.ndarray, header: str = "frequency_hz,real_m_s
     return path
 
 
-def test_a_measured_response_from_a_table_and_from_uff(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_measured_response_from_a_table_and_from_uff(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     values = TRUE.response(FREQUENCY_HZ) / 92.0
     noisy = values + np.random.default_rng(1).normal(0, 1e-5, (values.size, 2)) @ [1, 1j]
     table = written(tmp_path / "hammer.csv", noisy)
@@ -122,6 +122,11 @@ def test_a_measured_response_from_a_table_and_from_uff(tmp_path: Path, capsys: p
     frequency_hz, read = read_frf(tmp_path / "hammer.uff")
     assert frequency_hz == pytest.approx(FREQUENCY_HZ, rel=1e-5)
     assert np.allclose(read, noisy, rtol=1e-4)
+    monkeypatch.setattr("pyuff.UFF", None)  # in this process: the library reads in another one, with limits
+    whole = (tmp_path / "hammer.uff").read_text()
+    (tmp_path / "hammer.uff").write_text(whole.replace(" 1.", " x."))
+    with pytest.raises(DataError, match=r"hammer\.uff: truncated or damaged universal file"):
+        read_frf(tmp_path / "hammer.uff")
 
 
 @pytest.mark.parametrize(
@@ -148,7 +153,7 @@ def test_too_few_lines_of_a_response() -> None:
 
 def test_records_that_cannot_be_compared_are_refused(rig: SimulatedRig) -> None:
     other = dataclasses.replace(rig.healthy, unit="g")
-    with pytest.raises(DataError, match="needs m/s2"):
+    with pytest.raises(DataError, match="m/s2 is needed"):
         identify(rig.fault, other, rig.excitation, bearing=BEARING)
     with pytest.raises(ConfigurationError, match="half the rate"):
         identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING, band_hz=(400.0, 12_000.0))

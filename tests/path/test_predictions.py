@@ -1,7 +1,5 @@
 """Blind rows: only of records that nobody had opened, and only of predictions that are as they were hashed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

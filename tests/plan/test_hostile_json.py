@@ -1,7 +1,5 @@
 """This program's own JSON files with anything in them: an error that names the file, or as if there were none."""
 
-from __future__ import annotations
-
 import copy
 import json
 import os

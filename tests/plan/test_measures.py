@@ -1,7 +1,5 @@
 """The measures that runs are compared by, on signals whose answer is known; the missing harmonic (eq. 20)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

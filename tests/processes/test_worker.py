@@ -1,7 +1,5 @@
 """A child process answers, or is said to have died; it never takes its parent along, nor outlives it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

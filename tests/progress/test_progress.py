@@ -1,7 +1,5 @@
 """Progress is shown where it should be and is silent where it should be."""
 
-from __future__ import annotations
-
 import io
 import re
 import threading

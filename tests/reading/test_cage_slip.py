@@ -1,7 +1,5 @@
 """A cage that slips by several per cent: its lines are found where the user says so, and not read otherwise."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

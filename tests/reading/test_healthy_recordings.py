@@ -1,7 +1,5 @@
 """Nothing is reported on healthy bearings: every fault line is looked for, in the record's own band, labels removed."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The probability that a found peak is the line: from the slip prior and how strong it is, not from the window."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

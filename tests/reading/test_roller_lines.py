@@ -1,7 +1,5 @@
 """A roller fault: twice the roller's turning and the cage's spacing beside it, read together, in a simulated record."""
 
-from __future__ import annotations
-
 import math
 
 from srbval.bearing import Fault, load_bearing

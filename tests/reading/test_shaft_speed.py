@@ -1,7 +1,5 @@
 """The shaft speed estimated from fault harmonics and shaft sidebands: right, covered, and silent on noise."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

@@ -1,12 +1,13 @@
 """Windows of one per cent, whatever the speed is known by: a nominal speed further off costs trials, not a window."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
+import os
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
 
 from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
@@ -18,6 +19,7 @@ from tests.reading.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 
 NOMINAL_HZ = 25.0
+SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "20"))
 
 
 def outer_race(shaft_hz: float, seed: int = 0):
@@ -77,3 +79,35 @@ def test_nothing_is_named_in_noise_or_beside_a_line_that_was_found() -> None:
     for seed in range(3):
         noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
         assert analyse(noise, bearing=BEARING, speed=speed).outside is None
+
+
+@settings(max_examples=SPEEDS, deadline=None, derandomize=True)
+@given(
+    off=some.floats(-0.09, 0.09), tolerance_pct=some.floats(0.02, 10), slip=some.floats(0, 0.008),
+    kind=some.sampled_from(["inner", "outer", "noise"]), seed=some.integers(0, 99),
+)  # fmt: skip
+def test_the_tolerance_of_a_set_point_binds(
+    off: float, tolerance_pct: float, slip: float, kind: str, seed: int
+) -> None:
+    """Whatever the record shows: the speed used lies within, and one that the lines fit outside is said."""
+    shaft_hz = NOMINAL_HZ * (1 + off)
+    inner = record(shaft_hz=shaft_hz, slip=slip, seed=seed, fault=kind == "inner")
+    made = outer_race(shaft_hz, seed) if kind == "outer" else inner
+    stated = nominal_speed(60 * NOMINAL_HZ, tolerance_pct)
+    result = analyse(made, bearing=BEARING, speed=stated)
+    assert abs(result.speed.value_hz - NOMINAL_HZ) <= stated.ci95_hz
+    beyond = to_json(result)["shaft_hz"]["outside"]
+    assert ("rpm, outside the stated 1500 rpm ± " in result.verdict) == (beyond is not None)
+    if beyond:
+        assert abs(beyond["value_hz"] - NOMINAL_HZ) > stated.ci95_hz
+        assert f"a shaft at {60 * beyond['value_hz']:,.1f} ± " in result.verdict
+        assert beyond["value_hz"] == pytest.approx(shaft_hz, abs=2 * beyond["ci95_hz"])
+    if kind == "inner" and abs(off) > 0.01 + tolerance_pct / 100:
+        assert beyond is not None
+        assert not result.line("BPFI").detected
+
+
+def test_a_wide_tolerance_costs_trials_and_not_the_line() -> None:
+    """Eleven speeds leave a line that no placebo reaches improbable: there are as many more placebos."""
+    line = analyse(outer_race(1.013 * NOMINAL_HZ), bearing=BEARING, speed=nominal_speed(1500.0, 6.0)).line("BPFO")
+    assert line.detected

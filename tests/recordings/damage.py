@@ -1,7 +1,5 @@
 """Damaged and hostile files without end, seeded: every format times every damage, and files that claim too much."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

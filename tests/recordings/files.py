@@ -1,7 +1,5 @@
 """Files as the world writes them, made for the tests: nothing here uses the package's own writers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

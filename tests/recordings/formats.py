@@ -1,7 +1,5 @@
 """One synthetic record, two sensors, in every format that has a loader, and what the user must state of it."""
 
-from __future__ import annotations
-
 import functools
 import tempfile
 from collections.abc import Callable

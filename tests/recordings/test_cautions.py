@@ -1,7 +1,5 @@
 """What the samples themselves show to be wrong is said, with its count, wherever the file is shown."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

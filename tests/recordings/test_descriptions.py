@@ -1,7 +1,5 @@
 """The descriptions of known data sets: complete, consistent with the bearings, found where they are."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

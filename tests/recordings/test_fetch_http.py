@@ -1,7 +1,5 @@
 """Download of an open set over HTTP, from a server of the test's own: broken off, resumed, wrong, complete."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import threading

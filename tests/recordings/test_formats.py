@@ -1,7 +1,8 @@
 """One synthetic record in each format: the same channel, unit, rate and lines everywhere."""
 
-from __future__ import annotations
-
+import re
+import shlex
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -74,9 +75,10 @@ def test_a_library_that_is_missing_is_named(kind: str, tmp_path: Path, monkeypat
     path.write_bytes(whole(kind))
     limited.end_readers()
     (tmp_path / "broken").mkdir()
-    module, name, _ = detect_format(path).library or ("", "", "")
+    module, name = detect_format(path).library or ("", "")
     (tmp_path / "broken" / f"{module.split('.')[0]}.py").write_text("raise ImportError('none here')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "broken"))
-    with pytest.raises(DataError, match=rf'library {name}, .*pip install "srbval\[(formats|tables)\]"'):
+    command = f"{shlex.quote(sys.executable)} -m pip install {name}"
+    with pytest.raises(DataError, match=rf"library {name}, .* Install it: {re.escape(command)}$"):
         load_recording(path)
     limited.end_readers()

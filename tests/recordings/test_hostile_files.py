@@ -1,7 +1,5 @@
 """Hostile files of every kind: one clear `DataError`, never a crash, a hang, or anything executed."""
 
-from __future__ import annotations
-
 import math
 import os
 import pickle

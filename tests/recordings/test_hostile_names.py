@@ -1,7 +1,5 @@
 """Names and labels that attack whoever shows them: loaded and registered as plain text."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

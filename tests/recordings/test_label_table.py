@@ -1,7 +1,5 @@
 """A whole campaign of measurements registered from a table; everything open or wrong is said at once."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

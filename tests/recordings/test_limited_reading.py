@@ -1,7 +1,5 @@
 """Files that make a library hang, crash or take all memory: the process that reads them ends, nothing else does."""
 
-from __future__ import annotations
-
 import os
 import runpy
 import signal

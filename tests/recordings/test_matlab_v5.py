@@ -1,7 +1,5 @@
 """MATLAB v5 files: what scipy writes is read as stored; bombs end in a refusal, in the process that reads."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Callable

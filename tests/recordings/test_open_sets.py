@@ -1,7 +1,5 @@
 """Files in the layouts of the open data sets, and the real ones where they are at hand."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs and stand-ins: written to HDF5, read back through the same loader, open to xarray."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

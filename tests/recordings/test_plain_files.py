@@ -1,7 +1,5 @@
 """Files of no known data set: text, .npy, .mat and .h5, and what must be asked of the user."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

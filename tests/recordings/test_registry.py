@@ -1,19 +1,20 @@
 """The register: add, list, verify; atomic, shared between processes, a changed byte caught."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from srbval.bearing import Fault
+from srbval.campaign.folder import CampaignFolder
+from srbval.cli import main
 from srbval.comparison.other_rigs import usable
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, RecordingSettings
@@ -25,11 +26,14 @@ from srbval.recordings.registry import (
     find_recording,
     listing,
     register,
+    remove,
     rig_recordings,
     verify,
 )
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.synthetic_record import write_synthetic_record
+from srbval.report.blocks import Report, Tone, VerdictBox
+from srbval.report.write import write_report
 from srbval.storage.files import atomic_write
 from srbval.storage.json_files import json_text
 
@@ -47,7 +51,7 @@ def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A rig excerpt, a full rig recording, a CWRU record, a stand-in and a readme."""
+    """A rig excerpt, a full rig recording, a CWRU record and a stand-in; a readme."""
     folder = tmp_path / "data"
     (folder / "below").mkdir(parents=True)
     files.excerpt(folder / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353)
@@ -66,14 +70,14 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
     reported: list[tuple[str, float | None]] = []
     result = add(folder, progress=lambda *call: reported.append(call))
     found = by_name(result.recordings)
-    assert len(found) == 5
+    assert len(found) == 4
     rig = found["IR_727rpm_124.8kN_0kN.mat"]
     assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", Fault.INNER, 124.8, 0.0)
     assert (rig.nominal_rpm, rig.fs_hz, rig.seconds) == (727.0, 20480.0, pytest.approx(0.2))
     assert (found["s.h5"].origin, found["s.h5"].dataset) == (Origin.STAND_IN, None)
-    assert found["README.md"].status is FileStatus.UNREADABLE
-    assert "not a table of numbers" in found["README.md"].reason
-    assert result.problems == ()  # a readme is no damaged recording
+    (readme,) = result.left_out
+    assert (Path(readme.file).name, "not a table of numbers" in (readme.reason or "")) == ("README.md", True)
+    assert result.problems == ()
     assert reported[-1] == ("Register", 1.0)
 
 
@@ -148,7 +152,7 @@ def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pyte
     """As long as it is named; what a look at it found is kept, but registers nothing."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     first = listing().recordings
-    assert len(first) == 5
+    assert len(first) == 4
     assert read_manifest() == {}
     monkeypatch.setattr(register, "inspect_file", None)  # not looked at again
     assert listing().recordings == first
@@ -179,7 +183,7 @@ def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
     alone = rig_recordings()
     add(tmp_path / "copy")
     add(tmp_path / "other name")
-    assert len(listing().recordings) == 15
+    assert len(listing().recordings) == 12
     assert rig_recordings() == tuple(replace(r, file=r.file.replace("/data/", "/copy/")) for r in alone)
     assert len(usable(listing().recordings)) == 1
 
@@ -196,13 +200,13 @@ def test_a_folder_that_moved(more: bool, folder: Path, tmp_path: Path) -> None:
     assert {name: r.status for name, r in found.items() if r.status is FileStatus.MISSING} == {
         "105.mat": FileStatus.MISSING
     }
-    assert len(listing().recordings) == 5
+    assert len(listing().recordings) == 4
     assert found["IR_727rpm_124.8kN_0kN.mat"].settings == RecordingSettings(rpm=700.0, unit="g" if more else None)
     assert Path(found["s.h5"].file).parent == tmp_path / "moved"
     (tmp_path / "moved").rename(folder)
     add(folder, repin=True)
     found = by_name(listing().recordings)
-    assert (len(found), found["105.mat"].status) == (5, FileStatus.MISSING)
+    assert (len(found), found["105.mat"].status) == (4, FileStatus.MISSING)
     assert found["IR_727rpm_124.8kN_0kN.mat"].settings is None
 
 
@@ -342,3 +346,49 @@ def test_json_has_the_interfaces_keys(folder: Path) -> None:
     document = json.loads(json_text(add(folder)))
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
+
+
+def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
+    """Tables that figures show and results of a campaign hold signals, too."""
+    tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
+    report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
+    write_report(report, folder / "report", ("html", "json"))
+    CampaignFolder(folder / "below" / "runs").write_plan("runs", "", [])
+    for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/ab/a.h5"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(folder / "s.h5", folder / name)
+    shutil.copy(folder / "s.h5", folder / "report" / "a_record_of_the_user.h5")
+    found = add(folder)
+    assert set(by_name(found.recordings)) - set(by_name(found.left_out)) == {
+        "OR_353rpm_x.mat", "IR_727rpm_124.8kN_0kN.mat", "105.mat", "s.h5", "a_record_of_the_user.h5",
+    }  # fmt: skip
+    reasons = [entry.reason or "" for entry in found.left_out]
+    assert [sum(what in reason for reason in reasons) for what in ("of a report", "of a campaign")] == [3, 3]
+    for none in (folder / "report" / "figures", folder / "README.md"):
+        with pytest.raises(DataError, match="1 of 1 files to register are no recordings"):
+            add(none)
+    assert len(listing().recordings) == 5
+
+
+def test_remove_undoes_an_add(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add(folder / "105.mat")
+    before = manifest_path().read_bytes()
+    add(folder / "below")
+    assert main(["data", "remove", str(folder / "below"), "--json"]) == 0
+    removed = json.loads(capsys.readouterr().out)["recordings"]
+    assert ([Path(r["file"]).name for r in removed], set(removed[0]) >= INTERFACE_KEYS) == (
+        ["IR_727rpm_124.8kN_0kN.mat"],
+        True,
+    )
+    assert manifest_path().read_bytes() == before
+    assert (folder / "below" / "IR_727rpm_124.8kN_0kN.mat").exists()
+    shutil.copy(folder / "105.mat", folder / "below" / "105.mat")
+    add(folder)
+    monkeypatch.chdir(folder.parent)
+    with pytest.raises(ConfigurationError, match=r"2 registered files; give the path: .*105\.mat, .*105\.mat"):
+        remove("105.mat")
+    assert [len(remove(name).recordings) for name in ("s.h5", "cwru", folder)] == [1, 2, 2]
+    assert main(["data", "remove", "s.h5"]) == 3
+    assert "s.h5: no registered file, folder or data set; nothing was removed" in capsys.readouterr().err

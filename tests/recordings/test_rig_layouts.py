@@ -1,7 +1,5 @@
 """The rig's recordings: the open excerpts' layout and the full one, in MATLAB v5 and v7.3."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What the user settles when registering is kept, and used by every command that loads the file."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

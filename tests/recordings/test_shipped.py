@@ -1,7 +1,5 @@
 """The rig's excerpts that ship with the program: what they hold, whence they come, that they are the originals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import h5py

@@ -1,7 +1,5 @@
 """Pulses of a tachometer become the course of the speed, with an interval that holds, or a question."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Text tables: what is not as it should be is an error that names the line; nothing is dropped or guessed."""
 
-from __future__ import annotations
-
 import codecs
 from pathlib import Path
 

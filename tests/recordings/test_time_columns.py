@@ -1,7 +1,5 @@
 """Time columns: a rate only where the times are even and their unit is known; else a question that says why."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Two whole reports of the same short runs, with the rig's records and without; and a small one of synthetic arrays."""
 
-from __future__ import annotations
-
 import shlex
 from datetime import UTC, datetime
 from pathlib import Path

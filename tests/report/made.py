@@ -1,7 +1,5 @@
 """Whole reports of short runs, and the same findings with names as hostile as a file can carry them."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import sys

@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.report.figures.bearing import bearing_scene
-from srbval.report.figures.comparison import deviation_plot, fidelity_plot
+from srbval.report.figures.comparison import deviation_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices
@@ -119,15 +119,3 @@ def test_the_scene_shows_rollers_load_and_defect(tmp_path):
     assert "124.8 kN" in text
     assert "outer-race defect" in text
     assert len(rows_of(made)) == geometry.rollers_per_row
-
-
-def test_an_error_below_the_axis_has_an_arrow(tmp_path):
-    row = {"question": "cage-speed", "model": "full", "scenes": 3, "unanswered": 0, "wall_per_simulated_s": 1.0}
-    sizes = [
-        len(fidelity_plot([
-            row | {"median_error_pct": median, "worst_error_pct": 1.0},
-            row | {"model": "line", "median_error_pct": 0.5, "worst_error_pct": 2.0},
-        ])(tmp_path, name).picture.read_text("utf-8"))
-        for name, median in (("above", 1.1e-3), ("below", 0.9e-3))
-    ]  # fmt: skip
-    assert sizes[1] > sizes[0] + 200

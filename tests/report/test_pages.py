@@ -1,7 +1,5 @@
 """Pages that studies bring: without a result they say how to make one, with it they are whole, failures included."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import Any

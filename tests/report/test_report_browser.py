@@ -4,13 +4,11 @@ Chromium is driven through Playwright: one on the PATH, one named by SRBVAL_CHRO
 `playwright install chromium` brings; without any these tests skip.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
 
@@ -70,7 +68,7 @@ class Visit:
         if request.url != self.own and not request.url.startswith("data:"):
             self.complaints.append(f"request: {request.url[:200]}")
 
-    def __enter__(self) -> Visit:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -2,6 +2,7 @@
 
 import base64
 import builtins
+import dataclasses
 import hashlib
 import json
 import re
@@ -48,11 +49,28 @@ def test_a_failure_leaves_what_was_there(report, tmp_path, monkeypatch):
     def fail(*_):
         raise RuntimeError("out of luck")
 
-    monkeypatch.setattr(write_module, "write_json", fail)
+    monkeypatch.setattr(write_module, "move_listed_files", fail)
     with pytest.raises(RuntimeError):
         write_report(report, folder, ("html", "json"))
     assert {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()} == before
     assert listing(tmp_path) == ["out", *(f"out/{name}" for name in listing(folder))]
+
+
+def test_a_new_report_replaces_the_former_one_and_nothing_else(report, tmp_path):
+    """Figures and appendix that it has no more go; what someone else wrote or changed stays."""
+    folder = tmp_path / "out"
+    write_report(report, folder, ("html", "json"))
+    own = {"notes.txt": "mine", "figures/mine.svg": "mine", "figures/fig11b.svg": "mine now", "appendix.pdf": "mine"}
+    for name, text in own.items():
+        (folder / name).write_text(text)
+    listed = json.loads((folder / "report.json").read_text("utf-8"))["files"]
+    assert set(listed) == {"report.html", *(f"figures/fig1{n}.{end}" for n in ("1b", "2a") for end in ("csv", "svg"))}
+    hostile = {"files": listed | {"../beside.txt": hashlib.sha256(b"mine").hexdigest()}}
+    (tmp_path / "beside.txt").write_text("mine")
+    (folder / "report.json").write_text(json.dumps(hostile))
+    write_report(dataclasses.replace(report, sections=report.sections[:2]), folder, ("json",))
+    assert listing(tmp_path) == ["beside.txt", "out", *(f"out/{f}" for f in sorted(["figures", "report.json", *own]))]
+    assert {name: (folder / name).read_text() for name in own} == own
 
 
 def test_what_cannot_be_written_is_refused(report, tmp_path):
@@ -185,5 +203,5 @@ def test_without_typst_the_error_says_what_to_install(report, tmp_path, monkeypa
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", without_typst)
-    with pytest.raises(ConfigurationError, match=r'pip install "srbval\[pdf\]"'):
+    with pytest.raises(ConfigurationError, match=r"python\S* -m pip install typst\b"):
         render_pdf(report, tmp_path)

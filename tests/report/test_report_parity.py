@@ -1,7 +1,5 @@
 """The HTML page, the PDF and report.json show the same numbers, those of the tree."""
 
-from __future__ import annotations
-
 import html
 import json
 import re

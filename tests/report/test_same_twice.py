@@ -1,7 +1,5 @@
 """Two reports of the same recordings and runs are the same, byte for byte."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess
@@ -29,7 +27,7 @@ sys.exit(main(sys.argv[1:]) not in (0, 1))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long_form
 def test_report_and_figures_are_the_same_from_a_process_that_hashes_its_own_way(with_rig: Made, tmp_path: Path) -> None:
     found = with_rig.findings
     models = {rig.recording.name: model for rig, model in found.matrix.sides.values()}

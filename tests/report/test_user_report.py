@@ -1,7 +1,5 @@
 """The report on a user's recordings: the answer first, every line told, no page too many."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import json

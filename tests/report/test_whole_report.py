@@ -1,7 +1,5 @@
 """The whole report, short: what it writes and claims, that a stand-in never counts, that hostile names stay text."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

@@ -4,8 +4,6 @@
 of JSON when each begins and one when it has ended.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import json

@@ -1,7 +1,5 @@
 """The scenes that are known by name, and the ranges of the rig's inputs."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 `SRBVAL_SCENES=5000` runs so many cases (an hour of one core); the default is a taste of them.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import selectors

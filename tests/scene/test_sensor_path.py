@@ -1,7 +1,5 @@
 """A path to the sensor: its response against closed forms, its file, and what is refused of one."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Surfaces of races and rollers: the Ra of their class, the height that was given, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Combs over their fundamental, and the chance that a meaningless one is as strong; groups of a roller's lines."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 Prewhitening takes away what repeats exactly and keeps impacts that stray; random phases take away impacts too.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.signal

@@ -1,7 +1,5 @@
 """One cache folder with a sub-folder for each kind of content; shown with sizes and cleared."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import platformdirs

@@ -1,7 +1,5 @@
 """HDF5 files: read by xarray with names and units; with their checksum they are what was written, or an error."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 import sys
@@ -10,7 +8,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import xarray
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
@@ -18,33 +15,9 @@ from srbval.recordings import load_recording
 from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.storage.hdf5_files import (
     END_BYTES,
-    SCHEMA_VERSION,
     append_checksum,
     checked_summary,
-    write_hdf5,
 )
-
-RATE_HZ = 100.0
-
-
-def test_xarray_reads_values_units_and_attributes(tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    values = np.array([1.0, 2.0, 4.0])
-    write_hdf5(
-        path,
-        fs_hz=RATE_HZ,
-        variables={"acceleration": (values, "m/s2", "radial acceleration")},
-        attributes={"name": "a run", "rpm": 710.0},
-    )
-    with xarray.open_dataset(path, engine="h5netcdf") as file:
-        assert file["acceleration"].dims == ("time_s",)
-        np.testing.assert_array_equal(file["acceleration"], values)
-        np.testing.assert_array_equal(file["time_s"], np.arange(3) / RATE_HZ)
-        assert (file["acceleration"].attrs["units"], file["time_s"].attrs["units"]) == ("m/s2", "s")
-        assert file["acceleration"].attrs["long_name"] == "radial acceleration"
-        assert (file.attrs["name"], file.attrs["rpm"], file.attrs["fs_hz"]) == ("a run", 710.0, RATE_HZ)
-        assert file.attrs["schema_version"] == SCHEMA_VERSION
-
 
 FULL = """
 import resource, signal, sys

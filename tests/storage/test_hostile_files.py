@@ -1,7 +1,5 @@
 """TOML files that are no good: refused at once with one printable line, whoever asks for them."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable

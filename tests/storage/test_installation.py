@@ -1,7 +1,5 @@
 """The package finds itself, what is shipped with it, and itself again in a child process."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

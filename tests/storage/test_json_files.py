@@ -1,7 +1,5 @@
 """Whatever the package holds becomes strict JSON, or is refused; a file is whole or is not there."""
 
-from __future__ import annotations
-
 import enum
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What a result was computed by follows from the imports of the code that computes it."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Stored results: the newest one that can be read, wherever it lies; why one no longer holds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The study of amplitudes: what is counted, and paths that are drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

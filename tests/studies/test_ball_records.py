@@ -1,7 +1,5 @@
 """The stored comparison of the ball bearing model with the records: whole, by its command, and as the guide says it."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from pathlib import Path
@@ -10,7 +8,7 @@ import pytest
 
 import srbval
 from srbval.storage.stored_result import newest_result
-from srbval.studies.ball_records.study import INPUTS, LEAST_RECORDS, PATH
+from srbval.studies.ball_records.study import LEAST_RECORDS
 
 GUIDE = (Path(srbval.__file__).parent / "docs" / "guide" / "your_bearing.md").read_text(encoding="utf-8")
 SETS = {"cwru": "CWRU", "mfpt": "MFPT", "hit-sm": "HIT-SM"}
@@ -51,10 +49,3 @@ def test_the_guides_table_is_the_stored_one(stored: dict) -> None:
             half = "" if one["ci95"] is None else f" ± {one['ci95']:.{digits}f}"
             cells.append(f"{one['bias']:+.{digits}f}{half} ({one['within']} of {one['records']})")
         assert f"| {title} | {' | '.join(cells)} |" in GUIDE
-
-
-def test_every_input_has_a_source_and_a_range_about_something() -> None:
-    assert {one.keys[0] for one in INPUTS if one.keys[0].startswith(PATH)} == {
-        f"{PATH}{key}" for key in ("frequency_hz", "damping_ratio", "direct")
-    }
-    assert all(one.source and one.low < one.high for one in INPUTS)

@@ -1,7 +1,5 @@
 """The overhead of very many cases."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Placebo probabilities of a few combs of every healthy record, and names on records without a fault, in short."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

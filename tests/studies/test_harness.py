@@ -1,7 +1,5 @@
 """Studies stand on their own: each says what it asks, and the rest does without any of them."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import hashlib

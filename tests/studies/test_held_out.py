@@ -1,7 +1,5 @@
 """Predictions against measurements outside the calibration set: the rule of the draw, the test, its result."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

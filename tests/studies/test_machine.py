@@ -1,7 +1,5 @@
 """The timed arithmetic computes what it should, so that no compiler can skip it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rungs measured in processes of their own; what was measured is not measured again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """How detection falls with added noise."""
 
-from __future__ import annotations
-
 import pytest
 
 from srbval.studies.noise.study import noise_study

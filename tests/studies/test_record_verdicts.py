@@ -1,7 +1,5 @@
 """The study of the verdict's error rates: its simulated records, and what its stored result must show."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import binom

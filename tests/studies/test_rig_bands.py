@@ -1,7 +1,5 @@
 """The study of bands: what it calls served, and its stored result."""
 
-from __future__ import annotations
-
 import pytest
 
 from srbval.bearing import RACE_DEFECTS

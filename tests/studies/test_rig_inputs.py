@@ -1,7 +1,5 @@
 """The study of the rig scene's inputs: what it runs, what it reckons, and its stored result."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Wrong verdicts are found, of either kind; the random part differs from run to run."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -89,8 +87,8 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_few_judged_for_real(tmp_path: Path) -> None:
     store = replace(outcome_store(), folder=tmp_path)
-    result = judge_runs(seed=5, share=0.005, store=store, jobs=2)
-    assert result["counts"]["runs"] == len(result["runs"]) >= 10
+    result = judge_runs(seed=5, share=0.002, store=store, jobs=2)
+    assert result["counts"]["runs"] == len(result["runs"]) >= 4
     assert result["counts"]["falsely_ok"] <= max(1, MOST_FALSE * len(result["runs"]))
     assert result["seed"] == 5
     of_size = sum(run["size"] != 1 for run in result["runs"])

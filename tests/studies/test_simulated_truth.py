@@ -1,7 +1,5 @@
 """Sizes found of simulated truth: what is counted, and paths that are known or drawn."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

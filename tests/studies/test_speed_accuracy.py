@@ -1,7 +1,5 @@
 """A benchmark from end to end, on runs too short to mean anything; no wall time is asserted."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -12,16 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault
 from srbval.cli import main
-from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE
 from srbval.report.pages import StoredResults
-from srbval.scene import RollerFit
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import SCHEMA_VERSION, ContentStore, StoredResult
-from srbval.studies.scenes import SCENES, bench_scene, output_rate_hz
+from srbval.studies.scenes import bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import study as bench
 from srbval.studies.speed_accuracy.page import PAGE
 from srbval.studies.speed_accuracy.runs import (
@@ -73,22 +68,12 @@ def result(folder: Path) -> dict[str, Any]:
     return content
 
 
-def test_scenes_are_what_their_names_say() -> None:
-    assert len(SCENES) == 6
-    scene = bench_scene("interference-inner", solver="ode3", seconds=1.0, settle_s=0.0)
-    assert (scene.contact.roller_fit, scene.defect.kind) == (RollerFit.PRINTED, Fault.INNER)
-    with pytest.raises(ConfigurationError, match="play0-outer"):
-        bench_scene("play1-outer", solver="ode4", seconds=1.0, settle_s=0.0)
-
-
 @pytest.mark.parametrize(("per_second", "rate"), [(61440, 20480), (20480, 20480), (30720, 15360), (7680, 7680)])
 def test_output_rate_suits_the_step(per_second: int, rate: float) -> None:
     assert output_rate_hz(1 / per_second) == pytest.approx(rate)
 
 
 def test_document(result: dict[str, Any]) -> None:
-    assert {"machine", "reference", "runs", "trajectories", "processes", "targets"} <= set(result)
-    assert {"processor", "cores", "versions", "load_before", "calibration"} <= set(result["machine"])
     assert [r["solver"] for r in result["runs"]] == ["ode4", "imex2"]
     for row in result["runs"]:
         assert set(row) >= ROW_KEYS
@@ -96,9 +81,7 @@ def test_document(result: dict[str, Any]) -> None:
         assert row["wall_in_calibrations"] == pytest.approx(row["wall_per_simulated_s"] / seconds)
         assert row["noise_floor"] is None, "of a record so short"
     assert result["runs"][0]["rhs_per_simulated_s"] == pytest.approx(4 * 61440)
-    reference = result["reference"]["play0-outer"]
-    assert reference["dt_s"] == pytest.approx(1 / 122880)
-    assert {"own_cage_error", "own_band_rms_error", "cached"} <= set(reference)
+    assert result["reference"]["play0-outer"]["dt_s"] == pytest.approx(1 / 122880)
     assert any(r["pareto"] for r in result["runs"])
 
 
@@ -194,22 +177,15 @@ def row(scene: str, wall: float, cage: float, band: float, status: str = "ok", *
     return {"scene": scene, **step, **errors, "noise_floor": None, **of}
 
 
-def test_targets_are_shown_met_or_not() -> None:
-    found = {t["name"]: t for t in targets([], APART, accuracy=True)}
-    assert len(found) == 14
-    assert found["compile, empty store"]["met"] is True
-    assert found["second srbval simulate --seconds 0.1"]["met"] is False
-    assert found["peak memory of a 10 s run"]["value"] == 300.0
-    assert found["full model, ode4 at 1/61440 s, play0-outer"]["met"] is None
-    rows = [row("play0-outer", 0.9, 1e-4, 0.1), row("interference-outer", 0.9, 1e-4, 0.1, "cage-lost")]
-    rows += [row("interference-outer", 0.3, 1e-6, 0.1, solver="imex2")]
-    found = {t["name"].partition("): ")[2] or t["name"]: t for t in targets(rows, None, accuracy=True)}
+def test_a_failed_run_meets_no_target() -> None:
+    found = {t["name"]: t["met"] for t in targets([], APART, accuracy=True)}
+    assert found["compile, empty store"] is True
+    assert found["second srbval simulate --seconds 0.1"] is False
     wall = "full model, ode4 at 1/61440 s, {}"
-    assert found[wall.format("play0-outer")]["met"] is True
-    assert found[wall.format("interference-outer")]["met"] is False, "a failed run does not meet its target"
-    ours = {t["name"]: t for t in targets(rows, None, accuracy=True)}
-    cage = ours["default (imex2), interference-outer: cage error over ode4's at 1/61440 s"]
-    assert (cage["value"], cage["met"]) == (pytest.approx(0.01), True)
+    assert found[wall.format("play0-outer")] is None
+    rows = [row("play0-outer", 0.9, 1e-4, 0.1), row("interference-outer", 0.9, 1e-4, 0.1, "cage-lost")]
+    found = {t["name"].partition("): ")[2] or t["name"]: t["met"] for t in targets(rows, None, accuracy=True)}
+    assert [found[wall.format(f"{fit}-outer")] for fit in ("play0", "interference")] == [True, False]
 
 
 def test_observed_order_and_path_error() -> None:

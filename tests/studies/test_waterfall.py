@@ -1,7 +1,5 @@
 """The waterfall: its steps make the rig's scene, what of the inputs acts where, and what its rows come to."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """States at which the equations of motion are checked: near rolling, with everything moving."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

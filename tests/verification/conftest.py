@@ -1,7 +1,5 @@
 """Everything in this folder bears the mark `verification`: ``pytest -m verification`` runs the suite alone."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

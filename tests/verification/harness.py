@@ -1,7 +1,5 @@
 """The one place where the checks reach into the model under test: parameters, start, rates, steps."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import replace

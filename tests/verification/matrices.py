@@ -4,8 +4,6 @@ Dense, [S, S] for S speeds in the order of the state: slides, spins, cage, ring,
 block, no elimination: every body and every touching point adds its own square form.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

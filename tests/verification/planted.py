@@ -5,8 +5,6 @@ answers each with a line: pytest's exit status and what it printed. Each is plan
 any kernel is imported, so that what everything needs is imported only once and no copy of the package is made.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

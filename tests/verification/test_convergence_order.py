@@ -9,8 +9,6 @@ enters or leaves contact every few microseconds, the contact damping jumps there
 with the stiff friction of a critical velocity of 1 mm/s all implicit methods still go to the same limit as ode4.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -5,8 +5,6 @@ test, only as chatter or drag at coarse steps. Sources: G' C G summed over the p
 `numpy.linalg.solve`; difference quotients of the model's own accelerations.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

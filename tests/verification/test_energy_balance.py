@@ -10,8 +10,6 @@ powers of the forces that they apply, friction and damping relaxed (`power_kerne
 whatever the friction. Read at the velocities of the evaluation, the drive's power was 26 % too large there.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -6,8 +6,6 @@ change of momentum and energy that are found by difference quotients along the m
 centrifugal, Coriolis or gyroscopic term is written down here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

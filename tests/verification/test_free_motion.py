@@ -5,8 +5,6 @@ and even small ones show. Sources: closed forms of a bead on a turning rod and o
 Classical Mechanics, 3rd ed., sect. 5.6), conservation of angular momentum and energy, a falling stone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -6,8 +6,6 @@ Prony's method (two poles from the ratio of consecutive samples), so they do not
 ring's mass is summed from slices in `world.py`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -7,8 +7,6 @@ at exp(-beta t) of their speed. Smoothing is made so narrow that it does not mat
 the outer race; the roller moves along its slot, against a ring held fast or a free one of 90 kg.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -8,8 +8,6 @@ The powers that a step records must be those of the forces that it applies, fric
 it relaxes them: with the shaft as one more speed in u and D, drive and losses change by x's share of u D u.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ rounding. Forces, powers and rates are each compared with the largest of their k
 by the changes of the velocities.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

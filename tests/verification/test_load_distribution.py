@@ -6,8 +6,6 @@ three displacements outside; scipy), without friction, smoothing or any kernel. 
 many points has a closed form (Hertz's problem for a bed of springs), which the static solution is held against in turn.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ the checks' own harness, and definitions: mean acceleration is change of velocit
 change of angle over it, powers and forces are means over the stages, energies are those of the interval's start.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ the checks named below then run in a process of its own, uncompiled, which is fa
 kernels must pass them, and every planted error must fail at least one.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import queue

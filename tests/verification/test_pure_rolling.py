@@ -6,8 +6,6 @@ of it depends on forces. A light interference presses all rollers alike, there i
 resistance is left that friction would have to overcome by slip.
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -6,8 +6,6 @@ running speed, with rollers that enter and leave the load zone and one that cros
 derivatives are continuous, so the methods of order one and two keep their orders. That is more than points allow.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

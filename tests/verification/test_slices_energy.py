@@ -6,8 +6,6 @@ What is left at an instant is the mismatch of the polynomials for a slice's forc
 force acts; over a run the step's error.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ Reason: the model's rollers do neither, and axial load reaches them through the 
 in its middle. Real ones are between both.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 

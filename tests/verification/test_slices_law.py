@@ -5,8 +5,6 @@ every result a little. Source: the laws themselves, q = k e^(10/9) over a slice 
 the other, and eq. (19), integrated with SciPy.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ missing from the energy in the contacts. The parabola that the kernel takes for 
 in a window than beside it, limit how well.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -6,8 +6,6 @@ loads of its own. First for loads along the roller that are given, as the issue'
 bearing under load has. Tolerances are of the ratio of cage and shaft speed.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from typing import Any

@@ -5,8 +5,6 @@ integrals along the roller with SciPy's root finding, for radial, axial and comb
 Without friction, gravity, and at a shaft speed that presses no roller outwards.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

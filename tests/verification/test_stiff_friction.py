@@ -6,8 +6,6 @@ the critical velocity has no say, and chatter is slip, so it shows in the power 
 of what there is, whichever the stiffness.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -11,8 +11,6 @@ a critical velocity of 1 mm/s, and two equally right runs then have little in co
 leapfrog's with that critical velocity, as it does not chatter.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ no slot frames, no mass matrix: inertia is checked through momenta, whose rates 
 quotients. Shared with the model: the scene, the geometry table, the layout of the state.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

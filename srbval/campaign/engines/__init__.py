@@ -6,6 +6,7 @@ from importlib import util
 from srbval.campaign.engines.local import Engine, LocalProcesses
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import usable_cores
+from srbval.storage.installation import MissingLibraryError
 
 AUTO, SERIAL, LOCAL, DASK, SLURM = "auto", "serial", "local", "dask", "slurm"
 NAMES = (AUTO, SERIAL, LOCAL, DASK, SLURM)
@@ -46,8 +47,7 @@ def choose_engine(
     if address is not None or name == SLURM:
         engine, package = (SLURM, "dask_jobqueue") if address is None else (DASK, "distributed")
         if util.find_spec(package) is None:
-            shown = package.replace("_", "-")
-            raise ConfigurationError(f'engine {engine!r} needs {shown}: pip install "srbval[cluster]"')
+            raise MissingLibraryError(f"engine {engine!r}", "dask[distributed]", "dask-jobqueue")
         from srbval.campaign.engines.dask_cluster import cluster_at, slurm_cluster
 
         waiting = {} if wait_s is None else {"wait_s": wait_s}

@@ -144,7 +144,8 @@ def rosenbrock_step(y, t, step, method, model, work):
 def leapfrog_step(y, t, step, method, model, work):
     """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: `Coefficients`.
 
-    `ahead` of `work`: predicted change of the velocities up to where forces are linearised; renewed for the next step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
+    `ahead` of `work`: predicted change of the velocities up to where forces are linearised; renewed for the next
+    step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
     velocities; where no roller is damaged or wavy, no force depends on them and the predicted velocities serve. With
     the solutions k1 and k2 the mean force of the step is that at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, of one

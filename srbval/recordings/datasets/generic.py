@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.errors import DataError
+from srbval.errors import NoRecordingError
 from srbval.recordings.raw import RATE_NAME, RawFile, as_signal, printable, samples_down
 from srbval.recordings.reading import PLAUSIBLE_HZ, Channel, Reading, is_time, known_unit, split_unit
 from srbval.recordings.recording import Origin
@@ -33,7 +33,7 @@ def read_generic(raw: RawFile) -> Reading:
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
     if not channels:
         held = ", ".join(f"{printable(k)} {getattr(v, 'shape', 'text')}" for k, v in list(raw.variables.items())[:6])
-        raise DataError(
+        raise NoRecordingError(
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
         )
@@ -68,8 +68,17 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
         text = _unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else "")
-        fs_hz = raw.rates_hz.get(variable)
-        yield printable(name), Channel(samples=samples, unit=known_unit(text), variable=name, fs_hz=fs_hz)
+        whole = known_unit(text) is None and (raw.full_scale or column.dtype.kind in "iu")
+        yield (
+            printable(name),
+            Channel(
+                samples=samples,
+                unit=known_unit(text),
+                variable=name,
+                fs_hz=raw.rates_hz.get(variable),
+                whole_numbers=whole,
+            ),
+        )
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:

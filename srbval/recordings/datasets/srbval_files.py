@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from srbval.bearing import Bearing, Fault, FaultOrders
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
@@ -32,7 +32,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         return None
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
-        raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
+        raise NoRecordingError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
     status = raw.text("status") or "ok"
     if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is not a vibration record.")

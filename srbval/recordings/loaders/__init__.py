@@ -1,12 +1,12 @@
 """File formats that can be read: each has a loader that turns a file into a `RawFile` and interprets nothing.
 
 A new format is a `limited.FileFormat` and its entry in `FORMATS`; where a library that is no dependency reads it, the
-format names that and its extra. A file's format is recognised by its first bytes, never by its name.
+format names that. A file's format is recognised by its first bytes, never by its name.
 """
 
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders import arrays, hdf5, signals, text
 from srbval.recordings.loaders.limited import FileFormat
 
@@ -28,7 +28,9 @@ def detect_format(path: Path) -> FileFormat:
         if candidate.matches(head):
             return candidate
     accepted = ", ".join(candidate.description for candidate in FORMATS)
-    raise DataError(f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}.")
+    raise NoRecordingError(
+        f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}."
+    )
 
 
 def _head(path: Path) -> bytes:

@@ -173,7 +173,7 @@ MATLAB = FileFormat(
     matches=lambda head: head.startswith(b"MATLAB 5.0") or head[124:128] in MAT_VERSION_AND_ENDIAN,
     read=load_matlab,
     kind="MATLAB v5 file",
-    library=("scipy.io.matlab", "scipy", "srbval"),
+    library=("scipy.io.matlab", "scipy"),
     expansion=MAT_EXPANSION,
 )
 TABLE = FileFormat(
@@ -182,6 +182,6 @@ TABLE = FileFormat(
     matches=lambda head: head.startswith((PARQUET, FEATHER)),
     read=load_table,
     kind="table",
-    library=("pyarrow.parquet", "pyarrow", "srbval[tables]"),
+    library=("pyarrow.parquet", "pyarrow"),
     expansion=TABLE_EXPANSION,
 )

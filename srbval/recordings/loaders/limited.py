@@ -32,8 +32,8 @@ class FileFormat:
     """A format: its name, how messages call it, whether the first bytes of a file show it, and its loader.
 
     `read`, a function of a module, may raise anything, hang or crash. It runs in a process with limits, except where it
-    is `trusted`. `kind` is what messages call a file. `library` is imported before the limits hold: the module, the
-    library's name, what to install where it is missing. The contents may take `expansion` times the file's size.
+    is `trusted`. `kind` is what messages call a file. `library` is imported before the limits hold: the module, and the
+    library's name to install it by. The contents may take `expansion` times the file's size.
     """
 
     name: str
@@ -42,7 +42,7 @@ class FileFormat:
     read: Callable[[Path], RawFile]
     trusted: bool = False
     kind: str = "file"
-    library: tuple[str, str, str] | None = None
+    library: tuple[str, str] | None = None
     expansion: int = EXPANSION
 
     def load(self, path: Path) -> RawFile:

@@ -10,8 +10,9 @@ from pathlib import Path
 from srbval.errors import DataError
 from srbval.processes.worker import serve_calls
 from srbval.recordings.raw import RawFile, first_line
+from srbval.storage.installation import pip_command
 
-Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str, str, str] | None, str]
+Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str, str] | None, str]
 
 
 def load() -> Callable[[Request], RawFile | DataError]:
@@ -32,13 +33,13 @@ def _read(request: Request) -> RawFile | DataError:
     """
     read, path, folder, computing_s, memory, library, kind = request
     if library is not None:
-        module, name, source = library
+        module, name = library
         try:
             importlib.import_module(module)
         except (ImportError, OSError) as error:
             return DataError(
                 f"{path}: reading it needs the library {name}, which cannot be imported ({first_line(error)}). "
-                f'Install it: pip install "{source}"'
+                f"Install it: {pip_command(name)}"
             )
     _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     with contextlib.suppress(OSError, IndexError):  # known on Linux only

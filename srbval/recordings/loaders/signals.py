@@ -62,6 +62,7 @@ def load_audio(path: Path) -> RawFile:
         variables={"data": samples[:, 0] if samples.shape[1] == 1 else samples},
         attributes={"fs_hz": rate},
         notes=(note,) if bits else (),
+        full_scale=bool(bits),
         cautions=cautions,
     )
 
@@ -160,7 +161,7 @@ AUDIO = FileFormat(
     ),
     read=load_audio,
     kind="sound file",
-    library=("soundfile", "soundfile", "srbval[formats]"),
+    library=("soundfile", "soundfile"),
     expansion=PACKED,
 )
 TDMS = FileFormat(
@@ -169,7 +170,7 @@ TDMS = FileFormat(
     matches=lambda head: head.startswith(b"TDSm"),
     read=load_tdms,
     kind="TDMS file",
-    library=("nptdms", "npTDMS", "srbval[formats]"),
+    library=("nptdms", "npTDMS"),
     expansion=PACKED,
 )
 UFF = FileFormat(
@@ -178,6 +179,6 @@ UFF = FileFormat(
     matches=lambda head: _UFF_HEAD.match(head) is not None,
     read=load_uff,
     kind="universal file",
-    library=("pyuff", "pyuff", "srbval[formats]"),
+    library=("pyuff", "pyuff"),
     expansion=UFF_EXPANSION,
 )

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.errors import DataError
+from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import TEXT, RawFile, first_line, printable
 from srbval.recordings.reading import known_unit
@@ -48,20 +48,22 @@ def load_text(path: Path) -> RawFile:
     lines, notes = _lines(path)
     rows = [i for i, line in enumerate(lines) if line and not line.startswith("#")]
     if not rows:
-        raise DataError(f"{path}: a text file without a table of numbers.")
+        raise NoRecordingError(f"{path}: a text file without a table of numbers.")
     first, second = lines[rows[0]], lines[rows[min(1, len(rows) - 1)]]
     separator = next((mark for mark in (";", "\t", ",") if mark in second), None)
     if separator == "," and len(second.split()) > 1 and all(map(_DECIMAL_COMMA.fullmatch, second.split())):
         separator = None
     names = _fields(first, separator)
     if not 1 <= len(names) <= MAX_COLUMNS:
-        raise DataError(f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}.")
+        raise NoRecordingError(
+            f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}."
+        )
     has_header = not _numbers(first, separator)
     units = _units(lines[rows[1]], separator, len(names)) if has_header and len(rows) > 1 else []
     data = rows[has_header + bool(units) :]
     if not any(_numbers(lines[row], separator) for row in data[:TRIED_ROWS]):
         wrong = f"line {data[0] + 1} is {printable(lines[data[0]])!r}" if data else "nothing after line 1"
-        raise DataError(f"{path}: a text file, but not a table of numbers ({wrong}).")
+        raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}).")
     columns = _columns(path, lines, data, separator)
     if has_header:
         names = [first] if columns == 1 and not re.search(r"[,;\t]", first) else names
@@ -88,7 +90,7 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     text = text if "\n" in text else text.replace("\r", "\n")
     lines = [_COMMENT.sub("#", line.strip(" \f")) for line in text.split("\n")]
     if max(map(len, lines)) >= MAX_LINE:
-        raise DataError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
+        raise NoRecordingError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
     wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
     _refuse(path, wrong, "with control characters", "Copy the damaged file again")
     return lines, () if text.endswith("\n") else ("the last line has no end: the file may have been cut there",)

@@ -6,6 +6,7 @@ from srbval.recordings.registry.lookup import (
     healthy_baseline,
     load_entry,
     load_registered,
+    registered_settings,
     rig_of,
     rig_recordings,
     unopened,
@@ -17,7 +18,7 @@ from srbval.recordings.registry.manifest import (
     RegisterListing,
     without_copies,
 )
-from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, verify
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, remove, verify
 
 __all__ = [
     "RIG_DATASETS",
@@ -33,6 +34,8 @@ __all__ = [
     "listing",
     "load_entry",
     "load_registered",
+    "registered_settings",
+    "remove",
     "rig_of",
     "rig_recordings",
     "unopened",

@@ -114,9 +114,13 @@ def load_registered(path: str | Path, settings: RecordingSettings | None = None)
 
     A register that cannot be read counts as empty: the file itself can still be loaded.
     """
-    settings = settings or RecordingSettings()
+    return load_recording(path, (settings or RecordingSettings()).over(registered_settings(path)))
+
+
+def registered_settings(path: str | Path) -> RecordingSettings:
+    """What the register keeps for a file; nothing where it cannot be read."""
     try:
         entry = read_manifest().get(os.path.abspath(path))
     except DataError:
         entry = None
-    return load_recording(path, settings.over(entry.settings) if entry and entry.settings else settings)
+    return (entry and entry.settings) or RecordingSettings()

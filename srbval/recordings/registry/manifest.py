@@ -19,7 +19,6 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.datasets.description import known_datasets
-from srbval.recordings.raw import NO_TABLE, TEXT
 from srbval.recordings.recording import Origin
 from srbval.recordings.settings import RecordingSettings
 from srbval.storage.files import atomic_write, remove_unfinished
@@ -39,6 +38,7 @@ class FileStatus(enum.StrEnum):
     MISSING = "missing"
     TRUNCATED = "truncated"
     UNREADABLE = "unreadable"
+    NO_RECORDING = "no recording"  # never registered: a licence, a report, a result of a campaign
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,13 +121,15 @@ class Coverage:
 class RegisterListing:
     """The register (`unreadable` says why it is not), or the part that a command changed, and the points it covers.
 
-    `manifest` is its path; `recordings` are sorted by file; `coverage` has the grids of the data sets that have one and
-    a file here. Files that are not ok do not cover a point.
+    `manifest` is its path; `recordings` are sorted by file, `left_out` are files that are none; `coverage` has the
+    grids of the data sets that have one and a file here. Files that are not ok do not cover a point.
     """
 
     def __init__(self, recordings: Iterable[RegisteredRecording], unreadable: str = "") -> None:
         self.manifest, self.unreadable = manifest_path(), unreadable
-        self.recordings = tuple(sorted(recordings, key=lambda entry: entry.file))
+        found = sorted(recordings, key=lambda entry: entry.file)
+        self.recordings = tuple(r for r in found if r.status is not FileStatus.NO_RECORDING)
+        self.left_out = tuple(r for r in found if r.status is FileStatus.NO_RECORDING)
         self.coverage = tuple(self._covered())
 
     def _covered(self) -> Iterable[Coverage]:
@@ -146,10 +148,8 @@ class RegisterListing:
 
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:
-        """Recordings that are not ok; texts that never were one (a licence, a readme) do not count."""
-        wrong = [r for r in self.recordings if r.status is not FileStatus.OK]
-        unread = FileStatus.UNREADABLE, TEXT
-        return tuple(r for r in wrong if (r.status, r.format) != unread or NO_TABLE not in (r.reason or ""))
+        """Recordings that are not ok."""
+        return tuple(r for r in self.recordings if r.status is not FileStatus.OK)
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of `srbval data`."""
@@ -158,6 +158,7 @@ class RegisterListing:
             "status": "problems" if self.problems else "ok",
             "manifest": str(self.manifest),
             "recordings": self.recordings,
+            "left_out": [{"file": r.file, "reason": r.reason} for r in self.left_out],
             "coverage": self.coverage,
         }
 

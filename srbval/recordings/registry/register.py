@@ -1,4 +1,4 @@
-"""The register itself: `srbval data add`, `list`, `verify` and `fetch`."""
+"""The register itself: `srbval data add`, `list`, `verify`, `remove` and `fetch`."""
 
 import contextlib
 import logging
@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from srbval.bearing import known_bearings, load_bearing
-from srbval.errors import DataError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import read_file, sha256_of
@@ -44,6 +44,12 @@ RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
 TIMEOUT_S = 30
 LONGEST_REASON = 160
+HEAD_BYTES = 1000
+# What srbval itself writes: the file that shows it, what it is, and the names of all that belongs to it in that folder.
+REPORT = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
+CAMPAIGN = {"campaign.jsonl", "results.csv", "lock", "lock-holder.json", "cases"}
+GENERATOR = b'<meta name="generator" content="srbval'
+OWN_OUTPUT = (("report.html", GENERATOR, "report", REPORT), ("campaign.jsonl", b'"about"', "campaign", CAMPAIGN))
 
 
 def add(
@@ -60,10 +66,11 @@ def add(
     changed and keeps the pin, unless `repin`. `settings` are stored for each of the files and used whenever one is
     loaded; without any, those stored before stay (`repin` deletes them). A file that was registered elsewhere and no
     longer exists there has moved: its old entry is removed, its settings stay (except with `repin`). Files that are no
-    recording stay in the list with a reason. `progress` is the share of the bytes.
-    What a row of the table (see `label_table`) says of its file goes over `settings`.
-    Raises `DataError` for a folder that does not exist or a manifest that cannot be written, `ConfigurationError` for a
-    bearing that is not known or a table that cannot be used.
+    recording, reports and campaigns of srbval among them, are not registered; the listing has them as `left_out`.
+    `progress` is the share of the bytes. What a row of the table (see `label_table`) says of its file goes over
+    `settings`. Raises `DataError` for a folder that does not exist or holds no recording, a file that is named and is
+    none, or a manifest that cannot be written, `ConfigurationError` for a bearing that is not known or a table that
+    cannot be used.
     """
     files: Mapping[Path, RecordingSettings | None]
     if table is None:
@@ -80,15 +87,56 @@ def add(
         if former is not None and entry.file not in known:
             found[i] = inspect_file(Path(entry.file), entry.settings.over(former) if entry.settings else former)
     present = {entry.sha256 for entry in found}
+    no_recordings = (entry for entry in found if entry.status is FileStatus.NO_RECORDING)
+    others = [entry for entry in no_recordings if known.get(entry.file, entry).sha256 == entry.sha256]
+    if others and (len(others) == len(found) or table is not None):
+        raise DataError(
+            f"{folder}: {len(others)} of {len(found)} files to register are no recordings; {others[0].file}: "
+            f"{others[0].reason}"
+        )
 
     def change(entries: Entries) -> None:
         for old in gone:
             if old.sha256 in present:
                 entries.pop(old.file, None)
         entries |= {e.file: e if repin else _compared_with_pin(entries.get(e.file), e) for e in found}
+        for other in others:
+            del entries[other.file]
 
     entries = update_manifest(change)
-    return RegisterListing(entries[entry.file] for entry in found)
+    return RegisterListing(entries.get(entry.file, entry) for entry in found)
+
+
+def remove(name: str | Path) -> RegisterListing:
+    """Take out of the register what `name` means, and return it; the files themselves stay as they are.
+
+    A file, a folder with all below it, a data set, or the name of one file. Raises `DataError` where nothing of that
+    name is registered, `ConfigurationError` where files in several folders have it.
+    """
+    path, wanted = os.path.abspath(name), str(name)
+    removed: list[RegisteredRecording] = []
+
+    def change(entries: Entries) -> None:
+        every = list(entries.values())
+        named = [entry for entry in every if Path(entry.file).name == wanted]
+        removed[:] = (
+            [entry for entry in every if entry.file == path or entry.file.startswith(os.path.join(path, ""))]
+            or [entry for entry in every if entry.dataset == wanted]
+            or named
+        )
+        if not removed:
+            raise DataError(
+                f"{wanted}: no registered file, folder or data set; nothing was removed. See: srbval data list. What "
+                f"{RECORDINGS_VARIABLE} names is listed as long as that is set."
+            )
+        if removed == named and len(named) > 1:
+            files = ", ".join(entry.file for entry in named)
+            raise ConfigurationError(f"{wanted}: the name of {len(named)} registered files; give the path: {files}.")
+        for entry in removed:
+            del entries[entry.file]
+
+    update_manifest(change)
+    return RegisterListing(removed)
 
 
 def listing(*, or_none: bool = False) -> RegisterListing:
@@ -172,6 +220,8 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):
             return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
+        if output := _own_output(path):
+            return entry.with_status(FileStatus.NO_RECORDING, output)
         sha256 = sha256_of(path)
         entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
         entry = replace(entry, format=detect_format(path).name)
@@ -180,6 +230,8 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
         text = str(error).removeprefix(f"{path}: ")
+        if isinstance(error, NoRecordingError):
+            return entry.with_status(FileStatus.NO_RECORDING, text)
         cut = "truncated: " in text or "truncated file" in text  # as the loaders and the HDF5 library say it
         return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
     expected = (file for d in known_datasets() if d.name == entry.dataset for file in d.files)
@@ -187,6 +239,23 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
     if published != sha256:
         return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
     return entry
+
+
+def _own_output(path: Path) -> str | None:
+    """Of which report or campaign a file is a part, None for any other; a campaign's results lie two folders below."""
+    for folder in path.parents[:3]:
+        for shown_by, content, what, parts in OWN_OUTPUT:
+            if path.relative_to(folder).parts[0] in parts and content in _head(folder / shown_by):
+                return f"part of a {what} that srbval wrote, {folder}"
+    return None
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD_BYTES)
+    except OSError:
+        return b""
 
 
 def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:

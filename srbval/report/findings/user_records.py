@@ -19,7 +19,7 @@ from srbval.diagnosis.baseline import (
     registered_baseline,
 )
 from srbval.diagnosis.diagnose import Diagnosis, diagnose
-from srbval.errors import ConfigurationError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
@@ -133,8 +133,20 @@ class UserRecord:
         }
 
 
+@dataclass(frozen=True, kw_only=True)
+class FailedFile:
+    """A recording's file that could not be read or analysed, and the error."""
+
+    file: str
+    error: SrbvalError
+
+    def to_dict(self) -> dict[str, str]:
+        """Its entry in ``report.json``."""
+        return {"file": self.file, "reason": str(self.error)}
+
+
 def gather_user_records(
-    recordings: Sequence[Recording],
+    recordings: Sequence[Recording | FailedFile],
     *,
     bearing: str | None = None,
     healthy: Recording | None = None,
@@ -143,20 +155,20 @@ def gather_user_records(
     all_channels: bool = False,
     largest_slip_pct: float | None = None,
     progress: Progress = silent,
-) -> tuple[tuple[UserRecord, ...], dict[str, Any]]:
+) -> tuple[tuple[UserRecord, ...], tuple[FailedFile, ...], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
-    Returns the records and their provenance.
+    Returns the records, what could not be read or analysed, and the provenance.
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
-    model's run that fails is only said.
+    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises the error of the records
+    where none can be analysed; a model's run that fails is only said.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
-    records = []
-    for recording in recordings:
+
+    def gather_one(recording: Recording) -> UserRecord:
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
             unknown = band_hz is None and not _band_is_declared(recording)
@@ -167,14 +179,35 @@ def gather_user_records(
         compared = _model_side(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
         naming = diagnose(analysis, all_channels=all_channels) if measured else None
-        records.append(user_record(analysis, baseline, compared, naming))
+        return user_record(analysis, baseline, compared, naming)
+
+    records, failed = list[UserRecord](), list[FailedFile]()
+    for recording in recordings:
+        if isinstance(recording, FailedFile):
+            failed.append(recording)
+            continue
+        try:
+            records.append(gather_one(recording))
+        except SrbvalError as error:
+            failed.append(FailedFile(file=recording.file or recording.name, error=error))
+    if not records:
+        raise _only_error(failed)
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
-    used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
+    analyses = [record.analysis for record in records]
+    used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
     facts = provenance(runs, ()) | {
         "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
     }
     facts = {key: value for key, value in facts.items() if value}
-    return tuple(records), facts
+    return tuple(records), tuple(failed), facts
+
+
+def _only_error(failed: Sequence[FailedFile]) -> SrbvalError:
+    """The error that all these files have in common, or one that lists theirs."""
+    first, *others = {str(one.error): one.error for one in failed}.values()
+    if not others:
+        return first
+    return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
 def why_not_detected(line: Line, analysis: Analysis) -> NotDetected | None:

@@ -17,7 +17,7 @@ from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
-from srbval.report.findings.user_records import ModelSide, UserRecord
+from srbval.report.findings.user_records import FailedFile, ModelSide, UserRecord
 from srbval.report.section_texts import Texts, badge_of
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
@@ -30,9 +30,14 @@ BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 
 
 def assemble_user_report(
-    records: Sequence[UserRecord], *, command: str, provenance: Mapping[str, Any], brief: bool = False
+    records: Sequence[UserRecord],
+    *,
+    command: str,
+    provenance: Mapping[str, Any],
+    failed: Sequence[FailedFile] = (),
+    brief: bool = False,
 ) -> Report:
-    """Build the report; `command` is the one that makes it again.
+    """Build the report; `command` is the one that makes it again, `failed` what it lacks.
 
     If `brief`, of the first record the envelope spectrum and the table of lines alone.
     """
@@ -45,6 +50,8 @@ def assemble_user_report(
         sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
     verdict = _verdict_of_all(records) if several else _verdict(records[0])
+    missing = TEXTS.each("failed", failed)
+    verdict = dataclasses.replace(verdict, points=(*missing, *verdict.points))
     text = " ".join(verdict.headline.replace("**", "").split())
     return Report(
         title=TEXTS.text("title", names=[record.analysis.recording.name for record in records]),
@@ -52,14 +59,12 @@ def assemble_user_report(
         generated_utc=datetime.now(UTC),
         verdict=verdict,
         sections=tuple(sections),
-        data=user_data(records) | {"headline": {"text": text}, "provenance": origin},
-    )
-
-
-def user_data(records: Sequence[UserRecord]) -> dict[str, Any]:
-    """The content of ``report.json`` but for headline and provenance."""
-    bearing = records[0].analysis.bearing
-    return {"schema_version": SCHEMA_VERSION, "status": "ok", "bearing": bearing, "records": tuple(records)}
+        data={
+            "schema_version": SCHEMA_VERSION, "status": "incomplete" if failed else "ok", "headline": {"text": text},
+            "bearing": records[0].analysis.bearing, "records": tuple(records),
+            "failed": tuple(failed), "provenance": origin,
+        },
+    )  # fmt: skip
 
 
 def _verdict(record: UserRecord) -> VerdictBox:

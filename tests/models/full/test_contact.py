@@ -3,8 +3,6 @@
 Forces, torques and energies of whole contacts are held against a second formulation in `tests/verification`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

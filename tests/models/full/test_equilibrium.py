@@ -1,7 +1,5 @@
 """The static start: balanced, symmetric, rollers where they belong, impossible loads refused."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

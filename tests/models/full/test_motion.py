@@ -1,7 +1,5 @@
 """A bump all round a roller, and what drives the model; the equations of motion are tested in `tests/verification`."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

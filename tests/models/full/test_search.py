@@ -1,7 +1,5 @@
 """Fewer columns and fewer points looked at: nothing that touches may be missed."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

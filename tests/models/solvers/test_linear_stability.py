@@ -1,7 +1,5 @@
 """Linear stability of the solvers: limits of decay and oscillation that theory states."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
