@@ -19,7 +19,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before there are workers: two of them would do it twice."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         models = ("full", "line", "planar", "slices")
-        precompile(*(paper_scene(model=model, solver=solver) for model in models for solver in SOLVERS))
+        precompile(*(paper_scene(model=model, solver={"name": solver}) for model in models for solver in SOLVERS))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -44,7 +44,7 @@ def load_kernels(scenes: Iterable[Scene]) -> None:
 
 def shortest_run(model: str, solver: str) -> None:
     """Simulate just long enough to use every kernel of the model and solver."""
-    scene = paper_scene(model=model, solver=solver, duration_s=SHORTEST_S, settle_s=0.0)
+    scene = paper_scene(model=model, solver={"name": solver}, duration_s=SHORTEST_S, settle_s=0.0)
     simulate(scene, step=Step.UNCHECKED)
 
 

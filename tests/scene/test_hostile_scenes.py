@@ -74,7 +74,7 @@ def outcomes(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
 @pytest.mark.timeout(0)
 def test_hostile_values_end_with_a_message_or_a_status(tmp_path: Path) -> None:
     models = ("full", "line", "planar", "slices")
-    precompile(*(paper_scene(model=model, solver=solver) for model in models for solver in METHODS))
+    precompile(*(paper_scene(model=model, solver={"name": solver}) for model in models for solver in METHODS))
     ended, problems = outcomes(tmp_path)
     if not problems and ended[-1]["mb"] >= MOST_MB:  # kernels were compiled in it: again, now that they are stored
         ended, problems = outcomes(tmp_path)

@@ -54,18 +54,16 @@ def take_steps(
     `memory`, of the state's shape: what the method keeps from one call to the next, renewed in place; None at a start.
     """
     memory = np.zeros_like(state) if memory is None else memory
-    rollers, spin = len(model.slot_angle), layout_of(state).spin
-    details = intervals[::intervals_per_detail] if intervals_per_detail else range(0)
-    out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((len(details), rollers))
-    loads = np.zeros((len(details), 2, rollers, CIRCLES))
+    rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)
+    starts = intervals[::length]
+    details = len(starts) if intervals_per_detail else 0
+    out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((details, rollers))
+    loads = np.zeros((details, 2, rollers, CIRCLES))
     coefficients, work = method.coefficients, working_space(memory, len(method.coefficients.b))
     model = model._replace(law=model.law._replace(onset_s=coefficients.onset * step_s))
-    length = intervals_per_detail or max(len(intervals), 1)
-    for first in intervals[::length] or (intervals.start,):
-        step = first * steps_per_output
-        if details:
-            k = details.index(first)
-            spins[k], loads[k] = state[spin], rates(model, step * step_s, state).load_n
-        rows = out[first - intervals.start :][:length]
+    for number, first in enumerate(starts or (intervals.start,)):
+        step, rows = first * steps_per_output, out[number * length :][:length]
+        if number < details:
+            spins[number], loads[number] = state[layout_of(state).spin], rates(model, step * step_s, state).load_n
         ADVANCE[coefficients.family](state, step, step_s, steps_per_output, coefficients, model, work, rows)
     return Outputs(out=out, spin_rad_s=spins, load_n=loads)
