@@ -4,6 +4,7 @@
 """
 
 import contextlib
+import gc
 import sys
 import threading
 from collections.abc import Iterable
@@ -65,5 +66,6 @@ def compile_kernel(model: str, part: str) -> None:
 
 if __name__ == "__main__":
     end_with_input()
+    gc.disable()  # a compiler makes millions of objects, of which few are rubbish
     for name in sys.argv[1:]:
         compile_kernel(*name.split("-"))
