@@ -18,9 +18,9 @@ from srbval.models.solvers.methods import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 
 @exactly_rounded
-def time_of_step(number, step):
-    """Time at which a step begins [s], the same to the last digit for every method."""
-    return number * step
+def time_of_step(first_step, number, step):
+    """Time at which a step begins [s], `number` after the first one: the same to the last digit for every method."""
+    return (first_step + number) * step
 
 
 @kernel
@@ -34,7 +34,7 @@ def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, wo
     for i in range(out.shape[0]):
         start = begin_interval(y, model, work.mean, out, i)
         for j in range(steps_per_output):
-            t = time_of_step(first_step + i * steps_per_output + j, step)
+            t = time_of_step(first_step, i * steps_per_output + j, step)
             runge_kutta_step(y, t, step, method, model, work)
         end_interval(y, start, interval, steps_per_output, work.mean, out, i)
 
@@ -46,7 +46,7 @@ def advance_rosenbrock(y, first_step, step, steps_per_output, method, model, wor
     for i in range(out.shape[0]):
         start = begin_interval(y, model, work.mean, out, i)
         for j in range(steps_per_output):
-            t = time_of_step(first_step + i * steps_per_output + j, step)
+            t = time_of_step(first_step, i * steps_per_output + j, step)
             rosenbrock_step(y, t, step, method, model, work)
         end_interval(y, start, interval, steps_per_output, work.mean, out, i)
 
@@ -58,7 +58,7 @@ def advance_leapfrog(y, first_step, step, steps_per_output, method, model, work,
     for i in range(out.shape[0]):
         start = begin_interval(y, model, work.mean, out, i)
         for j in range(steps_per_output):
-            t = time_of_step(first_step + i * steps_per_output + j, step)
+            t = time_of_step(first_step, i * steps_per_output + j, step)
             leapfrog_step(y, t, step, method, model, work)
         end_interval(y, start, interval, steps_per_output, work.mean, out, i)
 
