@@ -103,11 +103,13 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
     return tuple(b for b in found if all(w in f"{b.name} {b.title} {b.source}".casefold() for w in words))
 
 
-def load_bearing(name_or_path: str | Path) -> Bearing:
-    """Load a bearing by name (see `known_bearings`) or from a TOML file.
+def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
+    """Load a bearing by name (see `known_bearings`) or from a TOML file; a bearing itself is returned as it is.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
+    if isinstance(name_or_path, Bearing):
+        return name_or_path
     text = str(name_or_path)
     if text in catalogue_rows():
         return _assemble(build(_BearingFile, catalogue_rows()[text], text), text)
@@ -133,7 +135,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
     """
     if not (math.isfinite(rpm) and rpm > 0):
         raise ConfigurationError(f"shaft speed {rpm} rpm must be a positive number.")
-    return (bearing if isinstance(bearing, Bearing) else load_bearing(bearing)).orders.at(rpm / 60)
+    return load_bearing(bearing).orders.at(rpm / 60)
 
 
 @cache

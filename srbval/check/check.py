@@ -10,14 +10,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
-from xml.etree import ElementTree
 
 from srbval import __version__
 from srbval.check.quantities import GROUPS
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
-from srbval.storage.files import atomic_write, read_limited
+from srbval.storage.files import read_limited
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import parse_json, read_json, write_json
 from srbval.storage.stored_result import MOST_BYTES, REPORTS, StoredResult
@@ -105,11 +104,6 @@ class CheckedQuantity:
         """Is the value within the range? Never so where either is missing."""
         return self.low <= self.value <= self.high
 
-    @property
-    def message(self) -> str:
-        """The value and its range in words."""
-        return f"{self.value:.9g} is not within {self.low:.9g} to {self.high:.9g} {self.unit}"
-
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
@@ -182,31 +176,6 @@ def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> Check
         name=name, value=value, low=middle - wanted.tolerance, high=middle + wanted.tolerance, unit=wanted.unit,
         reason=wanted.reason,
     )  # fmt: skip
-
-
-def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
-    """Write a JUnit report, which build servers read; `DataError` where that cannot be.
-
-    It has one test case per quantity, with a failure's values as its message.
-    """
-    suites = ElementTree.Element("testsuites")
-    suite = ElementTree.SubElement(suites, "testsuite", {
-        "name": "srbval check", "errors": "0", "time": f"{seconds:.1f}",
-        "tests": str(len(result.checks) + len(result.skipped)), "skipped": str(len(result.skipped)),
-        "failures": str(sum(not check.ok for check in result.checks)),
-    })  # fmt: skip
-    cases = {
-        name: ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": name})
-        for name in (*(check.name for check in result.checks), *result.skipped)
-    }
-    for check in result.checks:
-        if not check.ok:
-            ElementTree.SubElement(cases[check.name], "failure", {"message": check.message}).text = check.reason
-    for name in result.skipped:
-        ElementTree.SubElement(cases[name], "skipped", {"message": "needs a recording that is not registered"})
-    ElementTree.indent(suites)
-    with atomic_write(path) as part:
-        ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)
 
 
 def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> dict[str, ReferenceQuantity]:

@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from srbval.bearing import DEFECTS
-from srbval.cli.data_command import recording_settings
+from srbval.bearing import Fault
+from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.baseline import (
     Baseline,
@@ -19,14 +19,17 @@ from srbval.diagnosis.diagnose import diagnose, fault_entry
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.pipeline import SQUARED_UNIT
-from srbval.recordings import Origin, Recording
+from srbval.recordings import Origin, Recording, RecordingSettings
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.raw import printable
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.json_files import to_json
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "identity", "detected")  # fmt: skip
-LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": "FTF"}
+CAGE = "cage"
+BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
 
 
 def run(options: argparse.Namespace) -> int:
@@ -36,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
 
         check_plot(Path(options.plot))
     settings = recording_settings(options)
-    recording = load_registered(options.file, settings)
+    recording = _load(options, settings)
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     if options.background:
         if healthy is not None:
@@ -56,7 +59,8 @@ def run(options: argparse.Namespace) -> int:
     diagnosis = diagnose(result, all_channels=options.channel is None) if measured else None
     if options.plot:
         write_plot(result, Path(options.plot), baseline=baseline, naming=diagnosis, command=own_command())
-    line = LINE_OF_PART[options.defect] if options.defect else ""  # how the names of the lines wanted begin
+    part = options.defect  # of the lines to be printed; below, how their names begin
+    line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
 
     def show() -> None:
         _print(result, line)
@@ -70,20 +74,30 @@ def run(options: argparse.Namespace) -> int:
     return answer(options, document, show)
 
 
+def _load(options: argparse.Namespace, settings: RecordingSettings) -> Recording:
+    """The record; what it leaves open is asked for with the band, which no file states."""
+    try:
+        return load_registered(options.file, settings)
+    except LeftOpenError as error:
+        if not error.band or options.band or options.auto_band:
+            raise
+        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
+
+
 def _ask_at_once(recording: Recording, options: argparse.Namespace) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
     band = options.auto_band or options.band or recording.band_hz or recording.dataset
     missing = [
         asked
         for asked, known in (
-            ("bearing: --bearing NAME | FILE.toml", recording.bearing or options.bearing),
-            ("shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
-            ("demodulation band: --band LO HI, or --auto-band", band or recording.origin is not Origin.MEASURED),
+            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or options.bearing),
+            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
+            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
         )
         if not known
     ]
     if len(missing) > 1:
-        raise ConfigurationError(f"{recording.name}: neither the file nor the register states {'; '.join(missing)}.")
+        raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
 
 
 def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
@@ -103,7 +117,8 @@ def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
 
 def _print(result: Analysis, wanted: str) -> None:
     recording, speed, shown = result.recording, result.speed, result.processed
-    print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
+    file = printable(recording.file or recording.name, LONGEST_LINE)
+    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
     print(
         f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Any, NoReturn
 
 from srbval import __version__
 from srbval.errors import ConfigurationError, nearest
+from srbval.storage.tables import parse_quantity
 
 Table = Mapping[str, Any]
 INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse says it
@@ -98,7 +98,9 @@ def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
         try:
             number: float = kind(text)
         except ValueError:
-            number = math.nan
+            point = "; decimals have a point" if "," in text else ""
+            what = "a whole number" if kind is int else "a number"
+            raise argparse.ArgumentTypeError(f"{text!r} is not {what}{point}") from None
         if not low <= number <= high:
             what = "a whole number" if kind is int else "a finite number" if low < 0 else "positive"
             more = f"{low:g} or more" if kind is int else f"at least {low:g}"
@@ -109,8 +111,11 @@ def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
 
 
 def _step(text: str) -> float | str:
-    """A solver's step [s], or ``auto``."""
-    return AUTO if text == AUTO else _between(float, SMALLEST, LARGEST)(text)
+    """A solver's step, as scene files have it or in seconds without a unit, or ``auto``."""
+    if text == AUTO:
+        return AUTO
+    step_s = parse_quantity(text if text[-1:].isalpha() else f"{text} s", "time", "--dt")
+    return _between(float, SMALLEST, LARGEST)(repr(step_s))
 
 
 AUTO = "auto"

@@ -3,7 +3,6 @@
 import argparse
 import math
 import sys
-import time
 from pathlib import Path
 
 from srbval.check.check import (
@@ -14,7 +13,6 @@ from srbval.check.check import (
     reference_path,
     renewed,
     run_check,
-    write_junit,
     write_reference,
 )
 from srbval.cli.output import answer, print_table
@@ -26,11 +24,8 @@ def run(options: argparse.Namespace) -> int:
     """Check, and with ``--update`` replace the reference; exit code 1 where anything is out of tolerance."""
     path = Path(options.reference) if options.reference else reference_path()
     reference = read_reference(path)
-    started = time.perf_counter()
     with ProgressDisplay() as progress:
         result = run_check(reference, progress=prefixed(progress, "Check"))
-    if options.junit:
-        write_junit(Path(options.junit), result, seconds=time.perf_counter() - started)
     if options.update:
         return _update(options, path, reference, result)
     status, code = ("ok", 0) if result.ok else ("drifted", 1)
@@ -49,7 +44,8 @@ def _show(result: CheckResult) -> None:
             why = "could not be computed" if math.isnan(check.value) else "has no reference"
             print(f"{check.name}: {why}; {check.reason}")
         elif not check.ok:
-            print(f"{check.name}: {check.message}; its tolerance: {check.reason}")
+            limits = f"{check.low:.9g} to {check.high:.9g} {check.unit}"
+            print(f"{check.name}: {check.value:.9g} is not within {limits}; its tolerance: {check.reason}")
 
 
 def _update(

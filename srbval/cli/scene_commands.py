@@ -13,9 +13,11 @@ from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
+from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
+from srbval.storage.hdf5_files import check_hdf5_name
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -62,11 +64,13 @@ def run_scene(options: argparse.Namespace) -> int:
     One whose step leaves more than the tolerances, as it was given by hand or no step was fine enough, is written and
     printed, with its status, and leaves with exit code 4 as well.
     """
-    scene, planned = _planned(scene_of(options), options)
     output = Path(options.output) if options.output else None
+    if output is not None:
+        check_hdf5_name(output)
+    scene, planned = _planned(scene_of(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
-    step = _step(options)
+    scene, step = _with_step(scene, options)
     with ProgressDisplay() as progress:
         result = (
             simulate(scene, step=step, progress=progress) if output is None
@@ -93,8 +97,7 @@ def run_scene(options: argparse.Namespace) -> int:
     answer(options, summary | planned, show, status=result.status.value)
     if result.status is RunStatus.INACCURATE:
         kept = "printed" if output is None else f"printed and written to {output}"
-        finer = "" if step is Step.AUTO else " --dt auto chooses a finer step."
-        print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.{finer}", file=sys.stderr)
+        print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code
     return 0
 
@@ -113,12 +116,21 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
-def _step(options: argparse.Namespace) -> Step:
-    """Chosen, unless an option or the scene's file says what it is."""
+def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
+    """The scene, and whether its step is chosen: unless an option or the scene's file says what it is.
+
+    Explicit solvers take the paper's step, or the scene's if that is shorter: finer ones let their friction chatter as
+    well.
+    """
     if options.dt is not None:
-        return Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
+        return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
     solver = {} if options.scene in (None, *BUNDLED) else scene_table(options.scene).get("solver", {})
-    return Step.CHECKED if {"step", "step_s"} & set(solver) else Step.AUTO
+    if {"step", "step_s"} & set(solver):
+        return scene, Step.CHECKED
+    if scene.solver.name not in METHODS or METHODS[scene.solver.name].implicit:
+        return scene, Step.AUTO
+    step_s = min(scene.solver.step_s, paper_scene().solver.step_s)
+    return replace(scene, solver=replace(scene.solver, step_s=step_s)), Step.CHECKED
 
 
 def choose_model(options: argparse.Namespace) -> int:

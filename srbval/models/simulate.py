@@ -16,6 +16,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
+from srbval.models.balances import MomentumBalance
 from srbval.models.full.parameters import Parameters, geometry_of
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
@@ -25,11 +26,12 @@ from srbval.models.jit import WITHOUT_KERNELS, precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run import EnergyFlow, Run, RunSummary
 from srbval.models.run_file import run_writer
-from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
+from srbval.models.run_statistics import RunStatistics, load_share
 from srbval.models.solvers import METHODS
 from srbval.models.step_error import step_error, with_chosen_step
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
+from srbval.storage.hdf5_files import check_hdf5_name
 
 COPIES = 3  # of the signals that are in memory at once when they are put together
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
@@ -69,8 +71,9 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
     The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
-    written.
+    written, `ConfigurationError` where the file's name is that of another format than HDF5.
     """
+    check_hdf5_name(path)
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for part in _recorded(stats, progress):

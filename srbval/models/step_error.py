@@ -4,17 +4,21 @@ From one settled state a short piece is run with the step h and once more with h
 both is taken to fall with the first power of the step, the least that was observed: with a quarter of the step the
 error at h is 4/3 d, at h/2 2/3 d. Rattling rollers are chaotic, so part of d is chance: its standard error is that of a
 delete-one-block jackknife (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11; quoted from memory,
-not checked).
+not checked), with Student's t for as many blocks as carry the mean, by Kish's effective sample size (Survey Sampling,
+1965, section 8.2; from memory). Where a few knocks carry a band, no mean of it is known: the error is then that of the
+geometric mean of the blocks, which knows the level between knocks.
 """
 
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
+from srbval.models.balances import EnergyBalance
 from srbval.models.full_run import FullRun, elastic_limit_s, full_run
 from srbval.models.hierarchy import level_of
 from srbval.models.sensor import along_sensor, band_squares
@@ -24,11 +28,17 @@ BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is 
 CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
+# Added to the means that are compared, the squares of a band's: what matters to nobody. Accelerometers of industrial
+# make show 1e-4 m/s2 of noise in such a band and more; rollers that touch nothing leave 1e-11, which is rounding.
+LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, W
 SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
-CERTAIN = 2.0  # those for which a run is called inaccurate: one in six is beyond one of them by chance
+CERTAIN = 0.025  # probability, to either side, that chance alone puts an error beyond its tolerance
+LEAST_FREEDOM = 0.1  # of Student's t: a single block says nothing
+LEAST_BLOCKS = 4  # that carry a band's power: with fewer, knocks do, and blocks are compared one by one
 ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
 FINER = 4
-LEVELS = 2  # of refinement by `FINER`: a chosen step is at most 16 times finer than the scene's
+MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
+GAIN = 0.5  # least part of an error that remains with a quarter of the step, where finer steps gain nothing
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
@@ -38,47 +48,76 @@ LEAST_S = 0.02  # of a piece that has two bands
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """An estimated relative error, with sign, and its standard error; `kind` is a key of `TOLERANCE`."""
+    """An estimated relative error, with sign, and its standard error from `blocks`; `kind` is a key of `TOLERANCE`."""
 
     kind: str
     of: str
     error: float
     scatter: float
+    blocks: float = float(BLOCKS)
 
-    def beyond(self, errors: float = SIGNIFICANT) -> bool:
-        """Is it larger than the tolerance, by more than so many standard errors?"""
-        return not abs(self.error) <= TOLERANCE[self.kind] + errors * self.scatter
+    @property
+    def beyond(self) -> bool:
+        """Is it larger than the tolerance, by more than `SIGNIFICANT` standard errors?"""
+        return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
+
+    def certainly_beyond(self, limit: float) -> bool:
+        """Is it larger than `limit`, by more than chance does in `CERTAIN` of cases?"""
+        errors = -float(stdtrit(max(self.blocks - 1, LEAST_FREEDOM), CERTAIN))
+        return not abs(self.error) <= limit + errors * self.scatter
+
+    @property
+    def certain(self) -> bool:
+        """Is it certainly larger than the tolerance?"""
+        return self.certainly_beyond(TOLERANCE[self.kind])
 
     @property
     def open(self) -> bool:
         """Is it neither certainly beyond its tolerance nor certainly within?"""
-        return not self.beyond(CERTAIN) and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
+        return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
-        return f"{self.of} by {self.error:+.2g} (standard error {self.scatter:.1g}, tolerance {TOLERANCE[self.kind]:g})"
+        return (
+            f"{self.of} {100 * self.error:+.2g} % (standard error {100 * self.scatter:.1g} %, "
+            f"limit {100 * TOLERANCE[self.kind]:g} %)"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepError:
-    """Estimated errors that the step leaves in mean cage speed, in the RMS of each band, and in drive power."""
+    """Estimated errors that the step leaves in mean cage speed, in the RMS of each band, and in drive power.
+
+    `energy`: part of the energy balance's gap, in the losses, that finer steps would close; NaN where it is not known.
+    `stalled`: finer steps were tried and have the same errors.
+    """
 
     step_s: float
     estimates: tuple[Estimate, ...]
+    energy: float = math.nan
+    stalled: bool = False
 
     @property
     def beyond(self) -> bool:
         """Is any of them beyond its tolerance, by more than chance?"""
-        return any(estimate.beyond() for estimate in self.estimates)
+        return any(estimate.beyond for estimate in self.estimates)
 
     @property
     def certain(self) -> tuple[Estimate, ...]:
         """What is beyond it, however chance may have it."""
-        return tuple(estimate for estimate in self.estimates if estimate.beyond(CERTAIN))
+        return tuple(estimate for estimate in self.estimates if estimate.certain)
 
     @property
     def open(self) -> tuple[Estimate, ...]:
         """What is not established."""
         return tuple(estimate for estimate in self.estimates if estimate.open)
+
+    def gains(self, coarser: "StepError") -> bool:
+        """Has any of the errors that were beyond tolerance with `coarser` steps become less by more than `GAIN`?"""
+        return any(
+            abs(own.error) < GAIN * abs(theirs.error)
+            for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
+            if theirs.beyond
+        )
 
     @property
     def lost(self) -> bool:
@@ -88,9 +127,9 @@ class StepError:
     def with_steps(self, finer: float) -> "StepError":
         """The same with so many times finer steps."""
         return StepError(
-            step_s=self.step_s / finer,
+            step_s=self.step_s / finer, energy=self.energy / finer,
             estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
-        )
+        )  # fmt: skip
 
     def with_coarser(self, coarser: "StepError") -> "StepError":
         """Each estimate's mean with what the `coarser` pair of steps says, `FINER` times less, by their variances.
@@ -133,8 +172,8 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """The scene with the longest step that keeps all within tolerance, and what it leaves; see `step_error`.
 
-    The scene's own step is where the search begins, or the longest below the limit of stability; then 2, 4, 8 and 16
-    times finer ones. The finest where none is fine enough: the errors say so.
+    The scene's own step is where the search begins, or the longest below the limit of stability; then 2, 4 and 8 times
+    finer ones. Where none is fine enough the finest, or the first where finer ones gain nothing: the errors say so.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -142,20 +181,27 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
         return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output * coarser)))
 
     run = full_run(steady, bearing)
+    most = MOST_FINER * run.steps_per_output
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
-    start = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
+    start = run.with_finer_steps(min(MOST_FINER, max(1, math.ceil(run.step_s / limit_s))))
     piece = _Piece(steady, bearing, start.with_finer_steps(1))
-    steps, error = start.steps_per_output, piece.error()
-    for level in range(1, LEVELS + 1):
+    steps, first = start.steps_per_output, piece.error()
+    second = error = first
+    while True:
         for finer in (1, 2, FINER):
-            if not error.with_steps(finer).beyond:
+            if steps * finer <= most and not error.with_steps(finer).beyond:
                 return stepping(steps * finer), error.with_steps(finer)
-        if level < LEVELS:
-            steps *= FINER
-            if error.lost:
-                piece = _Piece(steady, bearing, start.with_finer_steps(FINER**level))
-            error = piece.error(1 if error.lost else FINER**level).with_coarser(error)
-    return stepping(steps * FINER), error.with_steps(FINER)
+        if steps * FINER > most:
+            break
+        steps *= FINER
+        if error.lost:
+            piece = _Piece(steady, bearing, start.with_finer_steps(steps // start.steps_per_output))
+        second = piece.error(1 if error.lost else steps // start.steps_per_output)
+        error = second.with_coarser(error)
+    if second is not first and not second.gains(first):
+        return stepping(start.steps_per_output), replace(first, stalled=True)
+    finest = most // steps
+    return stepping(steps * finest), error.with_steps(finest)
 
 
 def _steady(scene: Scene) -> Scene:
@@ -178,19 +224,24 @@ class _Piece:
         self.rate_hz, self.run = scene.output_rate_hz, run
         self.settle, self.length = round(scene.settle_s * self.rate_hz), max(2 * BLOCKS, round(length_s * self.rate_hz))
         run.advance(0, self.settle)
-        self.known: dict[int, BlockMeans] = {}
+        self.known: dict[int, tuple[float, BlockMeans]] = {}
 
     def error(self, finer: int = 1) -> StepError:
         """Errors of steps `finer` times finer than the run's."""
         for times in (finer, FINER * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
-                out = out[round(SETTLED * self.length) :]
-                self.known[times] = block_means(
-                    self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER]
+                out, energy = out[round(SETTLED * self.length) :], EnergyBalance()
+                energy.add(out)
+                self.known[times] = (
+                    energy.imbalance(1 / self.rate_hz),
+                    block_means(
+                        self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER]
+                    ),
                 )
+        (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
         step_s = self.run.step_s / finer
-        found = StepError(step_s=step_s, estimates=differences(self.known[finer], self.known[FINER * finer]))
+        found = StepError(step_s=step_s, estimates=differences(means, right), energy=gap - remains)
         return replace(found.with_steps((FINER - 1) / FINER), step_s=step_s)
 
 
@@ -227,10 +278,19 @@ def _difference(of: str, first: FloatArray, second: FloatArray) -> Estimate:
         without = error((means.sum(axis=1, keepdims=True) - means) / (blocks - 1))
         return math.sqrt((blocks - 1) / blocks * float(((without - without.mean()) ** 2).sum()))
 
-    means = np.array([first, second])
+    means = np.array([first, second]) + LEAST[kind]
     whole = means.mean(axis=1)
     finite = bool(np.all(np.isfinite(means)))
     if not (finite and np.any(whole)):
         return Estimate(kind=kind, of=of, error=0.0 if finite else math.inf, scatter=0.0)
+    blocks = float((np.abs(means).sum(axis=1) ** 2 / (means**2).sum(axis=1)).min())
+    if kind == "band_rms" and blocks < LEAST_BLOCKS:
+        levels = power * np.log(means[0] / means[1])
+        level = float(levels.mean())
+        slope = math.expm1(level) / level if level else 1.0  # a secant: of an error many times its tolerance as well
+        scatter_of_level = float(levels.std(ddof=1)) / math.sqrt(len(levels))
+        return Estimate(kind=kind, of=of, error=math.expm1(level), scatter=slope * scatter_of_level)
     pairs = means.reshape(2, -1, 2).mean(axis=2)
-    return Estimate(kind=kind, of=of, error=float(error(whole)), scatter=max(scatter(means), scatter(pairs)))
+    return Estimate(
+        kind=kind, of=of, error=float(error(whole)), scatter=max(scatter(means), scatter(pairs)), blocks=blocks
+    )

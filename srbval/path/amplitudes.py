@@ -1,15 +1,11 @@
-"""Amplitudes in m/s2 and patterns of a record, and their comparison with the rig scene behind its path to the sensor.
+"""Amplitudes in m/s2 and patterns of a record.
 
 Levels are those of the fault's increment: a record's power in a band less that of the healthy record of the same speed.
 Third octaves are those of IEC 61260-1, 400 to 3150 Hz; outside, the rig's records hold tones of its drive that do not
-move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the paper's band for the rig. Depth and
-kurtosis hang on the background: the healthy record's spectrum with random phases is added to the model's for these, and
-for nothing else.
+move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the paper's band for the rig.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import scipy.fft
@@ -18,29 +14,24 @@ import scipy.signal
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.budget import VERDICT
-from srbval.comparison.compared_quantities import CAGE_RATIO
-from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
+from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
 from srbval.models.sensor import ORDER
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
-from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.scene import BANDS_HZ
-from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, phase_randomised, power_density
+from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, power_density
 
-PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
 LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
-RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
 MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
 SEGMENT_S, BLOCKS = 0.25, 8
 HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
 NEAR_BINS, NOISE_BINS = 1.5, 40
 DB = 10 / math.log(10)
-BACKGROUND_SEED = 11
 
 
 def record_density(recording: Recording) -> tuple[FloatArray, FloatArray]:
@@ -120,79 +111,6 @@ def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
         u = math.sqrt((BLOCKS - 1) * float(np.mean((without - without.mean()) ** 2)))
         found[name] = QuantityValue(value=kurtosis(passed), ci95=NORMAL_95 * u)
     return found
-
-
-def with_background(run: Recording, healthy: Recording) -> Recording:
-    """The run with the spectrum of the healthy record, its phases random; both at one rate."""
-    length = min(run.samples, healthy.samples)
-    both = one_signal(run)[:length] + phase_randomised(one_signal(healthy)[:length], BACKGROUND_SEED)
-    return replace(run, channels={SENSOR: both}, channel=SENSOR, axes=None)
-
-
-def rows(
-    rig: Mapping[str, QuantityValue], model: Mapping[str, QuantityValue], parts: Mapping[str, Mapping[str, float]], *,
-    record: str, fault: Fault, used_for: str, scene: str = "rig",
-) -> tuple[Comparison, ...]:  # fmt: skip
-    """A comparison of every quantity that both sides have.
-
-    `parts` of the uncertainty besides the rig's reading: by name, 95 % half widths of quantities in their own units.
-    """
-    found = []
-    for name in (name for name in rig if name in model):
-        value, kind = rig[name], kind_of(name)
-        relative = kind in RELATIVE
-        unit, scale = ("%", 100 / value.value) if relative else ("dB", 1.0)
-        widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
-        found.append(
-            Comparison(
-                kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
-                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
-                parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
-                error=scale * (model[name].value - value.value),
-            )
-        )  # fmt: skip
-    return tuple(found)
-
-
-def kind_of(name: str) -> str:
-    """The kind of a quantity, as ``report.json`` has it."""
-    kinds = {"harmonic": "harmonic pattern", "sidebands": "sideband level", "depth": "modulation depth"}
-    kinds |= {"kurtosis": "kurtosis", "cage": "line frequency", "scaling": "speed scaling"}
-    return kinds.get(name.split()[0], "band level")
-
-
-def scaling(slow: Mapping[str, QuantityValue], fast: Mapping[str, QuantityValue]) -> dict[str, QuantityValue]:
-    """By how much each level rises from a slower to a faster record of one state [dB]; the path to the sensor cancels.
-
-    Both records must show it.
-    """
-    return {
-        f"scaling {name}": QuantityValue(
-            value=fast[name].value - low.value, ci95=math.hypot(fast[name].ci95 or 0.0, low.ci95 or 0.0),
-            present=fast[name].present and low.present,
-        )
-        for name, low in slow.items()
-    }  # fmt: skip
-
-
-def half_widths(draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """95 % half width of each quantity over draws of what is not known: Student's t times the standard deviation."""
-    from scipy.special import stdtrit
-
-    factor = float(stdtrit(len(draws) - 1, 0.975))
-    return {name: factor * float(np.std([draw[name] for draw in draws], ddof=1)) for name in draws[0]}
-
-
-def crps(error: float, u: float) -> float:
-    """Continuous ranked probability score of a normal prediction off by `error`, in its unit; of a point its size.
-
-    Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359, eq. 21; quoted from memory, checked against the integral.
-    """
-    if not u:
-        return abs(error)
-    z = error / u
-    density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
-    return u * (z * math.erf(z / math.sqrt(2)) + 2 * density - 1 / math.sqrt(math.pi))
 
 
 def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:

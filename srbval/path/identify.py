@@ -9,13 +9,14 @@ frequency as excitation: where it puts a mode elsewhere the mode is that much le
 import json
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.bearing import DEFECTS, Bearing
+from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import SEGMENT_S, record_density
@@ -71,7 +72,7 @@ class Identified:
 
 
 def identify(
-    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing,
+    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing | str | Path,
     band_hz: tuple[float, float] = BAND_HZ,
 ) -> Identified:  # fmt: skip
     """The path that makes the `excitation`, a simulated run at the record's speed, into the fault's record.
@@ -79,7 +80,7 @@ def identify(
     Raises `DataError` for records that cannot be compared (unit, no speed, too few bands), `ConfigurationError` for a
     band that lies beyond a record, or a record without a fault.
     """
-    data = band_powers(fault, healthy, excitation, bearing=bearing, band_hz=band_hz)
+    data = band_powers(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
     fits = fit_path(data)
     if not fits:
         raise DataError(

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault, load_bearing, with_slip
@@ -124,14 +125,14 @@ class Analysis:
 def analyse(
     recording: Recording,
     *,
-    bearing: Bearing,
+    bearing: Bearing | str | Path,
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
     channel: str | None = None,
     band_filter: BandFilter = BandFilter.BUTTERWORTH,
     choose_on_record: bool = False,
 ) -> Analysis:
-    """Read the fault lines of `bearing` in `recording`.
+    """Read the fault lines of `bearing`, or of the one of that name or file, in `recording`.
 
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
     whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
@@ -142,6 +143,7 @@ def analyse(
     frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
     impossible, `DataError` where the record is constant or too short.
     """
+    bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed
     if known_speed is None:
         raise ConfigurationError(

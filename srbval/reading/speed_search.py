@@ -73,14 +73,17 @@ class OutsideFamily:
     shaft_hz: float
     snr: float
     noise_false_alarm: float
+    source: SpeedSource
 
     @property
     def sentence(self) -> str:
         """What it may mean, in words."""
+        to_check = {SpeedSource.TACHOMETER: "the tachometer (--pulses-per-rev) and ", SpeedSource.PRESCRIBED: ""}
+        check = to_check.get(self.source, "the speed (--rpm, --rpm-tolerance) and ")
         return (
             f"Outside the search windows a comb at {self.found_hz:.2f} Hz is {self.snr:,.0f} times the noise, "
             f"{self.off_pct:+.1f} % from {self.name}: that line if the shaft turns at {60 * self.shaft_hz:.1f} rpm; "
-            "check speed (--rpm, --rpm-tolerance) and bearing."
+            f"check {check}the bearing."
         )
 
 
@@ -234,6 +237,7 @@ def _outside_family(
             return OutsideFamily(
                 name=family.name, found_hz=reading.found_hz, off_pct=100 * (scale - 1), snr=reading.snr[0],
                 shaft_hz=scale * found.speed.value_hz, noise_false_alarm=reading.noise_false_alarm,
+                source=found.speed.source,
             ), there  # fmt: skip
     return None, ()
 

@@ -51,6 +51,17 @@ def load_recording(
     return _assemble(file, reading, sha256_of(file))
 
 
+class LeftOpenError(DataError):
+    """What neither a file nor the user states: `questions`, each with its option; whether a `band` is unknown too."""
+
+    def __init__(self, path: Path, questions: tuple[str, ...], *, band: bool) -> None:
+        super().__init__(
+            f"{path} leaves open: {'; '.join(questions)}. Give the option to this command, or once to "
+            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
+        )
+        self.path, self.questions, self.band = path, questions, band
+
+
 def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 
@@ -98,11 +109,7 @@ def sha256_of(path: Path) -> str:
 
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        asked = "; ".join((*questions, *open_for_analysis(reading)))
-        raise DataError(
-            f"{path} leaves open: {asked}. Give the option to `srbval analyse`, or permanently to "
-            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
-        )
+        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=reading.dataset is None)
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}
@@ -115,7 +122,7 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     return Recording(
         **facts | {"axes": None if reading.channel is not None else reading.axes},
-        name=reading.name or path.stem,
+        name=reading.name or printable(path.stem),
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,

@@ -14,7 +14,6 @@ from typing import Any
 
 from srbval.report.figures.style import Drawing
 
-PICTURES = (".svg", ".png")
 FIGURES = "figures"  # the folder of pictures and their data beside the documents
 Value = float | int | str | bool | None
 MISSING = "–"
@@ -184,7 +183,7 @@ class Explore:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A picture, SVG or PNG by its `suffix`, with the text that replaces it.
+    """A picture (SVG), with the text that replaces it.
 
     It is drawn when a document that shows it is made: `draw(folder, id)` writes the picture and the plotted data (CSV)
     under that name, see `save_panel`. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
@@ -196,7 +195,6 @@ class Figure:
     caption: str
     alt: str
     draw: Drawing
-    suffix: str = ".svg"
     synthetic: bool = False
     label: str = ""
     badge: Badge | None = None
@@ -208,13 +206,11 @@ class Figure:
         for what, text in (("an alt text: say what the picture shows", self.alt), ("a caption", self.caption)):
             if not text.strip():
                 raise ValueError(f"figure {self.id!r} needs {what}.")
-        if self.suffix not in PICTURES:
-            raise ValueError(f"figure {self.id!r}: {self.suffix!r} is not one of {', '.join(PICTURES)}.")
 
     @property
     def files(self) -> dict[str, str]:
         """Where the report keeps the `picture` and the plotted `data`, relative to its folder."""
-        return {"picture": f"{FIGURES}/{self.id}{self.suffix}", "data": f"{FIGURES}/{self.id}.csv"}
+        return {"picture": f"{FIGURES}/{self.id}.svg", "data": f"{FIGURES}/{self.id}.csv"}
 
 
 @dataclass(frozen=True, kw_only=True)

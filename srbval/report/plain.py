@@ -26,7 +26,6 @@ from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
 MARKUP = {"caption", "headline", "items", "notes", "points", "text"}  # fields whose text may hold inline markup
-DRAWN = {"draw", "suffix"}  # fields of a figure that no renderer needs
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
 # C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.
@@ -120,7 +119,7 @@ def _plain(value: Any, name: str = "") -> Any:
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     kind = type(value).__name__
-    parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in DRAWN}
+    parts = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.name != "draw"}
     if name == "explore":
         return json_text(value)
     if isinstance(value, KeyValues):

@@ -18,7 +18,7 @@ from srbval.storage.installation import MissingLibraryError
 
 # What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
 _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
-_MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
+_MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
 # Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
 LONGEST_WORD = 28
 LONGEST_IN_CELL = 14  # in a table: a longer one may be broken between its parts
@@ -55,12 +55,10 @@ def render_html(
 def _data_uri(folder: Path, name: str) -> Markup:
     """A file as a data URI without any sign that HTML would have to escape in an attribute between double quotes.
 
-    Text is percent-encoded, which is smaller than base64; pictures of pixels are in base64.
+    Percent-encoded, which is smaller than base64.
     """
     path = folder / name
     kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
-    if kind == "image/png":
-        return Markup(f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}")
     if kind == "image/svg+xml":
         content = re.sub(rb">\s*\n\s*<", b"><", content)
         content = content if b"'" in content else content.replace(b'"', b"'")

@@ -50,8 +50,8 @@ def make_report(
         require_typst()
     pages = tuple(pages)
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
-    with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, one_thread():
-        found = gather(seconds=seconds, stand_in_folder=Path(scratch), pages=pages, jobs=jobs, progress=progress)
+    with one_thread():
+        found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
         return found, _written(report, folder, formats, progress, appendix=appendix)
 

@@ -16,6 +16,7 @@ from importlib import resources
 from typing import Any, Self
 
 from srbval.bearing import Fault
+from srbval.comparison.budget import PRIOR, TOLERANCE, VERDICT
 from srbval.models.run import USABLE
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
@@ -38,7 +39,6 @@ from srbval.report.blocks import (
 )
 from srbval.report.figures.style import Drawing
 from srbval.report.plain import literal
-from srbval.storage.stored_result import StoredResult
 
 Entry = Mapping[str, Any]
 
@@ -48,6 +48,7 @@ class Texts:
 
     `Texts.of_study` takes the name of the study's folder, which holds the page's ``texts.toml``.
     Every method takes the values that its templates name; a name that a template asks for and nobody gives is an error.
+    Limits fixed before any comparison (`comparison.budget`) are there everywhere; a result is always given.
     """
 
     def __init__(self, name: str, package: str = "srbval.report", folder: str = "texts") -> None:
@@ -100,7 +101,7 @@ class Texts:
         return VerdictBox(tone=tone, headline=self.text(f"headline{of}", **values), points=points)
 
     def figure(
-        self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None, suffix: str = ".svg",
+        self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None,
         explore: Explore | None = None, **values: Any,
     ) -> Figure:  # fmt: skip
         """A figure with its label, caption and alt text; `id` is `name` unless given."""
@@ -108,7 +109,7 @@ class Texts:
         label, caption, alt = (_render(entry.get(key, ""), values) for key in ("label", "caption", "alt"))
         source = Badge(badge) if badge else None
         return Figure(
-            id=id or name, draw=draw, suffix=suffix, badge=source, synthetic=source is Badge.STAND_IN,
+            id=id or name, draw=draw, badge=source, synthetic=source is Badge.STAND_IN,
             wide=entry.get("wide", True), label=label, caption=caption, alt=alt, explore=explore,
         )  # fmt: skip
 
@@ -175,6 +176,7 @@ def _environment() -> Any:
     environment = Environment(undefined=StrictUndefined, autoescape=False)
     environment.filters |= {"fmt": format_value, "literal": lambda value: literal(str(value))}
     environment.globals |= {"Fault": Fault, "USABLE": USABLE}
+    environment.globals |= {"VERDICT": VERDICT, "PRIOR": PRIOR, "TOLERANCE": TOLERANCE}
     return environment
 
 
@@ -198,13 +200,7 @@ def _value(source: str, values: Mapping[str, Any]) -> Any:
     return found
 
 
-STORED = Texts("stored")
-SIDE_NAME = {
-    Origin.MEASURED: "rig",
-    Origin.SIMULATED: "model",
-    Origin.STAND_IN: "SYNTHETIC STAND-IN, not a measurement",
-}
-FETCH_COMMAND = "srbval data fetch torino-excerpts"
+SIDE_NAME = {Origin.MEASURED: "rig", Origin.SIMULATED: "model"}
 VERDICT_TONE = {"resolved": "warning", "agrees": "good", "undecided": "neutral", "insufficient data": "neutral"}
 
 
@@ -216,18 +212,3 @@ def badge_of(analysis: Analysis) -> Badge:
 def side_of(analysis: Analysis) -> str:
     """Which side of a comparison an analysis is, in words."""
     return SIDE_NAME[analysis.recording.origin]
-
-
-def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
-    """The states of a side that are stand-ins, in words."""
-    return [state.label for state, analysis in side.items() if analysis.recording.origin is Origin.STAND_IN]
-
-
-def origin_of(result: StoredResult) -> Paragraph:
-    """Machine, date, revision and command of a stored result, and whether it is stale."""
-    return STORED.paragraph("origin", origin=result.origin, stale=result.stale)
-
-
-def missing(name: str) -> Callout:
-    """What stands in place of a result that is not there."""
-    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval study run {name}")

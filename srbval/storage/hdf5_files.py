@@ -9,14 +9,11 @@ import hashlib
 import io
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import atomic_write
 
 CHECKSUM = "srbval_checksum"  # attribute of the HDF5 files that have one
@@ -25,6 +22,7 @@ END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
 END_BYTES = len(MARK % 0) + 65
 BLOCK_BYTES = 2**20
 SCHEMA_VERSION = 1
+SUFFIXES = ("", ".h5", ".hdf5", ".nc")
 ATTRIBUTES: dict[str, Any] = {
     "schema_version": SCHEMA_VERSION,
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
@@ -59,11 +57,20 @@ class _PatientFile(io.FileIO):
 CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  # where no signal is to be taken
 
 
+def check_hdf5_name(path: Path) -> None:
+    """Refuse (`ConfigurationError`) a name that says of a file to be written that it is another format than HDF5."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ConfigurationError(
+            f"{path}: HDF5 is written, which {path.suffix} is not; name it {path.stem}.h5 ({', '.join(SUFFIXES[1:])})."
+        )
+
+
 @contextlib.contextmanager
 def new_hdf5(path: Path) -> Iterator[Any]:
     """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
-    Raises `DataError` where the place cannot be written; its `check_written` ends the block as soon as that is known.
+    Raises what `check_hdf5_name` raises, and `DataError` where the place cannot be written; its `check_written` ends
+    the block as soon as that is known.
     """
     import h5py
 
@@ -71,6 +78,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
         if raw.error is not None:
             raise raw.error
 
+    check_hdf5_name(path)
     with atomic_write(path) as part:
         with _PatientFile(part, "w+") as raw:
             with h5py.File(raw, "w", track_order=True) as file:
@@ -79,31 +87,6 @@ def new_hdf5(path: Path) -> Iterator[Any]:
                 yield file
             check()
         append_checksum(part)
-
-
-def write_hdf5(
-    path: Path,
-    *,
-    fs_hz: float,
-    variables: Mapping[str, tuple[NDArray[np.float64], str, str]],
-    attributes: Mapping[str, float | str],
-) -> None:
-    """Write variables over a common `time_s` scale, readable by xarray (engine ``h5netcdf``).
-
-    `variables` by name: samples, shape [n], SI unit as text, and what it is. `attributes` are the file's own,
-    ``srbval_kind``, ``name``, ``state``, ``bearing``, ``shaft_speed_hz`` and the rest; `schema_version` and `fs_hz` are
-    added. Raises `DataError` where the place cannot be written.
-    """
-    (length,) = {len(values) for values, *_ in variables.values()}
-    with new_hdf5(path) as file:
-        file.attrs.update({"fs_hz": fs_hz, **attributes})
-        time = file.create_dataset("time_s", data=np.arange(length) / fs_hz, **CHECKED)
-        time.attrs.update({"units": "s", "long_name": "time"})
-        time.make_scale("time_s")
-        for name, (values, units, long_name) in variables.items():
-            dataset = file.create_dataset(name, data=values, **CHECKED)
-            dataset.dims[0].attach_scale(time)
-            dataset.attrs.update({"units": units, "long_name": long_name})
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:

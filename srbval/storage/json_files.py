@@ -99,19 +99,6 @@ def parse_json(text: str | bytes) -> Any:
         raise ValueError("nested too deep") from None
 
 
-def rows_text(content: Mapping[str, Any]) -> str:
-    """One JSON document in which every row of a list has a line: half the size of `json_text`, and still compared."""
-
-    def text(value: Any) -> str:
-        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-
-    items = (
-        f"{text(key)}: " + ("[\n" + ",\n".join(map(text, value)) + "\n]" if isinstance(value, list) else text(value))
-        for key, value in to_json(content).items()
-    )
-    return "{" + ",\n".join(items) + "}\n"
-
-
 def write_json(path: Path, value: Any, text: Callable[[Any], str] = json_text) -> None:
     """Write the `text` of `value` to `path` at once: readers see the old file or the new one, never a half."""
     # A lone surrogate of a damaged file name becomes its own JSON escape.

@@ -1,4 +1,4 @@
-"""Results of studies, which take minutes or hours, and of single scenes: JSON files that say what they depend on.
+"""Results of studies, which take minutes or hours: JSON files that say what they depend on.
 
 A study's result is the file ``NAME.json``, in the repository's ``reports`` or, newer, in the user's cache. It says on
 which machine it was made, when, from which revision, by which command, and by which sources from which data.
@@ -6,20 +6,18 @@ which machine it was made, when, from which revision, by which command, and by w
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from srbval.errors import DataError
-from srbval.storage.cache import RESULTS, SCENE_RESULTS, cache_folder
+from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.installation import shipped_folder
-from srbval.storage.json_files import read_json, rows_text, write_json
+from srbval.storage.json_files import read_json
 from srbval.storage.sources import content_version, sources_sha256
 
-T = TypeVar("T")
 SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
@@ -87,59 +85,10 @@ def newest_result(name: str) -> StoredResult | None:
     return max(found, key=lambda result: result.made_utc, default=None)
 
 
-def store_result(
-    name: str,
-    content: Mapping[str, Any],
-    *,
-    computed_by: str,
-    inputs: Mapping[str, str] | None = None,
-    command: str,
-    revision: str | None,
-    path: Path | None = None,
-) -> StoredResult:
-    """Write `content` with its origin to `path`, by default to the user's cache.
-
-    `computed_by`: the module whose sources it depends on; `inputs`: SHA-256 of the data that were read, by name;
-    `command`: what computed it; `revision`: that of the program when that began. Raises `DataError` where the file
-    cannot be written, and for a `path` in the repository's ``reports`` where the working tree was changed: the result
-    is kept in the cache then, and does not come with the program.
-    """
-    stamped_content = stamped(name, {
-        "computed_by": computed_by, "sources_sha256": sources_sha256(computed_by), "inputs_sha256": dict(inputs or {}),
-        **content,
-    }, command=command, revision=revision)  # fmt: skip
-    cached = cache_folder(RESULTS) / f"{name}.json"
-    refused = path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path)
-    stored = StoredResult(path=cached if path is None or refused else path, content=stamped_content)
-    write_json(stored.path, stored.content, rows_text)
-    if refused:
-        raise DataError(
-            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
-            f"this result again. It is kept as {cached}; commit the changes and compute it again."
-        )
-    return stored
-
-
-def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
-    """`result` with its kind, the date, the `command` that made it and the `revision` read when that began."""
-    return {
-        "schema_version": SCHEMA_VERSION,
-        "kind": kind,
-        "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        "git_revision": revision,
-        "command": command,
-        **result,
-    }
-
-
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file, 64 hexadecimal digits; `OSError` where it cannot be read."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _is_shipped(path: Path) -> bool:
-    return path.resolve().parent == shipped_folder(REPORTS).resolve()
 
 
 def _shipped_sha256(name: str) -> str:
@@ -159,33 +108,6 @@ def _read(path: Path, name: str) -> StoredResult | None:
     fits = isinstance(content, dict) and content.get("kind") == name and content.get("schema_version") == SCHEMA_VERSION
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContentStore:
-    """Results of single scenes of one `kind`, which the module `computed_by` computes, a small file each.
-
-    A result's file is named by what it was computed from, as text, and by the version of the code that computes it:
-    what is found is what would be computed now. They lie in `folder`, by default in the user's cache.
-    """
-
-    kind: str
-    computed_by: str
-    folder: Path = field(default_factory=lambda: cache_folder(SCENE_RESULTS))
-
-    def load(self, content: str, read: Callable[[dict[str, Any]], T]) -> T | None:
-        """What `read` makes of the result computed from `content`; None where there is none or it makes nothing."""
-        try:
-            return read(read_json(self._path(content)))
-        except (DataError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
-            return None
-
-    def save(self, content: str, table: Any) -> None:
-        """Store the result computed from `content`; `DataError` where the folder cannot be written."""
-        write_json(self._path(content), table)
-
-    def _path(self, content: str) -> Path:
-        return self.folder / f"{self.kind}-{content_key(content, computed_by=self.computed_by)}.json"
 
 
 def content_key(content: str, *, computed_by: str) -> str:

@@ -36,7 +36,8 @@ SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _UNITS.ite
 RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _UNITS.items() if "range" in table}
 LONGEST_TEXT = 200  # characters of a number with its unit
 
-NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+NUMBER_AND_UNIT = re.compile(rf"\s*([-+]?{_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(.*?)\s*")  # also a fraction, 1/61440 s
 DEEPEST = 16  # levels of a TOML file; none of ours has more than five
 LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
 KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
@@ -54,7 +55,9 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
         match = NUMBER_AND_UNIT.fullmatch(value) if len(value) <= LONGEST_TEXT else None
         if match is None:
             raise ConfigurationError(f"{said} is not a number with a unit; write e.g. {_example(units)}.")
-        number, unit = float(match[1]), match[2]
+        number, unit = float(match[1]), match[3]
+        if match[2] is not None:
+            number = number / float(match[2]) if float(match[2]) else math.inf
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
             raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")

@@ -1,11 +1,14 @@
-"""The page of a study that shows its one result in the report's appendix."""
+"""What pages of studies say of the results they show; the page that shows one in the report's appendix."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from srbval.report.blocks import Block, Section
+from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts, missing, origin_of
+from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import StoredResult
+
+STORED = Texts("stored", "srbval.studies", "")
 
 
 def appendix_page(
@@ -28,3 +31,13 @@ def appendix_page(
     return Page(
         name=name, place=place, results=(name,), section=section, data=lambda results: data(results.content(name))
     )
+
+
+def origin_of(result: StoredResult) -> Paragraph:
+    """Machine, date, revision and command of a stored result, and whether it is stale."""
+    return STORED.paragraph("origin", origin=result.origin, stale=result.stale)
+
+
+def missing(name: str) -> Callout:
+    """What stands in place of a result that is not there."""
+    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval study run {name}")

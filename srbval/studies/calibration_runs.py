@@ -21,7 +21,7 @@ from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
-from srbval.storage.stored_result import ContentStore
+from srbval.studies.harness import ContentStore
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01

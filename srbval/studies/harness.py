@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import json
 import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from srbval.errors import ConfigurationError
-from srbval.processes.machine import this_machine
+from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
+from srbval.storage.cache import RESULTS, SCENE_RESULTS, cache_folder
 from srbval.storage.installation import git_revision, shipped_folder
-from srbval.storage.json_files import to_json
-from srbval.storage.stored_result import REPORTS, StoredResult, file_sha256, stamped, store_result
+from srbval.storage.json_files import read_json, to_json, write_json
+from srbval.storage.sources import sources_sha256
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, content_key, file_sha256
+from srbval.studies.machine import this_machine
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.recordings.registry import RegisteredRecording
     from srbval.report.pages import Page
 
+T = TypeVar("T")
 FOLDER = Path(__file__).parent
 TYPES = ("count", "finite", "jobs", "positive", "seed")  # of options; `srbval.cli.arguments` has these and more
 
@@ -117,6 +122,95 @@ def make_result(
         print(f"stored: {stored.path}", file=sys.stderr)
         return found, stored.content | {"file": stored.path}
     return found, stamped(found.name or name, content, command=command, revision=revision)
+
+
+def store_result(
+    name: str,
+    content: Mapping[str, Any],
+    *,
+    computed_by: str,
+    inputs: Mapping[str, str] | None = None,
+    command: str,
+    revision: str | None,
+    path: Path | None = None,
+) -> StoredResult:
+    """Write `content` with its origin to `path`, by default to the user's cache.
+
+    `computed_by`: the module whose sources it depends on; `inputs`: SHA-256 of the data that were read, by name;
+    `command`: what computed it; `revision`: that of the program when that began. Raises `DataError` where the file
+    cannot be written, and for a `path` in the repository's ``reports`` where the working tree was changed: the result
+    is kept in the cache then, and does not come with the program.
+    """
+    stamped_content = stamped(name, {
+        "computed_by": computed_by, "sources_sha256": sources_sha256(computed_by), "inputs_sha256": dict(inputs or {}),
+        **content,
+    }, command=command, revision=revision)  # fmt: skip
+    cached = cache_folder(RESULTS) / f"{name}.json"
+    refused = path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path)
+    stored = StoredResult(path=cached if path is None or refused else path, content=stamped_content)
+    write_json(stored.path, stored.content, rows_text)
+    if refused:
+        raise DataError(
+            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
+            f"this result again. It is kept as {cached}; commit the changes and compute it again."
+        )
+    return stored
+
+
+def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
+    """`result` with its kind, the date, the `command` that made it and the `revision` read when that began."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "kind": kind,
+        "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "git_revision": revision,
+        "command": command,
+        **result,
+    }
+
+
+def _is_shipped(path: Path) -> bool:
+    return path.resolve().parent == shipped_folder(REPORTS).resolve()
+
+
+def rows_text(content: Mapping[str, Any]) -> str:
+    """One JSON document in which every row of a list has a line: half the size of `json_text`, and still compared."""
+
+    def text(value: Any) -> str:
+        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+    items = (
+        f"{text(key)}: " + ("[\n" + ",\n".join(map(text, value)) + "\n]" if isinstance(value, list) else text(value))
+        for key, value in to_json(content).items()
+    )
+    return "{" + ",\n".join(items) + "}\n"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContentStore:
+    """Results of single scenes of one `kind`, which the module `computed_by` computes, a small file each.
+
+    A result's file is named by what it was computed from, as text, and by the version of the code that computes it:
+    what is found is what would be computed now. They lie in `folder`, by default in the user's cache.
+    """
+
+    kind: str
+    computed_by: str
+    folder: Path = field(default_factory=lambda: cache_folder(SCENE_RESULTS))
+
+    def load(self, content: str, read: Callable[[dict[str, Any]], T]) -> T | None:
+        """What `read` makes of the result computed from `content`; None where there is none or it makes nothing."""
+        try:
+            return read(read_json(self._path(content)))
+        except (DataError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
+            return None
+
+    def save(self, content: str, table: Any) -> None:
+        """Store the result computed from `content`; `DataError` where the folder cannot be written."""
+        write_json(self._path(content), table)
+
+    def _path(self, content: str) -> Path:
+        return self.folder / f"{self.kind}-{content_key(content, computed_by=self.computed_by)}.json"
 
 
 def input_hashes(*read: RegisteredRecording | StoredResult | Path | None) -> dict[str, str]:

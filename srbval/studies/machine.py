@@ -3,9 +3,11 @@
 import math
 import os
 import platform
+import sys
 import time
 from collections.abc import Callable
 from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ import numpy as np
 from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.models.jit import kernel
-from srbval.processes.machine import load_average, processor_name, usable_cores
+from srbval.processes.machine import usable_cores
 
 LENGTH = 512  # doubles: 4 kB, in every first-level cache
 SWEEPS = 195_313  # about 1e8 multiply-adds
@@ -75,3 +77,41 @@ def machine_before() -> Callable[[], dict[str, Any]]:
         }  # fmt: skip
 
     return described
+
+
+def this_machine() -> dict[str, Any]:
+    """Processor and usable cores, as stored results name them."""
+    return {"processor": processor_name(), "usable_cores": usable_cores()}
+
+
+def load_average() -> float | None:
+    """Processes that wanted a core, mean of the last minute."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+
+
+def processor_name(listing: Path = Path("/proc/cpuinfo")) -> str:
+    """The processor's name as the system gives it; its architecture where it gives none."""
+    if listing.is_file():
+        for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
+            key, _, value = line.partition(":")
+            if key.strip() == "model name" and value.strip():
+                return value.strip()
+    return platform.processor() or platform.machine()
+
+
+def peak_bytes() -> int | None:
+    """Peak resident memory of this process so far; None where the system does not tell.
+
+    On Linux the high-water mark of its own memory: `ru_maxrss` of a new process begins with its parent's.
+    """
+    status = Path("/proc/self/status")
+    if status.is_file():
+        marks = [line.split() for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM:")]
+        if marks:
+            return int(marks[0][1]) * 1024
+    try:
+        import resource
+    except ImportError:  # Windows has no such count
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024

@@ -20,7 +20,7 @@ from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.json_files import from_json
-from srbval.storage.stored_result import ContentStore
+from srbval.studies.harness import ContentStore
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
@@ -34,7 +34,8 @@ class RunOutcome(Ended):
 
     `cage_ratio` is weighted as in `plan.measures`; `load_share` the part of the radial load on the rollers;
     `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
-    `wall_s` is disturbed by parallel runs. `means`: see `step_error.block_means`; empty where a run ended early.
+    `wall_s` is disturbed by parallel runs; `step_s`: the one that was taken, NaN where none was. `means`: see
+    `step_error.block_means`; empty where a run ended early.
     """
 
     cage_ratio: float
@@ -44,6 +45,7 @@ class RunOutcome(Ended):
     seconds: float
     settle_s: float
     wall_s: float
+    step_s: float = math.nan
     means: Mapping[str, list[float]] = field(default_factory=dict)
 
     def errors_against(self, right: "RunOutcome") -> tuple[Estimate, ...]:
@@ -54,9 +56,9 @@ class RunOutcome(Ended):
     def beyond(self, right: "RunOutcome") -> tuple[Estimate, ...]:
         """Those of the errors that are beyond their tolerance by more than chance.
 
-        A cage that both say to slide or to rattle is told to a per cent, as a run's own estimate is.
+        A cage that slides or rattles is told to a per cent, as a run's own estimate is.
         """
-        slides = all(outcome.status in SLIDING_STATUSES for outcome in (self, right))
+        slides = right.status in SLIDING_STATUSES and self.status in (*SLIDING_STATUSES, RunStatus.INACCURATE.value)
         return tuple(
             e for e in self.errors_against(right)
             if abs(e.error) > (SLIDING if slides and e.kind == "cage" else TOLERANCE[e.kind]) + CHANCE * e.scatter
@@ -105,4 +107,5 @@ def outcome_of(tried: Attempt, wall_s: float) -> RunOutcome:
     return RunOutcome(
         status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,
+        step_s=math.nan if run is None else run.scene.solver.step_s,
     )  # fmt: skip

@@ -15,21 +15,14 @@ from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
-from srbval.path.amplitudes import (
-    NUMERICS,
-    PATH,
-    half_widths,
-    kind_of,
-    levels,
-    pattern,
-    with_background,
-)
+from srbval.path.amplitudes import levels, pattern
 from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.path.path_fit import best_of, fit_path, refit
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge
+from srbval.studies.amplitude_rows import NUMERICS, PATH, half_widths, kind_of, with_background
 from srbval.studies.harness import input_hashes
 
 BEARING = load_bearing(DEFAULT_BEARING)

@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -13,7 +12,6 @@ from srbval.check.check import (
     differences,
     read_reference,
     renewed,
-    write_junit,
     write_reference,
 )
 from srbval.errors import ConfigurationError, DataError
@@ -88,13 +86,3 @@ def test_no_reference_is_made_of_a_failure_or_without_a_tolerance(
 ) -> None:
     with pytest.raises(ConfigurationError, match=why):
         renewed(old, CheckResult(checks=(checked(value=value),), skipped=()))
-
-
-def test_junit_counts_and_explains(tmp_path: Path) -> None:
-    result = CheckResult(checks=(checked(), checked("b", 2.0)), skipped=("c",))
-    write_junit(tmp_path / "junit.xml", result, seconds=1.5)
-    suite = ElementTree.parse(tmp_path / "junit.xml").getroot()[0]
-    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "1")
-    failure = suite.find("testcase[@name='b']/failure")
-    assert failure is not None
-    assert "2 is not within 0.99 to 1.01 m" in failure.attrib["message"]

@@ -9,12 +9,12 @@ import pytest
 from scipy.io import savemat
 
 from srbval.cli import main
-from srbval.cli.analyse_command import LINE_OF_PART
 from srbval.recordings import load_recording
 
 BPFO_HZ, BPFI_HZ = 96.79, 128.04  # printed in Table 6 of the paper, at 710 rpm
 PRINTED_HZ = 0.05  # the paper's dimensions are rounded; its frequencies follow from them to this
 ROUNDING_HZ = 1e-9  # of sums of floating-point numbers near 200 Hz
+PARTS = ("outer", "inner", "roller", "ball", "cage")
 READING = 2e-4  # relative; a line of a run of two seconds is read from its envelope spectrum to 0.02 %
 
 
@@ -80,6 +80,9 @@ def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     scene.write_text('duration = "0.05 s"\nsettle = "0.01 s"\n[load]\nradial = "62.4 kN"\n')
     code, found = ask(capsys, "simulate", str(scene), "--solver", "ode3", "--dt", "8.138020833333333e-06")
     assert (code, found["solver"], found["seconds"]) == (0, "ode3", 0.05)
+    _, found = ask(capsys, "simulate", str(scene), "--solver", "ode4")
+    assert found["dt_s"] == pytest.approx(1 / 61440), "of an explicit solver; its error is estimated"
+    assert isinstance(found["numerics"]["cage_pct"], float)  # type: ignore[index]
 
 
 def test_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -198,6 +201,6 @@ def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_texts_of_a_terminal(capsys: pytest.CaptureFixture[str], good_run: Path) -> None:
     analyse = ["analyse", str(good_run)]
-    for arguments in (["kinematics"], ["doctor"], ["data", "list"], *([*analyse, "--defect", p] for p in LINE_OF_PART)):
+    for arguments in (["kinematics"], ["doctor"], ["data", "list"], *([*analyse, "--defect", p] for p in PARTS)):
         assert main(arguments) == 0
         assert capsys.readouterr().out.strip()

@@ -37,7 +37,7 @@ def test_what_resembles_nothing_is_only_refused(capsys: pytest.CaptureFixture[st
     assert "unknown: --xyzzy. See: srbval kinematics --help" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("value", ["nan", "x", "-1", "1e400"])
+@pytest.mark.parametrize("value", ["nan", "-1", "1e400"])
 def test_no_function_is_named_to_the_user(value: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["kinematics", "--rpm", value]) == 2
     said = capsys.readouterr().err

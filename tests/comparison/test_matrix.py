@@ -20,10 +20,8 @@ from srbval.diagnosis.baseline import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings
-from srbval.recordings.synthetic_record import vibration
-from srbval.report.blocks import FigureGrid
-from srbval.report.sections.matrix import matrix_section
 from tests.recordings import files
+from tests.recordings.synthetic_record import vibration
 
 LINE_PCT = 0.06  # the interval of a line read from two seconds of the impulse model
 
@@ -195,20 +193,3 @@ def test_without_a_healthy_record_a_line_alone_cannot_tell(damaged: bool, tmp_pa
     )
     (cell,) = found.cells
     assert (cell.call.basis, cell.call.called) == (Basis.LINE_ALONE, None)
-
-
-def test_maps_leave_empty_cells_empty(matrix: Matrix, tmp_path: Path) -> None:
-    section = matrix_section(evidence_of(matrix))
-    (grid,) = (block for block in section.appendix[:2] if isinstance(block, FigureGrid))
-    assert [figure.id for figure in grid.figures] == ["matrix-deviation", "matrix-detectability", "matrix-verdict"]
-    for figure in grid.figures:
-        files = figure.draw(tmp_path, figure.id)
-        lines = files.data.read_text().splitlines()
-        cells = [value for line in lines[1:] for value in line.split(",")[1:]]
-        assert len(cells) == 160
-        assert 1 <= sum(value != "" for value in cells) <= 3
-        assert files.picture.stat().st_size > 5000
-
-
-def evidence_of(matrix: Matrix) -> Any:
-    return SimpleNamespace(matrix=matrix, data={"bias": biases(matrix.comparisons)}, known=KNOWN)

@@ -24,8 +24,8 @@ from srbval.comparison.spectrum_shape import (
 )
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import process
-from srbval.recordings.synthetic_record import vibration
 from tests.reading.test_shaft_speed import record
+from tests.recordings.synthetic_record import vibration
 
 GAIN_DEGREES = 1e-3  # a gain falls out but for rounding
 

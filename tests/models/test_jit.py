@@ -83,10 +83,11 @@ def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Numba would not find them: the run itself would have to compile."""
-    jit.precompile("planar")
-    assert jit.is_compiled("planar")
+    scene = paper_scene(model="planar")
+    jit.precompile(scene)
+    assert jit.is_compiled(scene)
     monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
-    assert not jit.is_compiled("planar")
+    assert not jit.is_compiled(scene)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -94,7 +95,7 @@ def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Pat
     """However that ends: nobody would look after it."""
     marker = {"SRBVAL_TEST": str(tmp_path)}
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
-    code = "from srbval.models.jit import precompile; from srbval.scene import paper_scene; precompile(paper_scene(), jobs=1)"
+    code = "import srbval; from srbval.models.jit import precompile; precompile(srbval.paper_scene(), jobs=1)"
     waiting = subprocess.Popen([sys.executable, "-c", code], env=env)
     until(lambda: len(marked(marker)) == 2)
     waiting.kill()

@@ -1,4 +1,4 @@
-"""The measures that runs are compared by, on signals whose answer is known; the missing harmonic (eq. 20)."""
+"""The measures that runs are compared by, on signals whose answer is known."""
 
 import math
 
@@ -10,19 +10,14 @@ from srbval.models.sensor import band_rms
 from srbval.models.simulate import simulate
 from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, RMS_BANDS, SIDEBANDS, THIRD_OCTAVES
 from srbval.plan.measures import (
-    WIDE_BAND_HZ,
-    harmonic_heights,
     harmonic_pattern,
-    missing_harmonic,
-    missing_of,
     noise_floor,
-    pulse_share,
     scatter,
     smooth_mean,
 )
 from srbval.plan.questions import MEANING, Question, answers, error_pct
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene, paper_scene
+from srbval.scene import paper_scene
 from srbval.signal import amplitude_spectrum
 
 FS = 20480.0
@@ -35,11 +30,6 @@ OFF_BIN = 1e-3  # the lines are looked up 1e-5 beside their frequency
 RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
 ROUNDING = 1e-14
 EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
-# The pulse is not rectangular: its transform passes zero a little earlier than the sinc of its whole length.
-OF_SINC = (0.8, 1.0)
-# Clicks have a flat spectrum; the band of 3000 Hz takes less than half off the tenth harmonic.
-CLICK_HEIGHT = 0.4
-INTERPOLATION = 0.2  # the zero is interpolated linearly between two harmonics of a curved sinc
 
 
 def interval_means(hz: float, fs: float, seconds: float = 1.0) -> np.ndarray:
@@ -121,48 +111,3 @@ def test_three_decibels_are_41_per_cent_and_what_the_reference_does_not_show_is_
     assert three == pytest.approx(41.25, abs=0.01)
     assert MEANING[Question.HARMONIC_LEVELS].text(three) == "3 dB"
     assert error_pct(Question.HARMONIC_LEVELS, (1.0, None), (1.0, 2.0)) is None, "what a model does not show it lacks"
-
-
-def bumpy(model: str, height_mm: float, **changes: object) -> Scene:
-    defect = {"kind": "outer", "height_m": height_mm / 1e3}
-    return paper_scene(model=model, duration="2 s", defect=defect, **changes)
-
-
-@pytest.mark.parametrize("model", ["impulse", "planar"])
-def test_in_a_wide_band_the_pulse_length_sets_the_missing_harmonic(model: str) -> None:
-    """The paper's band of 1000 Hz lengthens pulses of a millisecond: what is missing there says as much of the band."""
-    found = [missing_of(simulate(bumpy(model, height))) for height in (0.1, 0.2, 0.3)]
-    for one in found:
-        assert OF_SINC[0] < one["wide_band"] / one["by_sinc"] < OF_SINC[1]  # type: ignore[operator]
-        assert model == "planar" or one["paper_band"] < one["wide_band"]  # type: ignore[operator]
-    for name in ("by_sinc", "wide_band"):
-        assert found[0][name] > found[1][name] > found[2][name]  # type: ignore[operator]
-
-
-def test_clicks_without_length_miss_none() -> None:
-    heights = harmonic_heights(simulate(bumpy("kinematic", 0.2)), WIDE_BAND_HZ)
-    assert missing_harmonic(heights) is None
-    assert min(heights) > CLICK_HEIGHT
-
-
-def test_the_full_model_misses_one_and_a_higher_bump_an_earlier_one() -> None:
-    low, high = (
-        missing_harmonic(
-            harmonic_heights(simulate(bumpy("full", height, contact={"roller_fit": "printed"})), (500, 1500))
-        )
-        for height in (0.05, 0.3)
-    )
-    assert low is not None
-    assert high is not None
-    assert high < low
-
-
-def test_pulse_length_does_not_depend_on_speed() -> None:
-    slow, fast = (pulse_share(bumpy("planar", 0.2, shaft_speed=speed)) for speed in ("353 rpm", "997 rpm"))
-    assert slow == fast
-
-
-@pytest.mark.parametrize("share", [0.13, 0.18, 0.29])
-def test_a_sinc_is_read_back(share: float) -> None:
-    heights = np.abs(np.sinc(share * np.arange(1, 11)))
-    assert missing_harmonic(heights.tolist()) == pytest.approx(1 / share, abs=INTERPOLATION)

@@ -1,21 +1,25 @@
 """Damaged and hostile files without end, seeded: every format times every damage, and files that claim too much."""
 
 import contextlib
+import hashlib
 import itertools
 import os
 import pickle
+import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
+import numba
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.recordings.synthetic_record import write_synthetic_record
+from srbval.storage.hdf5_files import END, MARK
+from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files, formats
 
@@ -27,8 +31,10 @@ DTYPES = ("i1", "u2", "i8", "f4", "c16", "?", "U3", ">f8", "f8")
 NPY_TYPES = ("'<f8'", "'|O'", "'<U9'", "'<M8[ns]'", "'f16'", "8", "''", "[('a', '|O')]", "('<f8', (10**9,))", "[[[]]]")
 NPY_SHAPES = (
     "(4096,)", "(8,)", "()", "(-1,)", "(-8, -512)", "(4096.0,)", "(True,)", f"({2**61 + 4096},)", f"({2**32}, {2**32})",
-    f"({'9' * 4999},)", f"({'1,' * 70})", "(" * 5000, f"(0, {2**63})",
+    f"({'9' * 4999},)", f"({'1,' * 70})", f"(0, {2**63})",
+    "(" * 5000, "1+" * 4900, "a" + ".b" * 4900, "{" * 150 + "}" * 150, "\xff" * 9999, "\0" * 64,
 )  # fmt: skip
+HDF5_CHECKED = re.compile(b"OHDR|OCHK|FRHP|FHIB|BTHD|BTIN|BTLF|FAHD|FADB|EAHD|EAIB|EASB|EADB|SMTB|SMLI|\x89HDF")
 MATLAB_HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
 Rng = np.random.Generator
 
@@ -50,7 +56,7 @@ class Damage:
         self.seed, self.trap = seed, trap
         self.whole = dict(_whole_files(folder))
         damages = (flipped, overwritten, cut, numbers, believed)
-        claims = (values, text, npy_header, matlab_claim, self._pickle)
+        claims = (values, text, npy_header, matlab_claim, hdf5_types, self._pickle)
         self.cells = [*itertools.product(self.whole, damages), *((claim.__name__, claim) for claim in claims * 4)]
 
     def write(self, i: int, path: Path) -> tuple[str, str]:
@@ -104,7 +110,7 @@ def numbers(rng: Rng, whole: bytes, changes: int = 3) -> bytes:
 
 
 def believed(rng: Rng, whole: bytes) -> bytes:
-    """Numbers changed within what is compressed, and that made right again: libraries believe it."""
+    """Numbers changed within what is compressed or has a checksum, and that made right again: libraries believe it."""
     if whole.startswith(b"MATLAB 5.0"):
         made, at = [whole[:128]], 128
         while at + 8 <= len(whole):
@@ -114,7 +120,17 @@ def believed(rng: Rng, whole: bytes) -> bytes:
             made.append(struct.pack("<II", 15, len(packed)) + packed)
             at += 8 + count
         return b"".join(made)
-    return numbers(rng, whole, 8)
+    whole, *end = END.split(whole)[0], *END.findall(whole)  # of a file of srbval
+    codes, data = np.frombuffer(whole + bytes(16), np.uint8), bytearray(whole)
+    found = [(m.start(), checked_length(codes[m.start() :], 4096)) for m in HDF5_CHECKED.finditer(whole)]
+    checked = [(start, length) for start, length in found if length]
+    if not checked:
+        return numbers(rng, whole, 8)
+    for start, length in (checked[i] for i in rng.integers(0, len(checked), 2)):
+        data[start + 4 : start + length] = numbers(rng, bytes(data[start + 4 : start + length]), 2)
+        struct.pack_into("<I", data, start + length, lookup3(np.frombuffer(bytes(data[start:]), np.uint8), length))
+    sealed = bytes(data) + MARK % 0
+    return sealed + hashlib.sha256(sealed).hexdigest().encode() + b"\n" if end else bytes(data)
 
 
 def values(rng: Rng, path: Path) -> None:
@@ -152,6 +168,26 @@ def text(rng: Rng, _: Path) -> bytes:
         rows[position] = str(rng.choice(HOSTILE))
     head = f"# fs_hz = {rng.choice(HOSTILE)}\n" if rng.random() < 0.5 else ""
     return (head + str(rng.choice(("\n", ",", ";", "\t"))).join(rows)).encode("utf-8", "replace")
+
+
+def hdf5_types(rng: Rng, path: Path) -> None:
+    """Data sets and attributes of every type, of sizes from nothing to far more than a file should hold."""
+    h5t, size = h5py.h5t, int(rng.choice((0, 1, 3, 300, 70_000)))
+    kinds = [
+        h5t.IEEE_F64BE, h5t.IEEE_F16LE, h5t.STD_REF_OBJ, h5t.STD_REF_DSETREG, h5t.STD_B32LE, h5t.UNIX_D32LE,
+        h5t.array_create(h5t.IEEE_F64LE, (3, 50)), h5t.vlen_create(h5t.vlen_create(h5t.STD_I8LE)),
+        h5t.create(h5t.OPAQUE, 9), h5t.py_create(np.dtype("g")), h5t.py_create(h5py.string_dtype("ascii", 5000)),
+        h5t.py_create(np.dtype([("a", "f8"), ("b", "i4", (2, 2)), ("c", "S9")])),
+    ]  # fmt: skip
+    with h5py.File(path, "w", libver=str(rng.choice(("earliest", "latest")))) as file:
+        for name in (b"x", b"MATLAB_class", b"fs_hz", b"y"):
+            kind = kinds[int(rng.integers(len(kinds)))]
+            space = h5py.h5s.create_simple((size,)) if rng.random() < 0.7 else h5py.h5s.create(h5py.h5s.SCALAR)
+            settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            settings.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY if rng.random() < 0.7 else h5py.h5d.ALLOC_TIME_LATE)
+            h5py.h5d.create(file.id, name, kind, space, settings)
+            if size * kind.get_size() < 60_000:
+                h5py.h5a.create(file.id, name, kind, space)
 
 
 def npy_header(rng: Rng, _: Path) -> bytes:
@@ -247,3 +283,35 @@ def _hdf5_many(file: h5py.File) -> None:
 
 
 HDF5_PARTS: tuple[Callable[[h5py.File], None], ...] = (_hdf5_types, _hdf5_references, _hdf5_chunks, _hdf5_many)
+
+
+@numba.njit(cache=False)
+def lookup3(data: np.ndarray, length: int) -> int:
+    """Jenkins's hash of the first `length` bytes, the checksum of HDF5's structures (its File Format Specification)."""
+    mask = np.uint64(0xFFFFFFFF)
+    s = np.full(3, (0xDEADBEEF + length) & 0xFFFFFFFF, dtype=np.uint64)
+    for at in range(0, length, 12):
+        for k in range(min(12, length - at)):
+            s[k // 4] = (s[k // 4] + (np.uint64(data[at + k]) << np.uint64(8 * (k % 4)))) & mask
+        if length - at > 12:
+            for minus, plus, turn in ((2, 1, 4), (0, 2, 6), (1, 0, 8), (2, 1, 16), (0, 2, 19), (1, 0, 4)):
+                first = (minus + 1) % 3
+                s[first] = (s[first] - s[minus]) & mask
+                s[first] ^= ((s[minus] << np.uint64(turn)) | (s[minus] >> np.uint64(32 - turn))) & mask
+                s[minus] = (s[minus] + s[plus]) & mask
+    for to, by, turn in ((2, 1, 14), (0, 2, 11), (1, 0, 25), (2, 1, 16), (0, 2, 4), (1, 0, 14), (2, 1, 24)):
+        s[to] ^= s[by]
+        s[to] = (s[to] - (((s[by] << np.uint64(turn)) | (s[by] >> np.uint64(32 - turn))) & mask)) & mask
+    return s[2]
+
+
+@numba.njit(cache=False)
+def checked_length(data: np.ndarray, most: int) -> int:
+    """How many bytes from the beginning are followed by their checksum; 0 where none are."""
+    for length in range(8, min(most, len(data)) - 4):
+        stored = np.uint64(0)
+        for k in range(4):
+            stored |= np.uint64(data[length + k]) << np.uint64(8 * k)
+        if lookup3(data, length) == stored:
+            return length
+    return 0

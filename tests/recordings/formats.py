@@ -12,7 +12,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault, load_bearing
-from srbval.recordings.synthetic_record import vibration
+from tests.recordings.synthetic_record import vibration
 
 FS_HZ, SHAFT_HZ, SECONDS = 20480.0, 25.0, 1.0
 COUNT = round(FS_HZ * SECONDS)

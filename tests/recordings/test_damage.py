@@ -1,32 +1,44 @@
-"""Every format times every damage: one clear refusal each, or a recording; nothing else ever happens.
+"""Damaged and hostile files: each a recording or one clear refusal, never a crash, a hang, or anything executed.
 
+Every format times every damage and claim, seeded; then single claims with what is said of them.
 The long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_damage.py``.
 """
 
 import contextlib
+import math
 import os
 import resource
+import struct
 import sys
 import threading
 import warnings
+import zlib
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
+from scipy.io import savemat
 
 from srbval.errors import DataError
 from srbval.recordings import load_recording
-from srbval.recordings.loaders import limited
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.registry.manifest import home_folder
 
-from .damage import Damage
+from . import files
+from .damage import MATLAB_HEADER, Damage
 
 COUNT = int(os.environ.get("SRBVAL_FUZZ", "280"))
 HANG_S = 10.0
 LIMIT_BYTES = 500 * 2**20
 BATCH = 60
 DEATHS = ("computing time", "crashed", "ended (", "could not be read within", "bytes of memory")
+linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
 
 
 def peak_bytes() -> int:
@@ -35,8 +47,13 @@ def peak_bytes() -> int:
     return peak if sys.platform == "darwin" else peak * 1024
 
 
+def held_bytes(pid: int) -> int:
+    """Most memory that a process has held (on Linux)."""
+    return int(Path(f"/proc/{pid}/status").read_text().split("VmHWM:")[1].split()[0]) * 1024
+
+
 class ReaderMemory(threading.Thread):
-    """Looks all the time at the most memory that each process which reads has held (on Linux)."""
+    """Looks all the time at the most memory that each process which reads has held."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)
@@ -47,8 +64,7 @@ class ReaderMemory(threading.Thread):
         while not self.over.wait(0.02):
             for reader in tuple(limited._running):
                 with contextlib.suppress(OSError, IndexError):
-                    status = Path(f"/proc/{reader.pid}/status").read_text()
-                    self.most_bytes = max(self.most_bytes, int(status.split("VmHWM:")[1].split()[0]) * 1024)
+                    self.most_bytes = max(self.most_bytes, held_bytes(reader.pid))
 
 
 def computing_s() -> float:
@@ -74,13 +90,14 @@ def test_every_format_times_every_damage(tmp_path: Path, monkeypatch: pytest.Mon
     readers = ReaderMemory()
     readers.start()
     for first in range(0, COUNT, BATCH):
+        end_readers()  # the computing time of a process counts when it ends: of a few files, not of thousands
         work = tmp_path / "work" / str(first)
         work.mkdir()
         for i in range(first, min(first + BATCH, COUNT)):
             path = work / f"{i}.mat"
             cell = damage.write(i, path)
             before, computed = peak_bytes(), computing_s()
-            outcome, text = _load(path)
+            outcome, text = load(path)
             outcomes[cell[1], outcome] += 1
             deaths.update(death for death in DEATHS if death in text)
             longest = max(longest, computing_s() - computed)
@@ -102,13 +119,12 @@ def test_every_format_times_every_damage(tmp_path: Path, monkeypatch: pytest.Mon
     assert sorted(p.name for p in home_folder().iterdir()) == ["manifest.json", "manifest.lock"]
     seen = {damage.cells[i % len(damage.cells)][1].__name__ for i in range(COUNT)}
     assert {kind for kind, outcome in outcomes if outcome == "refused"} == seen
-    print(
-        f"{COUNT} files, {longest:.2f} s of computing time at most, a reader held {readers.most_bytes / 2**20:.0f} MB"
-    )
-    print(f"readers ended: {dict(deaths)}; {dict(sorted(outcomes.items()))}")
+    held = f"a reader held {readers.most_bytes / 2**20:.0f} MB"
+    print(f"{COUNT} files, {longest:.2f} s of computing time at most, {held}; readers ended: {dict(deaths)}")
+    print(dict(sorted(outcomes.items())))
 
 
-def _load(path: Path) -> tuple[str, str]:
+def load(path: Path) -> tuple[str, str]:
     """``read`` or ``refused`` and why; anything but a recording or a one-line refusal fails the test."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -118,5 +134,278 @@ def _load(path: Path) -> tuple[str, str]:
             text = str(error)
             assert text.isprintable(), text
             assert len(text) < 2000, text[:200]
-            return "refused", text
+            return "read" if isinstance(error, LeftOpenError) else "refused", text
     return "read", ""
+
+
+def refused(path: Path, match: str) -> None:
+    with pytest.raises(DataError, match=match) as caught:
+        load_recording(path)
+    assert "\n" not in str(caught.value)
+
+
+Write = Callable[[Path], object]
+CASES: dict[str, tuple[Write, str]] = {}
+
+
+def case(match: str) -> Callable[[Write], Write]:
+    """Enter what writes a file into the cases, with what is said of the file."""
+
+    def enter(write: Write) -> Write:
+        CASES[write.__name__] = write, match
+        return write
+
+    return enter
+
+
+def with_sample(bad: float) -> Write:
+    samples = files.vibration()
+    samples[1234] = bad
+    return lambda path: files.excerpt(path, acc_m_s2=samples)
+
+
+CASES |= {
+    "folder": (lambda path: path.mkdir(), "folder"),
+    "missing": (lambda path: path, "no such file"),
+    "empty": (lambda path: path.touch(), "empty"),
+    "text": (lambda path: path.write_text("this is no recording\nat all\n"), "text file"),
+    "one endless line": (lambda path: path.write_text("1," * 2_000_000), "not a table of numbers"),
+    "no kind": (lambda path: path.write_bytes(b"XK\x03\x04" + bytes(999)), "not a known recording format. Accepted: "),
+    "nan": (with_sample(np.nan), r"acc_m_s2: sample 1234 of 4096 is nan"),
+    "inf": (with_sample(-np.inf), r"acc_m_s2: sample 1234 of 4096 is -inf"),
+    "no vector": (
+        lambda path: savemat(path, {"note": "a", "x": 3.0, "z": files.vibration() * 1j}),
+        "without a numeric vector",
+    ),
+}
+if hasattr(os, "mkfifo"):
+    CASES["pipe"] = os.mkfifo, "not a regular file"
+
+
+@case("nested|beyond|MATLAB v5")
+def nested_cells(path: Path) -> None:
+    value: object = files.vibration()
+    for _ in range(200):
+        value = files.nested(value)
+    savemat(path, {"x": value})
+
+
+@case("truncated or damaged MATLAB v5 file")
+def matlab_numbers_that_do_not_fit(path: Path) -> None:
+    savemat(path, {"x": np.ones((700, 3))})
+    path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 700, 3), struct.pack("<ii", 699, 3)))
+
+
+@case("truncated or damaged MATLAB v5 file .*incorrect data check")
+def matlab_checksum(path: Path) -> None:
+    savemat(path, {"x": files.vibration()}, do_compression=True)
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+
+
+@case(r"header claims 4032 values \(float64\) in 32768 bytes")
+def npy_with_hidden_samples(path: Path) -> None:
+    np.save(path.with_suffix(".npy"), files.vibration())
+    path.write_bytes(path.with_suffix(".npy").read_bytes().replace(b"(4096,)", b"(4032,)"))
+
+
+@case("nested deeper")
+def hdf5_circle(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        group = file.create_group("a")
+        group["again"] = group
+
+
+@case("without a numeric vector")
+def hdf5_links_out_of_the_file_and_in_circles(path: Path) -> None:
+    with h5py.File(path.with_name("secret.h5"), "w") as file:
+        file["x"] = files.vibration()
+    with h5py.File(path, "w") as file:
+        file["loop"], file["out"] = h5py.SoftLink("/"), h5py.ExternalLink("secret.h5", "/x")
+
+
+def many_links(groups: int) -> Write:
+    def write(path: Path) -> None:
+        with h5py.File(path, "w") as file:
+            for i in range(5_000):
+                file.require_group(f"g{i % groups}")[f"l{i}"] = h5py.SoftLink("/x")
+
+    return write
+
+
+def huge_claim(*shape: int) -> Write:
+    def write(path: Path) -> None:
+        with h5py.File(path, "w") as file:
+            file.create_dataset("x", shape=shape, dtype="f8", chunks=(1024,) * len(shape))
+
+    return write
+
+
+def filters(*numbers: int) -> Write:
+    def write(path: Path) -> None:
+        with h5py.File(path, "w") as file:
+            settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            settings.set_chunk((4096,))
+            for number in numbers:
+                settings.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (9,) if number == 1 else ())
+            data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((4096,)), settings)
+            data.write_direct_chunk((0,), files.vibration().tobytes(), 0)
+            file.attrs["fs_hz"] = 1000.0
+
+    return write
+
+
+def half_written(name: str, **attributes: object) -> Write:
+    def write(path: Path) -> None:
+        with h5py.File(path, "w") as file:
+            file.create_dataset(name, (4000,), "f8", chunks=(1000,))[:1000] = files.vibration(1000)
+            file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"} | attributes)
+
+    return write
+
+
+MANY = "[0-9]{4} or more links, references and attributes; 4096 are read at most"
+UNWRITTEN = r"3 of 4 chunks of '{}' were never written \(75 % of its samples\); copy"
+CASES |= {f"{groups} groups of links": (many_links(groups), MANY) for groups in (1, 5)}
+CASES |= {
+    f"claim {shape}": (huge_claim(*shape), f"claims {8 * math.prod(shape)} bytes")
+    for shape in ((10**12,), (2**32, 2**32), (2**62,))
+}
+CASES |= {
+    "unknown filter": (filters(32768), "filter 32768, not installed. Decompress: h5repack"),
+    "eight filters": (filters(*[1] * 8), "compressed by 8 filters"),
+    "half": (half_written("x"), UNWRITTEN.format("x")),
+    "half of a stand-in": (
+        half_written("acceleration_m_s2", srbval_kind="stand-in"),
+        UNWRITTEN.format("acceleration_m_s2"),
+    ),
+}
+
+
+@case(r"4 of 8 chunks of 'Signal_3\.y_values\.values' were never written \(50 %")
+def half_a_struct(path: Path) -> None:
+    files.rig_v73(path, files.rig_signals())
+    with h5py.File(path, "r+") as file:
+        shape = file[file["Signal_3/y_values/values"][0, 0]].shape
+        empty = file["#refs#"].create_dataset("half", shape, "f8", chunks=(1, shape[1] // 2))
+        empty[:, : shape[1] // 2] = 1.0
+        file["Signal_3/y_values/values"][0, 0] = empty.ref
+
+
+@pytest.mark.parametrize(("write", "match"), CASES.values(), ids=CASES.keys())
+def test_refused_and_said_why(tmp_path: Path, write: Write, match: str) -> None:
+    write(tmp_path / "H_727rpm_124.8kN_0kN.mat")
+    refused(tmp_path / "H_727rpm_124.8kN_0kN.mat", match)
+
+
+@pytest.mark.parametrize("used", ["x", "time", "fs", "spare"])
+def test_hdf5_datasets_never_written(tmp_path: Path, used: str) -> None:
+    """Refused where they are used, in the way of a signal, a time and a number; a text beside them is not."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        if used != "x":
+            file["x"] = files.vibration()
+        file.create_dataset(used, {"fs": (), "spare": (9,)}.get(used, (4096,)), "f8")
+        file.attrs["fs_hz" if used != "time" else "note"] = 1000.0
+    if used == "spare":
+        assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
+    else:
+        refused(tmp_path / "a.h5", f"1 of 1 chunks of '{used}' were never written \\(100 % of its samples\\)")
+
+
+def test_dimension_without_values(tmp_path: Path) -> None:
+    """As netCDF-4 writes a dimension that has no coordinates: a data set that is never written, and no variable."""
+    with h5py.File(tmp_path / "a.nc", "w") as file:
+        file["x"], file.attrs["fs_hz"] = files.vibration(), 1000.0
+        scale = "This is a netCDF dimension but not a netCDF variable.      4096"
+        file.create_dataset("sample", (4096,), ">f4").make_scale(scale)
+        file["x"].dims[0].attach_scale(file["sample"])
+    assert load_recording(tmp_path / "a.nc", unit="g").channel == "x"
+
+
+def test_hdf5_attributes_that_are_no_numbers_are_not_read(tmp_path: Path) -> None:
+    """Arrays, fields and lists of any size cost nothing; too many are refused."""
+    pair, number = np.dtype([("a", "f8"), ("b", "S1000")]), h5py.h5t.NATIVE_DOUBLE
+    with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
+        file["x"] = files.vibration()
+        file["x"].attrs["units"] = "mm/s2"
+        file.attrs.update({"fs_hz": 1000.0, "array": np.zeros(10**6), "pair": np.zeros(3, pair), "many": ["a"] * 9})
+        for name, kind in ((b"list", h5py.h5t.array_create(number, (5,))), (b"lengths", h5py.h5t.vlen_create(number))):
+            h5py.h5a.create(file.id, name, kind, h5py.h5s.create(h5py.h5s.SCALAR))
+    raw = detect_format(tmp_path / "a.h5").load(tmp_path / "a.h5")
+    assert (dict(raw.attributes), dict(raw.units)) == ({"fs_hz": 1000.0}, {"x": "mm/s2"})
+    with h5py.File(tmp_path / "a.h5", "r+", libver="latest") as file:
+        for i in range(5000):
+            file.attrs[f"a{i}"] = i
+    refused(tmp_path / "a.h5", MANY)
+
+
+def many_zeros(count: int) -> bytes:
+    """A stream of `count` zeros, which compresses a block of them but once."""
+    block = bytes(2**24)
+    first = zlib.compressobj(9)
+    start = first.compress(block) + first.flush(zlib.Z_FULL_FLUSH)
+    again = zlib.compressobj(9, wbits=-15)
+    middle = again.compress(block) + again.flush(zlib.Z_FULL_FLUSH)
+    checksum = 1
+    for _ in range(count // len(block)):
+        checksum = zlib.adler32(block, checksum)
+    return start + middle * (count // len(block) - 1) + b"\x03\x00" + struct.pack(">I", checksum)
+
+
+@pytest.mark.parametrize(
+    ("chunk", "zeros", "match"),
+    [
+        (2**28, 2**26, "a chunk of dataset 'x' claims 2147483648 bytes"),
+        pytest.param(4000, 2**29, "truncated or damaged|memory", marks=linux),
+    ],
+)
+def test_hdf5_chunks_that_expand(tmp_path: Path, chunk: int, zeros: int, match: str) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        data = file.create_dataset("x", (4000,), "f8", chunks=(chunk,), maxshape=(None,), compression="gzip")
+        data.id.write_direct_chunk((0,), many_zeros(zeros))
+    end_readers()
+    refused(tmp_path / "a.h5", match)
+    (reader,) = limited._idle
+    if sys.platform == "linux":
+        assert held_bytes(reader.pid) < 450 * 2**20
+    end_readers()
+
+
+def matlab_array(name: bytes, data: bytes, dimensions: tuple[int, int]) -> bytes:
+    """An array of doubles: flags, dimensions, name and numbers, packed."""
+    parts = ((6, struct.pack("<II", 6, 0)), (5, struct.pack("<2i", *dimensions)), (1, name), (9, data))
+    body = b"".join(struct.pack("<II", kind, len(part)) + part + bytes(-len(part) % 8) for kind, part in parts)
+    packed = zlib.compress(struct.pack("<II", 14, len(body)) + body, 1)
+    return struct.pack("<II", 15, len(packed)) + packed
+
+
+def nested_structs(depth: int, fields: int) -> bytes:
+    """Structs of one element within each other, each with as many fields as its name table has bytes."""
+    body = struct.pack("<IIII", 14, 48, 6, 8) + struct.pack("<II", 6, 0) + struct.pack("<IIii", 5, 8, 1, 1) + bytes(16)
+    for _ in range(depth):
+        head = struct.pack("<IIII", 6, 8, 2, 0) + struct.pack("<IIii", 5, 8, 1, 1) + struct.pack("<II", 1, 0)
+        head += struct.pack("<IIi4x", 5, 4, 1) + struct.pack("<II", 1, fields) + b"f" * fields + bytes(-fields % 8)
+        body = struct.pack("<II", 14, len(head) + len(body)) + head + body
+    return body
+
+
+BOMBS: dict[str, Callable[[], bytes]] = {
+    "arrays of zeros": lambda: b"".join(matlab_array(b"w%d" % i, bytes(2**24), (2**21, 1)) for i in range(10)),
+    "many compressed elements": lambda: b"".join(matlab_array(b"v%d" % i, bytes(8), (1, 1)) for i in range(3000)),
+    "many fields in nested structs": lambda: nested_structs(20, 60_000),
+    "structs without end": lambda: nested_structs(8_000, 1),
+    "huge dimensions": lambda: matlab_array(b"x", bytes(8), (2**31 - 1, 2**31 - 1)),
+    "negative dimensions": lambda: matlab_array(b"x", bytes(8), (-1, 1)),
+}
+
+
+@pytest.mark.parametrize("bomb", BOMBS.values(), ids=BOMBS.keys())
+def test_a_matlab_bomb(tmp_path: Path, bomb: Callable[[], bytes], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read within the limits, or refused."""
+    monkeypatch.setattr(limited, "COMPUTING_S", 1.0)
+    (tmp_path / "a.mat").write_bytes(MATLAB_HEADER + bomb())
+    with contextlib.suppress(DataError):
+        raw = detect_format(tmp_path / "a.mat").load(tmp_path / "a.mat")
+        held = sum(np.asarray(value).nbytes for value in raw.variables.values())
+        assert held < 4 * (tmp_path / "a.mat").stat().st_size + 2**28

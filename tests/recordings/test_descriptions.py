@@ -39,37 +39,6 @@ def test_published_race_orders_agree_with_the_bearings(name: str) -> None:
         assert (published["bpfo"], published["bpfi"]) == pytest.approx((known.bpfo, known.bpfi), rel=ORDER_TOLERANCE)
 
 
-@pytest.mark.parametrize(
-    ("file", "grade"),
-    [
-        ("130_OR007at6_0_12kDE.mat", "Y1"),
-        ("105.mat", "Y2"),
-        ("3001_IR028_0_12kDE.mat", "N1"),
-        ("1050.mat", None),
-        ("174_IR014_0_48kDE.mat", None),  # the study's 48 kHz table is not at hand
-        ("renamed.mat", None),
-    ],
-)
-def test_published_grades_go_by_the_record_s_number(file: str, grade: str | None) -> None:
-    published = dataset("cwru").diagnosability
-    assert published is not None
-    assert published.of(file) == grade
-
-
-def test_published_grades_are_those_of_the_study_s_table() -> None:
-    """12 kHz drive end: 60 records, each graded once."""
-    published = dataset("cwru").diagnosability
-    assert published is not None
-    records = [number for held in published.grades.values() for number in held]
-    assert len(records) == len(set(records)) == 60
-    plain = [number for held in published.plain_envelope.values() for number in held]
-    assert len(plain) == len(set(plain)) == 52
-    rank = ["Y1", "Y2", "P1", "P2", "N1", "N2"].index
-    for number in plain:
-        best, alone = published.of(f"{number}.mat"), published.of(f"{number}.mat", plain=True)
-        assert rank(best or "") <= rank(alone or "")
-
-
 def test_open_sets_share_one_band_rule() -> None:
     """500 Hz to 10 kHz, or to 0.46 of a rate too low for it: nothing fitted to a set."""
     for description in known_datasets():

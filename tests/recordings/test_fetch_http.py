@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.datasets.description import ExpectedFile, dataset
 from srbval.recordings.registry import FileStatus, fetch, register
 
@@ -61,6 +61,21 @@ def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
     yield served
     served.http.shutdown()
     served.http.server_close()
+
+
+def test_what_cannot_be_fetched_and_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_network(**_: object) -> None:
+        raise OSError("network is unreachable")
+
+    monkeypatch.setattr("pooch.retrieve", no_network)
+    with pytest.raises(DataError, match=r"network is unreachable.*data add"):
+        fetch("torino-excerpts", tmp_path)
+    with pytest.raises(DataError, match=r"restricted.*data add"):
+        fetch("torino-full")
+    with pytest.raises(DataError, match=r"no pinned files.*Downloadable: torino-excerpts"):
+        fetch("upm-citef")
+    with pytest.raises(ConfigurationError, match="Known: cwru"):
+        fetch("nothing")
 
 
 @pytest.mark.usefixtures("server")

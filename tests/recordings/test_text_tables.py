@@ -101,6 +101,7 @@ def test_decimal_commas(tmp_path: Path, separator: str, header: bool) -> None:
         ([f"{a:.1f}".replace(".", ",") for a in X], "line .*-0,.* has decimal commas that cannot be told"),
         (["x", *(f"{a:.4f}".replace(".", ",") for a in X)], "1 names for 2 columns. .*decimals need a point"),
         (["x,y", *(row.replace(".", ",") for row in TABLE)], "line 1 has 2 names for 4 columns"),
+        (["x", *(row.replace(",", ";").replace(".", ",") for row in TABLE)], r"1 names for 2 columns\. Name each\.$"),
         (["12,34", "5,6", "7,08", *["1,1"] * 300], "line 3, '7,08', has decimal commas"),
         ([*(f"{a:.4f};{b:.2f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1.234,56;0,1"],
          "line 1, .* is in a table of both decimal commas and points, or with thousands separators"),

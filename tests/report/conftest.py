@@ -37,7 +37,7 @@ from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, PATTERN_SECONDS, SECONDS, TEXT, Made, hostile_file, with_hostile_names
+from .made import OPTIONS, SECONDS, TEXT, Made, with_hostile_names
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
@@ -55,22 +55,15 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
-        patch.setattr("srbval.report.findings.patterns.SECONDS", PATTERN_SECONDS)
-        found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("none"), pages=pages())
+        found = gathering.gather(seconds=SECONDS, pages=pages())
         return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
 
 
 @pytest.fixture(scope="session")
 def hostile(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """A report of the same runs with no recording of the rig, in which every text that a file may bring is hostile."""
-    facts = [fact for fact in with_rig.findings.run_facts if not fact["id"].startswith("counterpart")]
-    runs = {fact["id"]: with_rig.findings.runs[fact["id"]] for fact in facts}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
-        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        patch.setattr(gathering, "_simulate", lambda *_: (runs, facts))
-        found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("stand-ins"), pages=pages())
-    return written(with_hostile_names(found), tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
+    """The same report, in which every text that a file may bring is hostile."""
+    named = with_hostile_names(with_rig.findings)
+    return written(named, tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:

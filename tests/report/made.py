@@ -9,15 +9,10 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, TypeVar
 
-import numpy as np
 import pytest
-from scipy.io import savemat
 
 import srbval
-from srbval.bearing import Fault
-from srbval.comparison.other_rigs import OtherRecord
 from srbval.reading.analyse import Analysis
-from srbval.recordings.datasets.description import dataset
 from srbval.report.blocks import Report
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordKurtogram, RecordView
@@ -26,7 +21,6 @@ from srbval.report.sections.assemble import assemble
 PACKAGE = Path(srbval.__file__).parent
 View = TypeVar("View", RecordView, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
-PATTERN_SECONDS = 0.8  # likewise, of 1 s: eight revolutions without the ends
 FILES = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
 PANELS = {  # of the paper's Figures 11 to 14
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
@@ -34,7 +28,6 @@ PANELS = {  # of the paper's Figures 11 to 14
 OPTIONS = ("report", "--seconds", str(SECONDS), "--appendix", "--no-pdf", "-o", "made")  # of the same on a command line
 TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
 HOSTILE = TEXT + "A" * 10_000
-FILE_NAME = "1_200_S1_Inner_F3_R1<script>alert(1)<script>\"q\"'s'..{{7*7}}.mat"
 
 
 @dataclass(frozen=True)
@@ -57,28 +50,22 @@ class Made:
         return found
 
 
-def hostile_file(folder: Path) -> Path:
-    """A recording of another rig, as its data set lays it out, under a hostile name."""
-    noise = np.random.default_rng(0).normal(1.9, 0.1, 80_000)
-    path = folder / FILE_NAME
-    savemat(path, {"Fs": 40_000.0, "Rod_1": noise, "Rod_2": noise, "Rod_3": noise, "note": HOSTILE}, oned_as="column")
-    return path
-
-
 def with_hostile_names(findings: Findings) -> Findings:
     """The findings with every text that a recording may bring replaced by a hostile one."""
-    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=Fault.OUTER, refused=HOSTILE, cautions=(HOSTILE,))
     data = findings.data
     return dataclasses.replace(
         findings,
         analyses={side: {s: _renamed(one) for s, one in found.items()} for side, found in findings.analyses.items()},
         views={side: {s: _renamed_view(one) for s, one in found.items()} for side, found in findings.views.items()},
         kurtograms=tuple(_renamed_view(record) for record in findings.kurtograms),
-        matrix=dataclasses.replace(findings.matrix, unusable=((HOSTILE, HOSTILE),)),
-        datasets={**findings.datasets, refused.dataset: dataset(refused.dataset)},
+        matrix=dataclasses.replace(
+            findings.matrix,
+            unusable=((HOSTILE, HOSTILE),),
+            cells=tuple(dataclasses.replace(cell, file=HOSTILE) for cell in findings.matrix.cells),
+        ),
         data={
             **data,
-            "other_rigs": (*data["other_rigs"], refused),
+            "cautions": [{"file": HOSTILE, "caution": HOSTILE}],
             "speed_and_slip": [dataclasses.replace(s, record=HOSTILE) for s in data["speed_and_slip"]],
             "recordings_not_used": [{"file": HOSTILE, "status": "missing", "reason": HOSTILE}],
             "register_unreadable": HOSTILE,

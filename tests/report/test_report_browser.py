@@ -15,7 +15,7 @@ import pytest
 from .made import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
-PAGES = (("hostile", "html"), ("with_rig", "appendix_html"))  # every kind of block, stand-ins and measured records
+PAGES = (("hostile", "html"), ("with_rig", "appendix_html"))  # every kind of block
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.
 CUT = """() => {

@@ -36,7 +36,7 @@ def report(generated_utc, *sections):
     return Report(title="t", generated_utc=generated_utc, sections=sections, verdict=verdict)
 
 
-@pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}, {"suffix": ".exe"}])
+@pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}])
 def test_a_figure_without_its_text_or_with_a_bad_name_cannot_be_built(changes):
     with pytest.raises(ValueError, match=r"fig11a|up"):
         figure(**changes)

@@ -28,9 +28,9 @@ from srbval.errors import SrbvalError
 from srbval.models.hierarchy import LEVELS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
-from srbval.processes.machine import peak_bytes
 from srbval.scene import Scene, load_scene, scene_table
 from srbval.storage.tables import RANGES, SI_SUFFIX, UNITS
+from srbval.studies.machine import peak_bytes
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip

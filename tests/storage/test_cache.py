@@ -7,7 +7,7 @@ import pytest
 
 from srbval.errors import ConfigurationError
 from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
-from srbval.storage.stored_result import store_result
+from srbval.studies.harness import store_result
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,4 @@
-"""HDF5 files: read by xarray with names and units; with their checksum they are what was written, or an error."""
+"""HDF5 files: with their checksum they are what was written, or an error."""
 
 import contextlib
 import subprocess
@@ -12,12 +12,8 @@ import pytest
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings import load_recording
-from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.storage.hdf5_files import (
-    END_BYTES,
-    append_checksum,
-    checked_summary,
-)
+from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
+from tests.recordings.synthetic_record import write_synthetic_record
 
 FULL = """
 import resource, signal, sys

@@ -7,7 +7,9 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.storage import stored_result
-from srbval.storage.stored_result import ContentStore, StoredResult, file_sha256, newest_result, staleness, store_result
+from srbval.storage.stored_result import StoredResult, file_sha256, newest_result, staleness
+from srbval.studies import harness
+from srbval.studies.harness import ContentStore, store_result
 
 ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval study run waves", "revision": "abc"}
 
@@ -15,8 +17,9 @@ ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval stu
 @pytest.fixture(autouse=True)
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The user's cache, and a repository with an input."""
-    monkeypatch.setattr(stored_result, "cache_folder", lambda kind: tmp_path / "cache" / kind)
-    monkeypatch.setattr(stored_result, "shipped_folder", lambda name: tmp_path / "repository" / name)
+    for module in (stored_result, harness):
+        monkeypatch.setattr(module, "cache_folder", lambda kind: tmp_path / "cache" / kind)
+        monkeypatch.setattr(module, "shipped_folder", lambda name: tmp_path / "repository" / name)
     for name in ("reports", "data_manifest"):
         (tmp_path / "repository" / name).mkdir(parents=True)
     (tmp_path / "repository/data_manifest/a.csv").write_text("1")

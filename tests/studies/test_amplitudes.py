@@ -5,9 +5,10 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import QuantityValue
-from srbval.path.amplitudes import levels, rows
+from srbval.path.amplitudes import levels
 from srbval.recordings import Origin, Recording
 from srbval.scene import PathMode, SensorPath, load_scene
+from srbval.studies.amplitude_rows import rows
 from srbval.studies.amplitudes.study import _shares
 from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, turned
 

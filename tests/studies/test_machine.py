@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from srbval.processes.machine import processor_name
-from srbval.studies.machine import FACTOR, LENGTH, SUMMAND, calibrate, expected_sum, multiply_adds
+from srbval.studies.machine import FACTOR, LENGTH, SUMMAND, calibrate, expected_sum, multiply_adds, processor_name
 
 # The kernel may contract its products and reorder its sum: some hundred roundings of 1e-16 each.
 SUM_ROUNDING = 1e-12

@@ -11,15 +11,19 @@ from srbval.bearing import load_bearing
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
+from srbval.models.run import USABLE
+from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import BLOCKS
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,
+    RANDOM_MODELS,
     Case,
     Condition,
     drawn_cases,
     fixed_cases,
     judge_runs,
+    random_cases,
     scored,
     similar,
 )
@@ -45,7 +49,8 @@ def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -
         ({"status": "energy-open"}, "ok", False, True),
         ({"rms": 1.3, "status": "energy-open"}, "ok", False, False),
         ({"rms": None, "status": "energy-open"}, "ok", False, False),
-        ({"status": "energy-open"}, "energy-open", False, False),
+        ({"status": "energy-open"}, "energy-open", False, True),  # a model whose energy is open at any step
+        ({"status": "energy-open"}, "too-deep", False, False),
         ({"rms": None, "status": "refused"}, "ok", False, False),
     ],
 )
@@ -55,12 +60,15 @@ def test_wrong_verdicts(own: dict[str, Any], reference: str, falsely_ok: bool, f
     assert (run["falsely_ok"], run["falsely_failed"]) == (falsely_ok, falsely_failed)
 
 
-def test_two_thousand_runs_half_of_them_drawn() -> None:
-    fixed, drawn = list(fixed_cases()), list(drawn_cases(1))
-    assert len(fixed) + len(drawn) >= 2000
-    assert len(drawn) == pytest.approx(len(fixed), rel=0.05)
-    assert drawn == list(drawn_cases(1)) != list(drawn_cases(2))
-    assert len(set(fixed)) == len(fixed)
+def test_drawn_cases_follow_from_their_seed_and_random_ones_are_of_every_kind() -> None:
+    assert len(list(drawn_cases(1))) == pytest.approx(len(set(fixed_cases())), rel=0.05)
+    assert list(drawn_cases(1)) == list(drawn_cases(1)) != list(drawn_cases(2))
+    cases = list(random_cases(1, 200))
+    assert cases == list(random_cases(1, 200)) != list(random_cases(2, 200))
+    assert {c.condition.model for c in cases} == set(RANDOM_MODELS)
+    assert {c.solver for c in cases} == set(SOLVERS)
+    assert {c.chooses for c in cases} == {True, False}
+    assert min(c.condition.rpm for c in cases) < 70 < 7000 < max(c.condition.rpm for c in cases)
 
 
 def test_every_condition_is_a_scene(tmp_path: Path) -> None:
@@ -85,14 +93,13 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_few_judged_for_real(tmp_path: Path) -> None:
-    store = replace(outcome_store(), folder=tmp_path)
-    result = judge_runs(seed=5, share=0.002, store=store, jobs=2)
-    assert result["counts"]["runs"] == len(result["runs"]) >= 4
+@pytest.mark.parametrize(("share", "scenes", "count"), [(0.002, None, 4), (1.0, 4, 4)])
+def test_a_few_judged_for_real(share: float, scenes: int | None, count: int, tmp_path: Path) -> None:
+    result = judge_runs(seed=5, share=share, scenes=scenes, store=replace(outcome_store(), folder=tmp_path), jobs=2)
+    assert result["counts"]["runs"] == len(result["runs"]) >= count
     assert result["counts"]["falsely_ok"] <= max(1, MOST_FALSE * len(result["runs"]))
-    assert result["seed"] == 5
-    of_size = sum(run["size"] != 1 for run in result["runs"])
-    assert len(list(tmp_path.glob("*.json"))) >= len(result["runs"]) - of_size
+    assert sum(row["runs"] for row in result["parts"] if row["part"] == "verdict") == len(result["runs"])
+    assert all(run["errors"] for run in result["runs"] if run["status"] in USABLE), "each was compared"
 
 
 def test_the_stored_runs_are_two_thousand_and_those_that_say_ok_are_right() -> None:

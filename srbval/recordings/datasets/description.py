@@ -144,25 +144,6 @@ class RecordRange:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PublishedDiagnosability:
-    """How well a study could diagnose the faulted records of a numbered set; `source` names the study.
-
-    Records by grade: Y1, Y2 (diagnosable), P1, P2 (partly) or N1, N2 (not). `grades` are the best of all its methods,
-    `plain_envelope` those of a plain envelope spectrum alone.
-    """
-
-    source: str
-    grades: Mapping[str, tuple[int, ...]]
-    plain_envelope: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
-
-    def of(self, file: str, *, plain: bool = False) -> str | None:
-        """The best (or `plain`) grade of the record whose number begins the file's name; None where there is none."""
-        number = re.match(r"\d+(?!\d)", file)
-        graded = self.plain_envelope if plain else self.grades
-        return next((grade for grade, held in graded.items() if number and int(number[0]) in held), None)
-
-
-@dataclass(frozen=True, kw_only=True)
 class ExpectedFile:
     """A file the set should have; `url` and `sha256` where it can be downloaded.
 
@@ -219,7 +200,6 @@ class DatasetDescription:
     load_lbf_variable: str | None = None
     notes: tuple[str, ...] = ()
     one_rig_a_folder: bool = False
-    diagnosability: PublishedDiagnosability | None = None
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
         """The declared band at this sampling rate, or None; a band of the channel itself takes precedence."""

@@ -67,7 +67,7 @@ def load_text(path: Path) -> RawFile:
     columns = _columns(path, lines, data, separator)
     if has_header:
         names = [first] if columns == 1 and not re.search(r"[,;\t]", first) else names
-        _check_names(f"{path}: line {rows[0] + 1}", names, columns)
+        _check_names(f"{path}: line {rows[0] + 1}", names, columns, separator)
     table, comma = _table(path, lines, data, separator, columns)
     keys = names if has_header else [f"col_{i + 1}" for i in range(columns)]
     variables = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
@@ -156,7 +156,7 @@ def _columns(path: Path, lines: list[str], data: list[int], separator: str | Non
     return counts[0]
 
 
-def _check_names(where: str, names: list[str], columns: int) -> None:
+def _check_names(where: str, names: list[str], columns: int, separator: str | None) -> None:
     """Refuse a first line that is no header of so many columns."""
     if wrong := [name for name in names if _LIKE_A_NUMBER.match(name)]:
         raise DataError(
@@ -164,7 +164,8 @@ def _check_names(where: str, names: list[str], columns: int) -> None:
             "empty nor begins like a number. Correct the line, or put a # before it if it is neither."
         )
     if len(names) != columns:
-        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each; decimals need a point.")
+        decimals = "; where commas stand between columns, decimals need a point" if separator == "," else ""
+        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each{decimals}.")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
 

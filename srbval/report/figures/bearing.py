@@ -1,4 +1,4 @@
-"""The bearing as the model has it: a section, its point clouds, all of it, the scene along the shaft, the load zone."""
+"""The bearing as the model has it: a section, the points about a defect, the scene along the shaft, the load zone."""
 
 import math
 from collections.abc import Mapping
@@ -22,11 +22,10 @@ from srbval.report.figures.style import (
     new_figure,
     panel,
 )
-from srbval.report.findings.bearing_views import DEFECT_CIRCLE, BearingViews, LoadZone
+from srbval.report.findings.bearing_views import BearingViews, LoadZone
 from srbval.scene import Scene
 
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
-PIXELS_PER_INCH = 130  # of the three-dimensional picture
 NEAR_MM = 22.0  # shown either side of a defect
 SENSOR_RAD = np.pi / 4
 Circles = Mapping[tuple[str, float], PointCircle]  # see `BearingViews`
@@ -34,7 +33,6 @@ STRETCH_DEG = 12.0
 LIGHT = "#a9cfe6"
 LOADED = 0.25  # of the largest mean force: what counts as the load zone
 RATTLING = 0.02  # the same, of the place opposite: rollers that have no load to carry knock
-ROLLER_LINES = (13, 9)  # of a drawn roller's surface, around and along
 
 
 def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> FloatArray:
@@ -43,7 +41,7 @@ def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> Fl
     return np.asarray(np.sqrt(profile**2 - along_m**2) - (profile - radius))
 
 
-@panel()
+@panel
 def axial_section(geometry: SphericalRollerGeometry, circles: Circles) -> Drawn:
     """The paper's Figure 1: upper half of a section in the shaft's plane, with the circles of contact points."""
     figure, axes = new_axes(SECTION_INCHES)
@@ -112,7 +110,7 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
         axes.text(62, height, text, **notes | {"color": colour}, zorder=6, bbox=white)
 
 
-@panel()
+@panel
 def defect_cloud(views: BearingViews) -> Drawn:
     """The paper's Figure 5: the points of one row of a raceway about its defect, seen flat and from the side."""
     figure = new_figure(CLOUD_INCHES)
@@ -136,56 +134,7 @@ def defect_cloud(views: BearingViews) -> Drawn:
     return figure, columns
 
 
-@panel(".png")
-def whole_bearing(geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float) -> Drawn:
-    """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions.
-
-    `defect_rad`: where the outer race's middle circle of row 1 is raised.
-    """
-    from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  (registers the projection)
-
-    figure, slots = new_figure(SCENE_INCHES), views.slot_angle_rad
-    axes = figure.add_subplot(projection="3d")
-    for sign, angles in zip((1, -1), np.split(slots, 2), strict=True):
-        for angle in angles:
-            axes.plot_surface(*_surface(geometry, angle, sign), color="#9cc7e6", lw=0, alpha=0.9, shade=True)
-        _scatter(axes, views.circles, sign)
-    circle = views.circles["outer", DEFECT_CIRCLE]
-    at = np.array([circle.radius_m * math.cos(defect_rad), circle.radius_m * math.sin(defect_rad)]) * 1e3
-    axes.plot([at[0]], [circle.height_m * 1e3], [at[1]], "*", color=VERMILION, ms=14, mec="white", zorder=99)
-    axes.set(xlim=(-150, 150), ylim=(-150, 150), zlim=(-150, 150))
-    axes.set_axis_off()
-    axes.set_box_aspect((1, 1, 1), zoom=1.32)
-    axes.view_init(elev=18, azim=-58)
-    figure.set_dpi(PIXELS_PER_INCH)
-    columns = {"row": np.repeat([1, 2], len(slots) // 2), "slot_angle_rad": slots}
-    return figure, columns
-
-
-def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tuple[FloatArray, ...]:
-    """A roller's surface [mm]: x to the right, the shaft along y, z up."""
-    c, s, half_width = math.cos(geometry.tilt_rad), math.sin(geometry.tilt_rad), geometry.roller_width_m / 2
-    turn, along = np.meshgrid(
-        np.linspace(0, 2 * np.pi, ROLLER_LINES[0]), np.linspace(-1, 1, ROLLER_LINES[1]) * half_width
-    )
-    radius = _roller_radius(geometry, along)
-    across, sideways = radius * np.cos(turn), radius * np.sin(turn)
-    middle = geometry.roller_centre_distance_m
-    radial, axial = (middle + across) * c - along * s, sign * ((middle + across) * s + along * c)
-    x = radial * math.cos(angle) - sideways * math.sin(angle)
-    z = radial * math.sin(angle) + sideways * math.cos(angle)
-    return x * 1e3, axial * 1e3, z * 1e3
-
-
-def _scatter(axes: Any, circles: Circles, sign: int) -> None:
-    turn = np.linspace(0, 2 * np.pi, 160, endpoint=False)
-    for (race, _), circle in circles.items():
-        colour = SOFT if race == "outer" else ORANGE
-        axes.scatter(circle.radius_m * np.cos(turn) * 1e3, np.full(turn.size, sign * circle.height_m * 1e3),
-                     circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
-
-
-@panel()
+@panel
 def bearing_scene(scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone) -> Drawn:
     """One row of rollers of `scene`, whose defect is in the outer race.
 
@@ -269,7 +218,7 @@ def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
     )  # fmt: skip
 
 
-@panel()
+@panel
 def load_zone(zone: LoadZone) -> Drawn:
     """The force of every roller on either race at every moment kept."""
     order = np.argsort(zone.angle_deg)

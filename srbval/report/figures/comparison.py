@@ -1,24 +1,15 @@
-"""Model against rig as pictures, the validation matrix as a map, and error against cost of every model."""
+"""Model against rig as pictures."""
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.report.figures.style import (
     BLUE,
-    GREEN,
     INK,
-    ORANGE,
-    PURPLE,
-    SOFT,
     VERMILION,
     Drawn,
     new_axes,
-    new_figure,
     panel,
 )
 
@@ -29,10 +20,9 @@ MARKS = {
     "measured": ("s", VERMILION, VERMILION),
 }
 ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
-CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all about its cells
 
 
-@panel()
+@panel
 def deviation_plot(points: Sequence[Mapping[str, Any]]) -> Drawn:
     """One row a point, grouped by defect, zero in the middle.
 
@@ -65,7 +55,7 @@ def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pc
     )  # fmt: skip
 
 
-@panel()
+@panel
 def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
     """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
 
@@ -84,111 +74,3 @@ def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
 
 def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
-
-
-@panel()
-def matrix_map(
-    matrix: Matrix, *, value: Callable[[MatrixCell], float | None], text: Callable[[MatrixCell], str],
-    limits: tuple[float, float], colours: str, label: str = "",
-) -> Drawn:  # fmt: skip
-    """Speeds across, state and load down, empty where nothing was measured.
-
-    The `value` of a cell is shown by colour, its `text` written into it. `limits` are the ends of the colour scale,
-    named by `label` (without one no scale is drawn); `colours` is a Matplotlib colour map, diverging about zero or
-    rising.
-    """
-    grid = matrix.grid
-    loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
-    rows = [f"{state.code}  {radial:g}/{axial:g}" for state in grid.states for radial, axial in loads]
-    by_point = {cell.point: cell for cell in matrix.cells}
-    cells = [
-        [by_point.get(Point(state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
-    ]  # fmt: skip
-    values = np.array([[np.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells],
-                      dtype=np.float64)  # fmt: skip
-    figure, axes = new_axes(
-        (MAP_INCHES[0] + CELL_INCHES[0] * values.shape[1], MAP_INCHES[1] + CELL_INCHES[1] * len(rows))
-    )
-    image = axes.pcolormesh(
-        np.ma.masked_invalid(values), cmap=colours, vmin=limits[0], vmax=limits[1], edgecolors="#c5ced8",
-        linewidth=0.5,
-    )  # fmt: skip
-    for (row, column), shown in np.ndenumerate(values):  # dark on light and light on dark: it reads without its colours
-        if (cell := cells[row][column]) is not None:
-            red, green, blue, _ = image.to_rgba(shown) if np.isfinite(shown) else (1, 1, 1, 1)
-            dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
-            axes.text(column + 0.5, row + 0.5, text(cell), ha="center", va="center", fontsize=7,
-                      color="white" if dark else INK if np.isfinite(shown) else SOFT)  # fmt: skip
-    for row in range(len(loads), len(rows), len(loads)):
-        axes.axhline(row, color=INK, lw=0.9)
-    columns = [f"{rpm:g}" for rpm in grid.nominal_rpm]
-    axes.set_xticks(np.arange(len(columns)) + 0.5, labels=columns)
-    axes.set_yticks(np.arange(len(rows)) + 0.5, labels=rows)
-    axes.set(xlabel="Nominal motor speed, rpm", ylim=(len(rows), 0))
-    axes.tick_params(length=0)
-    axes.grid(visible=False)
-    if label:
-        figure.colorbar(image, ax=axes, label=label, shrink=0.75, pad=0.02, extend="both")
-    return figure, {"point": rows} | {f"rpm_{name}": values[:, i] for i, name in enumerate(columns)}
-
-
-# Shape and colour of each fidelity level, the simplest model first.
-LEVEL_MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
-LEVELS_INCHES = (7.6, 3.7)
-LEVEL_COLUMNS = 3
-LEVEL_DATA = (
-    "question",
-    "model",
-    "scenes",
-    "unanswered",
-    "median_error_pct",
-    "worst_error_pct",
-    "wall_per_simulated_s",
-)
-LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
-
-
-@panel()
-def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
-    """Error against cost, one panel a question: the rows of `plan.table.summary`, the worst error as a bar.
-
-    A model that never answered stands in the strip above the axis, hollow.
-    """
-    questions = list(dict.fromkeys(row["question"] for row in rows))
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    figure = new_figure(LEVELS_INCHES)
-    grid = figure.subplots(
-        math.ceil(len(questions) / LEVEL_COLUMNS), LEVEL_COLUMNS, squeeze=False, sharex=True, sharey=True
-    )
-    for axes, question in zip(grid.flat, questions, strict=False):
-        _level_panel(axes, [row for row in rows if row["question"] == question], models)
-    for axes in grid[-1]:
-        axes.set_xlabel("Wall time per simulated s, s")
-    for line in grid:
-        line[0].set_ylabel("Error, %")
-    handles, labels = grid.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
-    return figure, {name: [math.nan if row[name] is None else row[name] for row in rows] for name in LEVEL_DATA}
-
-
-def _level_panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
-    from matplotlib.ticker import NullLocator
-
-    axes.set(xscale="log", yscale="log", title=rows[0]["question"].replace("-", " ").capitalize())
-    for row in rows:
-        marker, colour = LEVEL_MARKS[models.index(row["model"]) % len(LEVEL_MARKS)]
-        look = {"marker": marker, "ms": 7, "color": colour, "mec": INK, "mew": 0.6, "ls": "none", "label": row["model"]}
-        if row["median_error_pct"] is None:
-            axes.plot(row["wall_per_simulated_s"], 1.04, transform=axes.get_xaxis_transform(), clip_on=False,
-                      **look | {"mfc": "white", "mec": colour})  # fmt: skip
-            continue
-        median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
-        axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
-                      elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
-        if row["median_error_pct"] < LEAST_PCT:
-            axes.annotate("", (row["wall_per_simulated_s"], LEAST_PCT), xytext=(0, -13), textcoords="offset points",
-                          arrowprops={"arrowstyle": "<|-", "color": colour, "lw": 1.1})  # fmt: skip
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_minor_locator(NullLocator())
-    axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
-    axes.margins(x=0.12, y=0.12)

@@ -25,7 +25,7 @@ COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
 
 
-@panel()
+@panel
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
 ) -> Drawn:
@@ -128,7 +128,7 @@ def block_means(values: FloatArray, columns: int) -> FloatArray:
 USED, BEST = "#ffffff", "#d62728"
 
 
-@panel()
+@panel
 def kurtogram_panel(shown: RecordKurtogram, *, letter: str, title: str, top_hz: float) -> Drawn:
     """Kurtosis over level and frequency, up to `top_hz`; the band used outlined white, the most impulsive one red."""
     picture, recording, band_hz = shown.kurtogram, shown.analysis.recording, shown.analysis.processed.band_hz

@@ -32,7 +32,7 @@ PLOTTED_BINS = 700
 HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
 
 
-@panel()
+@panel
 def acceleration_panel(
     record: RecordView,
     *,
@@ -84,7 +84,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
     )  # fmt: skip
 
 
-@panel()
+@panel
 def band_panel(
     records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float, letter: str = ""
 ) -> Drawn:
@@ -125,7 +125,7 @@ ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above th
 NAMES_FROM = 0.75  # where a narrow picture's labels begin, above all that is drawn: only names fit there
 
 
-@panel()
+@panel
 def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False) -> Drawn:
     """An envelope spectrum from zero to `top`, Hz below and shaft orders above.
 

@@ -45,17 +45,15 @@ Drawn = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns
 Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
 
 
-def save_panel(
-    figure: Any, folder: Path, name: str, columns: Mapping[str, ArrayLike], suffix: str = ".svg"
-) -> PanelFiles:
-    """Write ``folder/name.svg`` (or ``.png``) and ``folder/name.csv``; the folder is made if need be.
+def save_panel(figure: Any, folder: Path, name: str, columns: Mapping[str, ArrayLike]) -> PanelFiles:
+    """Write ``folder/name.svg`` and ``folder/name.csv``; the folder is made if need be.
 
     `columns` maps a unit-named column to its values, all of one length. The same figure gives the same
     bytes: no date is stored.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = PanelFiles(picture=folder / f"{name}{suffix}", data=folder / f"{name}.csv")
-    files.picture.write_bytes(picture_bytes(figure, suffix))
+    files = PanelFiles(picture=folder / f"{name}.svg", data=folder / f"{name}.csv")
+    files.picture.write_bytes(picture_bytes(figure, ".svg"))
     write_csv(files.data, columns)
     return files
 
@@ -160,25 +158,22 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def panel(suffix: str = ".svg") -> Callable[[Callable[P, Drawn]], Callable[P, Drawing]]:
+def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
     """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
 
     The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
     """
 
-    def decorate(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
-        @functools.wraps(draw)
-        def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
-            def write(folder: Path, name: str) -> PanelFiles:
-                with figure_style():
-                    figure, columns = draw(*args, **kwargs)
-                    return save_panel(figure, folder, name, columns, suffix)
+    @functools.wraps(draw)
+    def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
+        def write(folder: Path, name: str) -> PanelFiles:
+            with figure_style():
+                figure, columns = draw(*args, **kwargs)
+                return save_panel(figure, folder, name, columns)
 
-            return write
+        return write
 
-        return drawing
-
-    return decorate
+    return drawing
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:

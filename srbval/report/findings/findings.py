@@ -17,22 +17,18 @@ from srbval.comparison.counterpart import (
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.headline import Headline, biases, headline
-from srbval.comparison.matrix import Matrix, build_matrix, point_of
-from srbval.comparison.other_rigs import read_other_rigs
+from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
-from srbval.errors import ConfigurationError, NumericsError
+from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
-from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.table import CalibrationTable, summary
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
 from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, rig_recordings
-from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.report.findings.bearing_views import (
     BearingViews,
     bearing_views,
@@ -40,24 +36,20 @@ from srbval.report.findings.bearing_views import (
     load_zone_case,
     point_passing,
 )
-from srbval.report.findings.patterns import clearness, harmonic_patterns, impulse_trains, pattern_cases
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
     RecordKurtogram,
     RecordView,
-    cross_bands,
     envelope_scalogram,
     record_kurtogram,
     record_view,
     sideband_shares,
 )
 from srbval.report.pages import Page, StoredResults, results_of
-from srbval.scene import LoadPath, RollerFit
 from srbval.signal import Scalogram
 
 SCHEMA_VERSION = 1
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
-STAND_IN_SECONDS = 2.0
 RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
 Side = Mapping[Fault, Analysis]
 
@@ -66,13 +58,11 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """What the report is made of: `data`, the content of ``report.json``, and what figures draw and sections word.
 
-    `matrix` and what `data` says of other rigs and of slip take in every registered recording; the rest shows
-    the model and the rig at one of the matrix's speeds. Sides are ``paper`` (the model at 710 rpm), ``model`` (at each
-    rig recording's own speed, at 710 rpm for a stand-in) and ``rig`` (its recordings, or stand-ins where a state has
-    none), in `analyses` and `views`, `scalograms` without ``paper``. `runs` are those shown, by the id of their case,
-    not those of every other record of the matrix; `run_facts` says how each went. `fits` are views of the model's
-    outer-race defect with either roller fit. `datasets` describes, by name, every data set a recording was read from;
-    `ladders` are the shipped calibrations, by their scene.
+    `matrix` and what `data` says of slip take in every registered recording of the rig; the rest shows the model and
+    the rig at one of the matrix's speeds. Sides are ``paper`` (the model at 710 rpm), ``model`` (at each rig
+    recording's own speed) and ``rig`` in `analyses`, the last two in `views` and `scalograms`. `runs` are those shown,
+    by the id of their case, not those of every other record of the matrix; `run_facts` says how each went. `datasets`
+    are those of the rig's recordings.
     """
 
     data: Mapping[str, Any]
@@ -83,14 +73,12 @@ class Findings:
     analyses: Mapping[str, Side]
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
-    fits: Mapping[RollerFit, tuple[RecordView, Scalogram]]
     bearing_views: BearingViews
     kurtograms: tuple[RecordKurtogram, ...]
     known: Sensitivity
     matrix: Matrix
-    datasets: Mapping[str, DatasetDescription]
+    datasets: tuple[DatasetDescription, ...]
     speed_source: PublishedSpeeds
-    ladders: Mapping[str, CalibrationTable]
     results: StoredResults
     provenance: Mapping[str, Any]
 
@@ -100,16 +88,10 @@ class Findings:
         found: Headline = self.data["headline"]
         return found
 
-    @property
-    def measured(self) -> Side:
-        """The rig's recordings that are measured, by their state."""
-        return {s: one for s, one in self.analyses["rig"].items() if one.recording.origin is Origin.MEASURED}
-
 
 def gather(
     *,
     seconds: float,
-    stand_in_folder: Path,
     pages: Iterable[Page] = (),
     jobs: int | None = None,
     progress: Progress = silent,
@@ -117,8 +99,8 @@ def gather(
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
-    per core), `pages` what the report shows of stored results; `stand_in_folder` receives the stand-ins' files, where
-    any are needed. Raises what simulating and loading raise; a failed run is a `NumericsError` that names it.
+    per core), `pages` what the report shows of stored results. Raises what simulating and loading raise; a failed run
+    is a `NumericsError` that names it, a state without a recording that can be read a `DataError`.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -138,48 +120,33 @@ def gather(
             of_rig, bearing=bearing, sensitivity=known, keep_sides_of=set(points.values()), jobs=jobs,
             counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
         )  # fmt: skip
-    with stage(progress, "Read the recordings of other rigs"):
-        other_rigs = read_other_rigs(register.recordings, jobs=jobs)
-    with stage(progress, "Analyse the paper's runs and read the stand-ins"):
+    with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
-        sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
-        models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
-        stand_ins = _stand_ins(set(PAPER_STATES) - set(sides), printed, stand_in_folder)
-        rig = {state: side for state, (side, _) in sides.items()}
-        rig |= {state: analyse(record, bearing=bearing) for state, record in stand_ins.items()}
+    sides = _sides({state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}, matrix)
+    models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
     analyses = {
-        "paper": paper, "model": paper | {state: side.analysis for state, side in models.items()},
-        "rig": {state: rig[state] for state in PAPER_STATES},
+        "paper": paper, "model": {state: side.analysis for state, side in models.items()},
+        "rig": {state: rig for state, (rig, _) in sides.items()},
     }  # fmt: skip
     runs |= {side.case.id: side.run for side in models.values()}
     facts += [run_facts(side.case, side.run) for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
-        shown = {name: analyses[name] if name != "paper" or sides else {} for name in ("model", "rig", "paper")}
-        views = {name: {state: record_view(one) for state, one in side.items()} for name, side in shown.items()}
-        trains = impulse_trains(runs, bearing)
-        fits = {fit: record_view(trains[fit, LoadPath.HOUSING]) for fit in RollerFit}
+        views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     registered = [chosen[state] for state in sides]
-    sets = [*(one.dataset for one in registered), *(one.dataset for one in other_rigs)]
     found = Findings(
         data={}, bearing=bearing, printed=printed, runs=runs, run_facts=tuple(facts), analyses=analyses, views=views,
-        scalograms={name: {s: envelope_scalogram(v) for s, v in views[name].items()} for name in ("model", "rig")},
-        fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
+        scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
         bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
         kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
-        datasets={name: dataset(name) for name in sets if name},
-        speed_source=published_speeds(), ladders={base: shipped_calibration(base) for base in ("paper", "rig")},
+        datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
+        speed_source=published_speeds(),
         results=results, provenance=provenance(runs.values(), registered),
     )  # fmt: skip
-    with stage(progress, "Look for missing harmonics"):
-        patterns = harmonic_patterns(runs)
     data = _compared(found, models, register, registered) | {
-        "harmonic_patterns": patterns,
-        "impulse_trains": [clearness(fit, path, analysis) for (fit, path), analysis in trains.items()],
-        "other_rigs": other_rigs,
         "scene": scene_dict(scene) | {"geometry": vars(geometry)},
-        "cautions": cautions([*matrix.cells, *other_rigs]),
+        "cautions": cautions(matrix.cells),
     }
     return dataclasses.replace(found, data=data)
 
@@ -199,11 +166,10 @@ def _compared(
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
         "headline": headline(comparisons, content("rig_inputs"), content("verdict_scan")),
-        "table6": (*published_rows(printed, paper, runs), *measured_rows(found.measured, model_runs, comparisons)),
-        "closure": tuple(sum_rules(printed, paper, runs, found.measured)),
+        "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
+        "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": comparisons,
         "matrix": matrix.cells,
-        "crossed_bands": cross_bands(model, rig),
         "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
         "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
@@ -225,8 +191,6 @@ def _compared(
         "point_passing": point_passing(runs["paper-healthy"]),
         "kurtograms": found.kurtograms,
         "kept_results": {name: result.origin for name, result in found.results.items()},
-        "ladder": summary(found.ladders["paper"]),
-        "rig_ladder": summary(found.ladders["rig"]),
         "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in found.run_facts],
     }  # fmt: skip
 
@@ -235,7 +199,7 @@ def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dic
     """The runs that no recording asks for, by their case, and how each went."""
     paper = paper_cases(seconds)
     outer = next(case for case in paper if case.state is Fault.OUTER)
-    cases = [*paper, load_zone_case(outer.scene), *pattern_cases()]
+    cases = [*paper, load_zone_case(outer.scene)]
     missing = [case.scene for case in cases if not is_compiled(case.scene)]
     if missing:
         models = ", ".join(dict.fromkeys(scene.model for scene in missing))
@@ -243,6 +207,17 @@ def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dic
             precompile(*missing, jobs=jobs)
     runs = run_cases(cases, jobs=jobs, progress=progress)
     return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
+
+
+def _sides(found: Mapping[Fault, Sides], matrix: Matrix) -> Mapping[Fault, Sides]:
+    """The rig's recording of each state and the model's run at its speed; srbval comes with one recording of each."""
+    if missing := [state.label for state in PAPER_STATES if state not in found]:
+        unusable = "".join(f"\n{file}: {why}" for file, why in matrix.unusable)
+        raise DataError(
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
+            f"install it again, and see what `srbval data verify` names.{unusable}"
+        )
+    return found
 
 
 def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
@@ -294,20 +269,3 @@ def choose_rig_recordings(
     best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)), default=None)
     chosen = {} if best is None else by_speed[best]
     return {state: chosen[state] for state in PAPER_STATES if state in chosen}
-
-
-def _stand_ins(states: set[Fault], printed: Table6, folder: Path) -> dict[Fault, Recording]:
-    folder.mkdir(parents=True, exist_ok=True)
-    made = {
-        state: write_synthetic_record(
-            folder / f"stand-in-{state}.h5",
-            state=state,
-            shaft_hz=printed.shaft_rpm / 60,
-            seconds=STAND_IN_SECONDS,
-            seed=i,
-        )
-        for i, state in enumerate(PAPER_STATES)
-        if state in states
-    }
-    # the folder is gone by the time the report is read, and has another name each time
-    return {state: dataclasses.replace(recording, file=f"stand-in-{state}.h5") for state, recording in made.items()}

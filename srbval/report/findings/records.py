@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.errors import SrbvalError
+from srbval.bearing import Fault
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.lines import Line, detected_fault_lines, line_entry
+from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
 from srbval.report.figures.style import BINS_SHOWN, plotted
@@ -311,30 +310,3 @@ def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis 
         return None
     apart = abs(ours.found_hz - theirs.found_hz)
     return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
-
-
-def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[dict[str, Any], ...]:
-    """Model and rig, outer and inner race, each in both sides' bands [Hz], its `own` first.
-
-    A row is about the line of the record's state. Where the record cannot be read in the band the line has no values,
-    and `why` says so. Both bands were fixed before these records were looked at, so neither costs a trial.
-    """
-    return tuple(
-        _crossed(state, side, band_hz)
-        for state in RACE_DEFECTS
-        if state in model and state in rig
-        for side, other in ((model[state], rig[state]), (rig[state], model[state]))
-        for band_hz in dict.fromkeys((side.processed.band_hz, other.processed.band_hz))
-    )
-
-
-def _crossed(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> dict[str, Any]:
-    line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
-    if not own:
-        try:
-            line = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz).line_of(state)
-        except SrbvalError as error:
-            line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
-    file = side.recording.file or side.recording.name
-    given = {"state": state, "origin": side.recording.origin.value, "file": file, "band_hz": band_hz, "own": own}
-    return given | {"why": why} | line_entry(line)

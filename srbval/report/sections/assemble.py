@@ -5,18 +5,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
-from srbval.report.blocks import Badge, Command, FigureGrid, KeyValues, Listing, Report, Section, Value
-from srbval.report.figures.bearing import axial_section, bearing_scene, defect_cloud, load_zone, whole_bearing
+from srbval.report.blocks import Badge, Command, KeyValues, Listing, Report, Section, Value
+from srbval.report.figures.bearing import axial_section, bearing_scene, defect_cloud, load_zone
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import TIMED
 from srbval.report.pages import Page, in_order, joined_data
 from srbval.report.section_texts import Texts
-from srbval.report.sections.fidelity import fidelity_section
-from srbval.report.sections.figures import figures_section, paper_speed_section
+from srbval.report.sections.figures import figures_section
 from srbval.report.sections.matrix import matrix_section
-from srbval.report.sections.other_rigs import other_rigs_section
 from srbval.report.sections.records import band_section, records_section
 from srbval.report.sections.table6 import speed_or_slip_section, table6_section, verdict_box
 from srbval.storage.json_files import to_json
@@ -38,15 +37,12 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         (20, table6_section(findings)),
         (30, speed_or_slip_section(findings)),
         (40, figures_section(findings)),
-        (50, fidelity_section(findings)),
         (60, _limits(findings)),
         (70, GLOSSARY.section(GLOSSARY.listing("words"))),
         # from here on the appendix alone, but for the command
         (80, _bearing(findings)),
-        *(((90, paper_speed_section(findings)),) if findings.measured else ()),
         (100, band_section(findings)),
         (110, matrix_section(findings)),
-        *((120, section) for section in other_rigs_section(findings)),
         (130, _assumptions(findings)),
         (140, _failures(findings)),
         (150, _runs(findings)),
@@ -68,23 +64,17 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def _bearing(findings: Findings) -> Section:
-    """What the simulated bearing looks like, where its defect and its load are: the paper's Figures 1, 5 and 8."""
+    """What the simulated bearing looks like, where its defect and its load are: the paper's Figures 1 and 5."""
     scene, views, geometry = findings.runs["paper-outer"].scene, findings.bearing_views, findings.bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     defect, zone, simulated = scene.defect, views.load_zone, Badge.SIMULATED
-    whole = whole_bearing(geometry=geometry, views=views, defect_rad=scene.load.zone_rad + defect.angle_rad)
     along = bearing_scene(scene=scene, geometry=geometry, zone=zone)
     cloud = defect_cloud(views=views)
     return BEARING.section(
         appendix=(
             BEARING.paragraph("intro"),
             BEARING.figure("bearing-section", axial_section(geometry=geometry, circles=views.circles)),
-            FigureGrid(
-                figures=(
-                    BEARING.figure("bearing-whole", whole, suffix=".png", rollers=len(views.slot_angle_rad)),
-                    BEARING.figure("bearing-scene", along, badge=simulated, geometry=geometry),
-                ),
-            ),
+            BEARING.figure("bearing-scene", along, badge=simulated, geometry=geometry),
             BEARING.figure(
                 "defect-cloud", cloud, badge=simulated, scene=scene, defect=defect, spacing_m=views.spacing_m
             ),
@@ -108,22 +98,33 @@ def _limits(findings: Findings) -> Section:
     studies = findings.results.content("rig_inputs").get("studies", ())
     second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
     passing = findings.data["point_passing"]
-    return LIMITS.section(LIMITS.listing("limits", passing=passing, second=second, studies=studies))
+    rows = findings.matrix.comparisons
+    predicted = findings.results.gathered.get("predictions", ())
+    return LIMITS.section(
+        LIMITS.listing(
+            "limits", passing=passing, second=second, studies=studies,
+            blind=_names(row for row in (*rows, *predicted) if row.used_for == "blind"), predicted=_names(predicted),
+            axial=any(cell.axial_kn for cell in findings.matrix.cells if cell.comparisons),
+        )
+    )  # fmt: skip
+
+
+def _names(rows: Iterable[Comparison]) -> list[str]:
+    """The records of some comparisons, each once."""
+    return list(dict.fromkeys(Path(row.record).name for row in rows))
 
 
 def _failures(findings: Findings) -> Section:
     """One line per failure; those of stored results by their number, since their sections name each."""
     failed = [run for run in findings.run_facts if run["status"] not in USABLE]
     unusable = [(Path(file).name, why) for file, why in findings.matrix.unusable]
-    cells, other_rigs = findings.matrix.cells, findings.data["other_rigs"]
+    cells = findings.matrix.cells
     summary = FAILURES.listing(
         "summary",
         failed_runs=failed,
         runs=len(findings.run_facts),
         undetected=[Path(cell.file).name for cell in cells if cell.verdict == NOT_DETECTED],
         cells=len(cells),
-        refused=sum(bool(record.refused) for record in other_rigs),
-        other_rigs=len(other_rigs),
     )
     items = (*FAILURES.each("run", failed), *FAILURES.each("record", unusable), *summary.items)
     return FAILURES.section(appendix=(FAILURES.paragraph("intro"), Listing(items)))
@@ -145,7 +146,7 @@ def provenance_section(origin: Mapping[str, Any]) -> Section:
 
 def _references(findings: Findings) -> Section:
     """Papers first, then the data sets of the recordings that were read."""
-    items = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets.values()))
+    items = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets))
     return REFERENCES.section(appendix=(Listing(items),))
 
 

@@ -26,10 +26,10 @@ from srbval.report.findings.records import (
     highest_of,
     tall_peaks,
 )
-from srbval.report.section_texts import Texts, badge_of, side_of, synthetic_states
+from srbval.report.section_texts import Texts, badge_of, side_of
 from srbval.signal import Scalogram
 
-TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
+TEXTS = Texts("figures")
 
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
@@ -47,7 +47,6 @@ def figures_section(findings: Findings) -> Section:
     sides = {"model": model, "rig": rig}
     bands = {name: TEXTS.text("band", shown=side[Fault.OUTER].analysis.processed) for name, side in sides.items()}
     shares = [(side_of(side[Fault.INNER].analysis), findings.data["sidebands"][name]) for name, side in sides.items()]
-    trains = findings.data["impulse_trains"]
     places = [
         (side, letter, state)
         for state, letters in PANEL_LETTERS.items()
@@ -61,15 +60,12 @@ def figures_section(findings: Findings) -> Section:
         for side, c, state in places
     ]
     return TEXTS.section(
-        TEXTS.paragraph("intro", bands=bands, measured=list(findings.measured)),
+        TEXTS.paragraph("intro", bands=bands),
         TEXTS.grid("grid-11", times, "Figure 11", window_s=WINDOW_S),
         *(_spectrum_figure(number, model, rig) for number in SPECTRUM_FIGURES),
         TEXTS.paragraph("sidebands", sides=shares, height_mm=height_mm),
         TEXTS.grid("grid-14", images, "Figure 14"),
-        TEXTS.paragraph("readings", trains=trains),
         appendix=(
-            _readings(findings),
-            TEXTS.table("impulse-trains", trains),
             _band_figure(sides),
             *(
                 TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis))
@@ -82,24 +78,6 @@ def figures_section(findings: Findings) -> Section:
     )
 
 
-def paper_speed_section(findings: Findings) -> Section:
-    """The model's panels at the paper's own speed, with no rig recording to compare them with."""
-    model, rpm = findings.views["paper"], findings.printed.shaft_rpm
-    limit = _highest_burst(model.values())
-    spectra = [
-        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model) for n, state in SPECTRUM_FIGURES.items()
-    ]
-    times = [
-        _time_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model[state], limit)
-        for state, letters in PANEL_LETTERS.items()
-    ]
-    grids = (
-        TEXTS.grid("grid-paper-spectra", spectra, "Figures 12a and 13a at the paper's speed"),
-        TEXTS.grid("grid-paper-time", times, "Figure 11 (a, c, e) at the paper's speed"),
-    )
-    return PAPER_SPEED.section(appendix=(PAPER_SPEED.paragraph("intro", rpm=rpm), *grids), rpm=rpm)
-
-
 def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
     """Spectra of all states before demodulation, model above rig, with the bands that are demodulated."""
     records = [record for side in sides.values() for record in side.values()]
@@ -108,8 +86,7 @@ def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
     panels = []
     for (name, side), letter in zip(sides.items(), "ab", strict=True):
         analysis = side[Fault.OUTER].analysis
-        synthetic = synthetic_states({state: record.analysis for state, record in side.items()})
-        origin, states = Origin.STAND_IN if synthetic else analysis.recording.origin, [s.label for s in side]
+        origin, states = analysis.recording.origin, [s.label for s in side]
         plot = band_panel(records={state.label: record for state, record in side.items()},
             limits_db=(top - BAND_RANGE_DB, top), end_hz=reach, letter=letter,
         )  # fmt: skip
@@ -119,15 +96,14 @@ def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
         )  # fmt: skip
         panels.append(TEXTS.figure(
             "band", plot, id=f"band-{name}", badge=origin.value, side=name, band_hz=analysis.processed.band_hz,
-            synthetic=synthetic, states=states, explore=explore,
+            states=states, explore=explore,
         ))  # fmt: skip
     return TEXTS.grid("grid-band", panels, "Before demodulation", columns=1, resolution_hz=SEGMENT_HZ)
 
 
-def _time_panel(name: str, letter: str, state: Fault, record: RecordView, limit: float, reading: str = "") -> Figure:
+def _time_panel(name: str, letter: str, state: Fault, record: RecordView, limit: float) -> Figure:
     period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
-    title = reading or _title(record, state)
-    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=title, period=period)
+    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=_title(record, state), period=period)
     return TEXTS.figure("acceleration", plot, **_words(name, letter, record, state))
 
 
@@ -196,24 +172,9 @@ def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
     return dict.fromkeys(("found_hz", "ci95_hz", "order", "snr", "badge"))
 
 
-def _image_panel(
-    name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float, reading: str = ""
-) -> Figure:
-    title = reading or _title(record, state)
-    plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=title)
+def _image_panel(name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float) -> Figure:
+    plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=_title(record, state))
     return TEXTS.figure("scalogram", plot, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
-
-
-def _readings(findings: Findings) -> FigureGrid:
-    """Figures 11c and 14c in both readings of the rollers' diameter."""
-    state, limit = Fault.OUTER, _highest_burst(record for record, _ in findings.fits.values())
-    top = _brightest(image for _, image in findings.fits.values())
-    times, images = [], []
-    for fit, (record, image) in findings.fits.items():
-        head = TEXTS.text("fit", fit=fit.value)
-        times.append(_time_panel(f"fig11c-{fit.value}", "11c", state, record, limit, head))
-        images.append(_image_panel(f"fig14c-{fit.value}", "14c", state, record, image, top, head))
-    return TEXTS.grid("grid-readings", (*times, *images), "Figures 11c and 14c, two readings")
 
 
 def _scalogram_checks(findings: Findings) -> Iterator[Block]:

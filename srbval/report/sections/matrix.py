@@ -1,33 +1,23 @@
-"""The validation matrix: maps, tables, bias and scatter of every registered record of the rig."""
+"""The validation matrix: tables, bias and scatter of every registered record of the rig."""
 
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from srbval.comparison.budget import PRIOR
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
-from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
+from srbval.comparison.counterpart import CONVERGED_POINTS, START_SHARE, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.baseline import Basis
-from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
-from srbval.report.figures.comparison import agreement_plot, matrix_map
+from srbval.report.blocks import Block, Figure, Listing, Section
+from srbval.report.figures.comparison import agreement_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.section_texts import FETCH_COMMAND, VERDICT_TONE, Texts
+from srbval.report.section_texts import VERDICT_TONE, Texts
 
 TEXTS = Texts("matrix")
-DEVIATION_LIMIT_PCT = 0.5
-SNR_LIMITS = (0.0, 3.0)  # powers of ten
-VERDICT_LEVEL = {
-    ComparisonVerdict.AGREES.value: 1.0,
-    ComparisonVerdict.RESOLVED.value: -1.0,
-    ComparisonVerdict.UNDECIDED.value: 0.0,
-    ComparisonVerdict.INSUFFICIENT.value: 0.0,
-}
 SHOWN_BY = {
     (True, True): "both",
     (True, False): "the model only",
@@ -37,19 +27,16 @@ SHOWN_BY = {
 
 
 def matrix_section(findings: Findings) -> Section:
-    """Maps, tables and how to read them; only a remark where no record of the rig is registered."""
+    """Tables and how to read them."""
     matrix = findings.matrix
-    blocks: list[Block] = [TEXTS.paragraph("intro", matrix=matrix)]
-    if matrix.cells:
-        remarks = [cell for cell in matrix.cells if cell.remark]
-        blocks += [
-            TEXTS.grid("grid-maps", _maps(matrix), "Validation matrix", columns=1),
-            TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
-            TEXTS.paragraph("reading"),
-            *(_bias_blocks(findings) if shown_rows(matrix) else ()),
-        ]
-    else:
-        blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
+    blocks: list[Block] = [
+        TEXTS.paragraph("intro", matrix=matrix),
+        TEXTS.table(
+            "matrix-table", matrix.cells, remarks=[c for c in matrix.cells if c.remark], point=_point, call=_call
+        ),
+        TEXTS.paragraph("reading"),
+        *(_bias_blocks(findings) if shown_rows(matrix) else ()),
+    ]
     if matrix.unusable:
         blocks.append(Listing(TEXTS.each("unusable", [(Path(file).name, why) for file, why in matrix.unusable])))
     return TEXTS.section(appendix=blocks)
@@ -72,42 +59,6 @@ def _call(cell: MatrixCell) -> str:
     return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
-def _verdict_text(cell: MatrixCell) -> str:
-    return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
-
-
-def _number(value: float | None, spec: str) -> str:
-    return "n.d." if value is None else format(value, spec)
-
-
-MAPS: dict[str, dict[str, Any]] = {
-    "deviation": {
-        "label": "Deviation, %", "limits": (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "colours": "RdBu_r",
-        "value": lambda cell: cell.line.detected_deviation_pct,
-        "text": lambda cell: _number(cell.line.detected_deviation_pct, "+.2f"),
-    },
-    "detectability": {
-        "label": "Line over noise, powers of ten", "limits": SNR_LIMITS, "colours": "Blues",
-        "value": lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)),
-        "text": lambda cell: _number((cell.line.snr or 0) if cell.line.detected else None, ".0f"),
-    },
-    "verdict": {
-        "limits": (-1.6, 1.6), "colours": "PiYG", "value": lambda cell: VERDICT_LEVEL.get(cell.verdict),
-        "text": _verdict_text,
-    },
-}  # fmt: skip
-
-
-def _maps(matrix: Matrix) -> Iterator[Figure]:
-    for name, of in MAPS.items():
-        values = "; ".join(
-            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of['text'](c)}"
-            for c in matrix.cells
-        )
-        plot = matrix_map(matrix, **of)
-        yield TEXTS.figure(f"matrix-{name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values)
-
-
 def _bias_blocks(findings: Findings) -> Iterator[Block]:
     """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
     compared = [cell for cell in findings.matrix.cells if cell.comparisons]
@@ -117,11 +68,11 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
     judged = [cell for cell in compared if cell.judged]
     if judged:
         yield TEXTS.table(
-            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
+            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE
         )  # fmt: skip
-        yield TEXTS.paragraph("verdicts", prior=PRIOR)
+        yield TEXTS.paragraph("verdicts")
     yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
-    yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
+    yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, share=START_SHARE, points=CONVERGED_POINTS)
     if findings.known.defects:
         rows = [row for defect in findings.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)

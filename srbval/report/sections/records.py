@@ -1,4 +1,4 @@
-"""Which records the report is made of, in which bands they are read, and each side's line in the other side's band."""
+"""Which records the report is made of, and in which bands they are read."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -6,34 +6,22 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
-from srbval.recordings import Origin
 from srbval.report.blocks import Block, Figure, Listing, Paragraph, Section, Tone
 from srbval.report.figures.images import kurtogram_panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordKurtogram
-from srbval.report.section_texts import FETCH_COMMAND, Texts, badge_of, side_of, synthetic_states
+from srbval.report.section_texts import Texts, badge_of, side_of
 
 TEXTS, BANDS = Texts("records"), Texts("bands")
 MOST_NAMED = 20  # files in a list; report.json has all
 NAMED_LINES = ("BPFO", "BPFI", "2xBSF")  # of races and rollers
-ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # of kurtograms: both sides to the rig's Nyquist frequency
 
 
 def records_section(findings: Findings) -> Section:
-    """One row per record; a warning where the rig side is synthetic."""
-    rig = findings.analyses["rig"]
-    synthetic = synthetic_states(rig)
-    warning = TEXTS.callout("synthetic", tone=Tone.WARNING, synthetic=synthetic, fetch_command=FETCH_COMMAND)
+    """One row per record."""
     return TEXTS.section(
-        *((warning,) if synthetic else ()),
-        TEXTS.paragraph(
-            "kinds",
-            runs=len(findings.runs),
-            states=len(rig),
-            measured=sum(a.recording.origin is Origin.MEASURED for a in rig.values()),
-            synthetic=synthetic,
-        ),
+        TEXTS.paragraph("kinds", runs=len(findings.runs)),
         *_problems(findings),
         TEXTS.table("records", _rows(findings)),
         appendix=(TEXTS.paragraph("chain"), TEXTS.table("lines-found", _rows(findings))),
@@ -53,10 +41,8 @@ def _problems(findings: Findings) -> Iterator[Block]:
 
 
 def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
-    at_rig = [findings.analyses["model"][state] for state in findings.measured]
-    paper, rig = (findings.analyses[side].values() for side in ("paper", "rig"))
-    groups = {"paper's speed": paper, "at the rig's speed": at_rig, "rig side": rig}
-    for group, analysis in ((group, analysis) for group, side in groups.items() for analysis in side):
+    groups = {"paper's speed": "paper", "at the rig's speed": "model", "rig side": "rig"}
+    for group, analysis in ((name, one) for name, side in groups.items() for one in findings.analyses[side].values()):
         recording, shown = analysis.recording, analysis.processed
         low, high = shown.band_hz
         lines = [line for line in analysis.lines if line.detected and line.harmonic == 1 and line.name in NAMED_LINES]
@@ -77,18 +63,15 @@ def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
 
 
 def band_section(findings: Findings) -> Section:
-    """Kurtograms with the bands used, records that hold two combs, and the table of crossed bands."""
+    """Kurtograms with the bands used, and records that hold two combs."""
     panels = [_kurtogram(letter, shown) for letter, shown in zip("abcd", findings.kurtograms, strict=True)]
     chains = {"model_chain": findings.analyses["paper"][Fault.OUTER].processed.chain,
               "rig_chain": findings.analyses["rig"][Fault.OUTER].processed.chain}  # fmt: skip
-    crossed = findings.data["crossed_bands"]
     return BANDS.section(
         appendix=(
             BANDS.paragraph("intro", **chains),
             BANDS.grid("grid", panels, "Kurtograms"),
             *(remark for shown in findings.kurtograms for remark in two_combs(shown)),
-            BANDS.table("crossed-bands", crossed),
-            BANDS.paragraph("crossed", sides=list(_crossed_sides(crossed))),
         )
     )
 
@@ -118,12 +101,3 @@ def _kurtogram(letter: str, shown: RecordKurtogram) -> Figure:
         "kurtogram", plot, id=f"kurtogram-{letter}", badge=badge_of(analysis), letter=letter, side=side_of(analysis),
         state=state, band_hz=analysis.processed.band_hz, picture=shown.kurtogram,
     )  # fmt: skip
-
-
-def _crossed_sides(rows: tuple[dict[str, Any], ...]) -> Iterator[tuple[str, list[str], list[str]]]:
-    """Each side, the lines that the other side's band still shows, and those that it does not."""
-    for origin in dict.fromkeys(row["origin"] for row in rows):
-        other = [row for row in rows if row["origin"] == origin and not row["own"]]
-        if other:
-            found, lost = ([row["line"] for row in other if row["detected"] is shown] for shown in (True, False))
-            yield ORIGIN_NAME[origin], found, lost

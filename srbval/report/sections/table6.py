@@ -8,7 +8,7 @@ from srbval.comparison.budget import Answer
 from srbval.report.blocks import Block, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import deviation_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.section_texts import FETCH_COMMAND, VERDICT_TONE, Texts
+from srbval.report.section_texts import VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
 
 TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
@@ -17,7 +17,7 @@ ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLV
 
 
 def verdict_box(findings: Findings) -> VerdictBox:
-    """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
+    """The answer in plain words, first on the page: all from the comparisons."""
     found = findings.headline
     return VERDICT.verdict(
         ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
@@ -25,7 +25,6 @@ def verdict_box(findings: Findings) -> VerdictBox:
         judged=[(cell.state, cell.verdict) for cell in findings.matrix.cells if cell.judged],
         records=[findings.analyses["rig"][one.state] for one in found.errors],
         study=findings.known.of(found.errors[0].state) if found.errors else None,
-        fetch_command=FETCH_COMMAND,
     )
 
 
@@ -33,25 +32,22 @@ def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
     rows = findings.data["table6"]
     published, measured = ([row for row in rows if row["rig_source"] == source] for source in ("published", "measured"))
-    blocks: list[Block] = [
-        TEXTS.table(
-            "table-6-paper-speed",
-            map(to_json, published),
-            shaft_rpm=findings.printed.shaft_rpm,
-            computed=[findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published],
-        ),
-        TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
-    ]
-    if not measured:
-        blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
-        return TEXTS.section(*blocks)
-    nominal_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm
+    computed = [findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published]
+    nominal_rpm, shaft_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm, findings.printed.shaft_rpm
     at_rig = TEXTS.table(
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
-    parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
-    quantities = TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
-    return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
+    parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
+    return TEXTS.section(
+        TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
+        TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
+        at_rig,
+        TEXTS.paragraph("how-to-read"),
+        appendix=(
+            TEXTS.table("uncertainty-parts", parts, compared=measured),
+            TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE),
+        ),
+    )
 
 
 def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -108,7 +104,7 @@ def _each_line(findings: Findings, rollers: int) -> Iterator[Block]:
     nominal = list(dict.fromkeys(row["nominal_rpm"] for row in means))
     yield SPEED.paragraph("each-line")
     yield SPEED.table("speed-and-slip-table", findings.data["speed_and_slip"])
-    for rig in findings.measured.values():
+    for rig in findings.analyses["rig"].values():
         if rig.closure.sum_hz is not None:
             yield SPEED.paragraph("own-sum", name=rig.recording.name, closure=rig.closure, rollers=rollers)
     yield SPEED.table("published-speeds", speeds, nominal_rpm=nominal, source=findings.speed_source)

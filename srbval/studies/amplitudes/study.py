@@ -27,26 +27,14 @@ from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.headline import biases
 from srbval.models.run import Run
-from srbval.path.amplitudes import (
-    NUMERICS,
-    PATH,
-    RMS_BANDS,
-    SURFACES,
-    THIRD_OCTAVES,
-    band_power,
-    crps,
-    half_widths,
-    levels,
-    pattern,
-    rows,
-    scaling,
-)
+from srbval.path.amplitudes import RMS_BANDS, THIRD_OCTAVES, band_power, levels, pattern
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
+from srbval.studies.amplitude_rows import NUMERICS, PATH, SURFACES, crps, half_widths, rows, scaling
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import (
     BEARING,

@@ -25,13 +25,12 @@ from scipy.stats import qmc, t
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
-from srbval.comparison.other_rigs import usable
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.registry import RegisteredRecording, listing, load_entry
+from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings.registry import FileStatus, RegisteredRecording, listing, load_entry, without_copies
 from srbval.scene import PathMode, Scene, SensorPath, paper_scene
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult, input_hashes
@@ -143,7 +142,8 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     rows, trend, read = list[Row](), list[Row](), list[RegisteredRecording]()
-    known = [one for one in usable(listing().recordings) if one.dataset in SETS and one.state in RACE_DEFECTS]
+    whole = [one for one in listing().recordings if one.status is FileStatus.OK and one.origin is Origin.MEASURED]
+    known = without_copies(one for one in whole if one.dataset in SETS and one.state in RACE_DEFECTS)
     for number, entry in enumerate(known):
         progress(Path(entry.file).name, number / len(known))
         recording = load_entry(entry) if options.only in entry.file else None

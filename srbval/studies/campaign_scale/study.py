@@ -13,11 +13,11 @@ from srbval.campaign.folder import PLAN
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.processes.machine import peak_bytes
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.tables import build
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.machine import peak_bytes
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
 EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))  # cases and workers, on clusters that fit them

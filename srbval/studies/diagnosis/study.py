@@ -19,16 +19,15 @@ import numpy as np
 from scipy.stats import binomtest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.comparison.other_rigs import Baselines, healthy_analysis
 from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.reading.analyse import analyse
+from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.recordings.registry import RegisteredRecording, listing
+from srbval.recordings.registry import RegisteredRecording, healthy_baseline, listing, load_entry
 from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, squared_envelope_one_pass
 from srbval.storage.json_files import to_json
 from srbval.studies.diagnosis.known_records import KnownRecord, known_records, write_table
@@ -57,13 +56,22 @@ Method = Callable[[str, Recording, Bearing], Prediction]  # of the rig's name, t
 
 def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
     """The ways of naming, by name; `registered` holds the healthy records that a call is made against."""
-    baselines = Baselines()
+    baselines: dict[tuple[str, str, tuple[float, float] | None], Analysis] = {}  # by file, bearing and band
+
+    def healthy(recording: Recording, bearing: Bearing, band_hz: tuple[float, float] | None) -> Analysis | None:
+        entry = healthy_baseline(recording, tuple(registered))
+        if entry is None:
+            return None
+        key = entry.file, bearing.name, band_hz
+        if key not in baselines:
+            baselines[key] = analyse(load_entry(entry), bearing=bearing, band_hz=band_hz)
+        return baselines[key]
 
     def by_lines(recording: Recording, bearing: Bearing, *, choose: bool) -> Prediction:
         analysis = analyse(recording, bearing=bearing, choose_on_record=choose)
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
         band_hz = analysis.processed.band_hz if choose else None
-        call = compare_with_baseline(analysis, healthy_analysis(recording, bearing, registered, baselines, band_hz))
+        call = compare_with_baseline(analysis, healthy(recording, bearing, band_hz))
         return Prediction(deepest, call.called)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Prediction:

@@ -4,10 +4,9 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
-from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
+from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
-from srbval.storage.stored_result import ContentStore
 from srbval.studies.calibration_runs import (
     REFINEMENT,
     SECONDS,
@@ -17,8 +16,9 @@ from srbval.studies.calibration_runs import (
     measure_cases,
     quick_grid,
 )
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import ContentStore, Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
+from srbval.studies.model_hierarchy.summary import summary
 
 
 def measure_models(

@@ -10,12 +10,13 @@ from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.headline import biases
 from srbval.path.amplitudes import THIRD_OCTAVES
-from srbval.path.predictions import rows_of_predictions
 from srbval.recordings.registry import listing
 from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts, missing, origin_of
+from srbval.report.section_texts import Texts
 from srbval.storage.json_files import to_json
+from srbval.studies.appendix_page import missing, origin_of
+from srbval.studies.predicted_rows import rows_of_predictions
 
 TEXTS = Texts.of_study(__package__)
 MOST_LISTED = 4  # records side by side in the table of predictions
@@ -49,7 +50,7 @@ def section(results: StoredResults) -> Section:
     intro = TEXTS.paragraph(
         "predictions", records=records, sha256=result.content["predictions_sha256"],
         command="srbval study run predictions", made_utc=result.content["made_utc"], rows=rows, octaves=octaves,
-        near=near, limit_db=VERDICT.near_db, cages=[row for row in on_both if row.quantity == CAGE_RATIO.name],
+        near=near, cages=[row for row in on_both if row.quantity == CAGE_RATIO.name],
     )  # fmt: skip
     tables = [TEXTS.table("predicted-rows", map(to_json, rows))] if rows else []
     listed = TEXTS.table("predictions", quantities, records=records[:MOST_LISTED], more=len(records) - MOST_LISTED)

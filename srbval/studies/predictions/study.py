@@ -19,13 +19,13 @@ from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.speed_and_slip import published_rpm
 from srbval.models.run import Run
-from srbval.path.amplitudes import NUMERICS, SURFACES, half_widths
-from srbval.path.predictions import digest
 from srbval.progress import Progress
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.studies.amplitude_rows import NUMERICS, SURFACES, half_widths
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.predicted_rows import digest
 from srbval.studies.rig_amplitudes import (
     FAST,
     FAULTS,

@@ -2,7 +2,8 @@
 
 from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts, missing, origin_of
+from srbval.report.section_texts import Texts
+from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 

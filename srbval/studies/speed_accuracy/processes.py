@@ -16,9 +16,9 @@ from typing import Any
 from srbval.errors import NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import SOLVERS
-from srbval.processes.machine import peak_bytes
 from srbval.progress import Progress, silent
 from srbval.storage.installation import child_environment
+from srbval.studies.machine import peak_bytes
 from srbval.studies.scenes import bench_scene
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

@@ -25,7 +25,7 @@ from srbval.models.run_file import scene_content
 from srbval.plan.measures import Measures, measure
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.storage.stored_result import ContentStore
+from srbval.studies.harness import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, bench_scene
 
 WARM_UP_S = 0.002

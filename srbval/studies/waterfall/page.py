@@ -9,7 +9,8 @@ from typing import Any
 from srbval.report.blocks import Badge, Section
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelFiles, figure_style, new_figure, save_panel
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts, missing, origin_of
+from srbval.report.section_texts import Texts
+from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of OR and IR records

@@ -25,14 +25,15 @@ from srbval.comparison.headline import biases
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
-from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
-from srbval.path.predictions import values_of_record
+from srbval.path.amplitudes import levels, pattern
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
+from srbval.studies.amplitude_rows import NUMERICS, PATH, half_widths, rows
 from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.predicted_rows import values_of_record
 from srbval.studies.rig_amplitudes import (
     BEARING,
     OF_HEALTHY,

@@ -10,10 +10,11 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.errors import SrbvalError
-from srbval.path.amplitudes import levels, pattern, rows
+from srbval.path.amplitudes import levels, pattern
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.recordings.registry import RegisteredRecording, load_entry, rig_recordings, unopened
+from srbval.studies.amplitude_rows import rows
 
 
 def digest(predictions: Sequence[Mapping[str, Any]]) -> str:

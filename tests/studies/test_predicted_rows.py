@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from srbval.bearing import Fault
-from srbval.path.predictions import digest, rows_of_predictions
 from srbval.recordings.registry import RegisteredRecording, add, rig_recordings
+from srbval.studies.predicted_rows import digest, rows_of_predictions
 from tests.comparison.test_matrix import BEARING, rig_file
 
 PREDICTION: dict[str, Any] = {

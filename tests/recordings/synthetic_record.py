@@ -1,10 +1,9 @@
-"""A synthetic record in place of a rig recording that is not available: a seeded stochastic impulse model.
+"""A synthetic record: a seeded stochastic impulse model.
 
 Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single
 point defect in a rolling element bearing, J. Sound Vib. 96, 1984), their spacing a random walk of slip
 (Antoni & Randall, A stochastic model for simulation and diagnostics of rolling element bearings with
-localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise. It is not a
-measurement, is never counted as one and enters no verdict.
+localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise.
 """
 
 import math
@@ -14,20 +13,13 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
-from srbval.errors import ConfigurationError
-from srbval.recordings.load import load_recording
-from srbval.recordings.recording import Recording
-from srbval.scene import BANDS_HZ
-from srbval.storage.hdf5_files import write_hdf5
+from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 FS_HZ = 20480.0  # the rig's
-BAND_HZ = BANDS_HZ["1400-2800"]
 RESONANCE_HZ = 2000.0
 DAMPING_RATIO = 0.03
 RING_S = 0.02  # the response has decayed to 5e-4 by then
 SLIP_JITTER = 0.005  # standard deviation of one impact spacing, relative
-SPEED_FLUCTUATION = 0.001  # standard deviation, relative
-FLUCTUATION_S = 0.5  # correlation time of the speed fluctuation
 IMPACT_M_S2 = 4.0
 IMPACT_SPREAD = 0.2  # standard deviation of one impact's strength, relative
 RATTLE_M_S2 = 0.6  # RMS of the resonance under random excitation, present in every state
@@ -36,40 +28,17 @@ LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
 
 
 def write_synthetic_record(
-    path: str | Path, *, state: Fault, shaft_hz: float, seconds: float, seed: int, bearing: str = DEFAULT_BEARING
-) -> Recording:
-    """Write a record at `shaft_hz` [Hz] over `seconds` to `path` and read it back, of origin `Origin.STAND_IN`.
-
-    The same seed writes the same samples. Raises `ConfigurationError` for an impossible speed or length.
-    """
-    from scipy.signal import lfilter
-
-    if not (math.isfinite(shaft_hz) and 0 < shaft_hz < 1000):
-        raise ConfigurationError(f"stand-in shaft speed {shaft_hz} Hz must be above 0 and below 1000.")
-    if not 0.1 <= seconds <= 600:
-        raise ConfigurationError(f"stand-in of {seconds} s: it must last 0.1 to 600 s.")
-    rng = np.random.default_rng(seed)
-    # a steady speed with a slow first-order random fluctuation
-    correlation = math.exp(-1 / (FLUCTUATION_S * FS_HZ))
-    start = rng.normal(0, SPEED_FLUCTUATION)
-    steps = rng.normal(0, SPEED_FLUCTUATION * math.sqrt(1 - correlation**2), round(seconds * FS_HZ))
-    fluctuation, _ = lfilter([1.0], [1.0, -correlation], steps, zi=[correlation * start])
-    turns = np.concatenate(([0.0], np.cumsum(shaft_hz * (1 + fluctuation)[:-1]))) / FS_HZ
-    signal = vibration(Fault(state), load_bearing(bearing).orders, turns, rng)
-    attributes: dict[str, float | str] = {
-        "srbval_kind": "stand-in",
-        "name": f"SYNTHETIC STAND-IN {Fault(state).value} {shaft_hz * 60:.4g} rpm seed {seed}",
-        "unit": "m/s2",
-        "bearing": bearing,
-        "state": Fault(state).value,
-        "shaft_speed_hz": float(turns[-1] - turns[0]) * FS_HZ / (len(turns) - 1),
-        "band_low_hz": BAND_HZ[0],
-        "band_high_hz": BAND_HZ[1],
-        "note": "SYNTHETIC STAND-IN: seeded stochastic impulse model, not a measurement",
-    }
-    variable = (signal, "m s-2", "synthetic stand-in acceleration")
-    write_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": variable}, attributes=attributes)
-    return load_recording(path)
+    path: Path, *, state: Fault = Fault.OUTER, shaft_hz: float = 14.3, seconds: float, seed: int = 1
+) -> None:
+    """Write a record at a steady speed to `path` as srbval writes its own files, of origin `Origin.STAND_IN`."""
+    turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
+    signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
+    with new_hdf5(path) as file:
+        file.attrs.update({
+            "srbval_kind": "stand-in", "name": "SYNTHETIC", "fs_hz": FS_HZ, "unit": "m/s2", "bearing": DEFAULT_BEARING,
+            "state": state.value, "shaft_speed_hz": shaft_hz, "band_low_hz": 1400.0, "band_high_hz": 2800.0,
+        })  # fmt: skip
+        file.create_dataset("acceleration_m_s2", data=signal, **CHECKED)
 
 
 def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -1,0 +1,112 @@
+"""What a message advises is right, complete, and can be done."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import srbval
+from srbval.cli import main
+from srbval.cli.arguments import parser
+from srbval.errors import ConfigurationError
+from srbval.models.simulate import simulate_to_file
+from srbval.reading.speed_search import OutsideFamily
+from srbval.recordings import SpeedSource, load_recording
+from tests.recordings import files
+
+DIGITS = 1e-12  # of the numbers written below
+RECORD = ["--bearing", "skf-6205", "--rpm", "1500", "--fs", "8000", "--unit", "g", "--band", "500", "3000"]
+
+
+@pytest.fixture
+def two_channels(tmp_path: Path) -> Path:
+    np.save(tmp_path / "two.npy", np.stack([files.vibration(40_000, seed) for seed in range(2)], axis=1))
+    return tmp_path / "two.npy"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["kinematics", "--rpm", "abc"], "'abc' is not a number"),
+        (["kinematics", "--rpm", "1480,5"], "'1480,5' is not a number; decimals have a point"),
+        (["kinematics", "--rpm", "-1"], "'-1' must be positive"),
+        (["simulate", "--seed", "1.5"], "'1.5' is not a whole number"),
+        (["simulate", "--dt", "1/0"], "'1/0 s' is not finite"),
+        (["simulate", "--dt", "16 kg"], "unit 'kg' of '16 kg' is not a time unit; known: s, ms, us"),
+        (["simulate", "--dt", "fast"], "'fast' is not a number with a unit"),
+    ],
+)
+def test_an_option_that_is_no_number(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["1/61440", "1/61440 s", "1 / 61.44 ms", "1.627604166667e-5", "16.27604166667us"])
+def test_a_step_as_scene_files_have_it(text: str) -> None:
+    assert parser().parse_args(["simulate", "--dt", text]).dt == pytest.approx(1 / 61440, rel=DIGITS)
+    if text[-1] == "s":
+        assert srbval.paper_scene(solver={"step": text}).solver.step_s == pytest.approx(1 / 61440, rel=DIGITS)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".json"])
+def test_a_run_is_what_its_name_says(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / f"run{suffix}"
+    assert main(["simulate", "--model", "auto", "-o", str(path)]) == 2
+    assert f"HDF5 is written, which {suffix} is not; name it run.h5" in capsys.readouterr().err
+    with pytest.raises(ConfigurationError, match="HDF5 is written"):
+        simulate_to_file(srbval.paper_scene(), path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_everything_missing_is_asked_for_at_once(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    questions = ["--channel data[1] | data[2]", "--fs HZ", "--unit", "--bearing", "--rpm R"]
+    assert main(["analyse", str(two_channels)]) == 3
+    said = capsys.readouterr().err
+    assert [asked for asked in (*questions, "--band LO HI, or --auto-band") if asked not in said] == []
+    assert main(["analyse", str(two_channels), "--band", "500", "3000", "--rpm", "1500"]) == 3
+    said = capsys.readouterr().err
+    assert ("--band" in said, "no shaft speed" in said, "--unit" in said) == (False, False, True)
+    for command in (["report", "-o", str(two_channels.parent / "report")], ["identify"]):
+        assert main([*command, str(two_channels)]) == 3
+        said = capsys.readouterr().err
+        assert ([asked for asked in questions if asked not in said], "srbval analyse" in said) == ([], False)
+
+
+def test_a_ball_is_a_rolling_element(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The field's word for it in a ball bearing."""
+    found = []
+    for part in ("ball", "roller"):
+        command = ["analyse", str(two_channels), "--channel", "data[1]", *RECORD, "--defect", part, "--json"]
+        assert main(command) == 0
+        found.append(json.loads(capsys.readouterr().out)["lines"])
+    assert found[0] == found[1]
+    assert {line["name"][:5] for line in found[0]} == {"2xBSF"}
+    assert main(["data", "add", str(two_channels), "--state", "ball", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["recordings"][0]["state"] == "roller"
+
+
+def test_a_bearing_by_its_name(two_channels: Path) -> None:
+    recording = load_recording(two_channels, channel="data[1]", fs_hz=8000.0, unit="g", rpm=1500.0)
+    of_name, of_bearing = (
+        srbval.analyse(recording, bearing=bearing, band_hz=(500, 3000))
+        for bearing in ("skf-6205", srbval.load_bearing("skf-6205"))
+    )
+    assert (of_name.bearing, of_name.lines) == (of_bearing.bearing, of_bearing.lines)
+    with pytest.raises(ConfigurationError, match="is not known"):
+        srbval.analyse(recording, bearing="skf-none", band_hz=(500, 3000))
+
+
+@pytest.mark.parametrize(
+    ("source", "asked"),
+    [
+        (SpeedSource.TACHOMETER, "check the tachometer (--pulses-per-rev) and the bearing"),
+        (SpeedSource.PRESCRIBED, "check the bearing"),
+        (SpeedSource.NOMINAL, "check the speed (--rpm, --rpm-tolerance) and the bearing"),
+    ],
+)
+def test_a_measured_speed_is_not_to_be_stated(source: SpeedSource, asked: str) -> None:
+    comb = OutsideFamily(
+        name="BPFO", found_hz=90.0, off_pct=3.0, shaft_hz=25.0, snr=50.0, noise_false_alarm=1e-9, source=source
+    )
+    assert comb.sentence.endswith(f"rpm; {asked}.")
