@@ -7,6 +7,8 @@ process: 430 MB where a run by itself needs 250. And a process of its own can be
 only between its kernels. Results do not depend on who compiled, see `kernel`.
 """
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import os
@@ -18,13 +20,15 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.processes.machine import usable_cores
-from srbval.scene import Scene
 from srbval.storage.cache import KERNELS, cache_folder
 from srbval.storage.installation import child_environment, package_folder
 from srbval.storage.sources import content_version
+
+if TYPE_CHECKING:  # what only types are taken from does not count for the version of the kernels
+    from srbval.scene import Scene
 
 # Sums may be reordered and products contracted, so that loops vectorise. Infinities and NaN keep their
 # meaning: a broken run must stay visible.
