@@ -31,6 +31,7 @@ _NAMES = {
     "reading.analyse": ("Analysis", "analyse"),
     "diagnosis.baseline": ("BaselineComparison", "baseline_of", "compare_with_baseline"),
     "diagnosis.diagnose": ("Diagnosis", "diagnose"),
+    "diagnosis.fault_verdict": ("FaultVerdict", "fault_verdict"),
     "path.identify": ("identify as identify_path",),
     "report.findings.findings": ("Findings", "gather"),
     "studies.harness": ("run_study",),
@@ -51,16 +52,16 @@ _HOME = {
     for module, names in _NAMES.items()
     for name in names
 }
-__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis", "Findings",
-           "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum",
-           "SpeedSource", "SrbvalError", "__version__", "add_recordings", "amplitude_spectrum", "analyse",
-           "bandpass", "baseline_of", "build_docs", "campaign_status", "compare_with_baseline", "diagnose", "doctor",
-           "envelope", "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings",
-           "find_bearings", "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings",
-           "load_bearing", "load_campaign", "load_recording", "load_scene", "make_plan", "make_report",
-           "paper_scene", "plot", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
-           "run_check", "run_study", "simulate", "verify_campaign", "verify_recordings", "write_plot",
-           "write_run"]  # fmt: skip
+__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis",
+           "FaultVerdict", "Findings", "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene",
+           "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
+           "amplitude_spectrum", "analyse", "bandpass", "baseline_of", "build_docs", "campaign_status",
+           "compare_with_baseline", "diagnose", "doctor", "envelope", "envelope_spectrum", "export_campaign",
+           "fault_frequencies", "fault_verdict", "fetch_recordings", "find_bearings", "gather", "identify_path",
+           "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
+           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "recording_from_run",
+           "remove_recordings", "report_recordings", "run_campaign", "run_check", "run_study", "simulate",
+           "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from srbval.cli.installation_commands import build_docs, doctor
     from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
     from srbval.diagnosis.diagnose import Diagnosis, diagnose
+    from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run

@@ -23,7 +23,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out the long form: every claim has a case in the short one, which `.ci/run` and the README run."""
+    """Leave out the long form, see `contributing.md`, unless it is asked for."""
     if os.environ.get("SRBVAL_TESTS") != "all":
         for item in items:
             if item.get_closest_marker("long_form"):

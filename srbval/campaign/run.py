@@ -26,7 +26,7 @@ class CampaignSummary:
     """How a campaign ended. `ran` of the `cases` were run this time; `failed`: index, key, ending, reason of each.
 
     `damaged` results were there before, not as they were written, and run again.
-    `simulation_s` is the sum over the simulations of this time, `case_s` over the whole cases, writing included.
+    `simulation_s` is the sum over the simulations of this time.
     """
 
     name: str
@@ -39,7 +39,6 @@ class CampaignSummary:
     damaged: int
     wall_s: float
     simulation_s: float
-    case_s: float
     table: Path
 
 
@@ -91,7 +90,6 @@ def run_campaign(
             damaged=len(damaged),
             wall_s=time.perf_counter() - started,
             simulation_s=sum(result.simulation_s for result in ran.values()),
-            case_s=sum(result.wall_s for result in ran.values()),
             table=write_table(folder, cases, results),
         )
 

@@ -16,7 +16,7 @@ from srbval.campaign.quantities import Output
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
-from srbval.storage.tables import LONGEST_TEXT, NUMBER_AND_UNIT, Limited, build, limited, quantity, read_toml, shown
+from srbval.storage.tables import Limited, build, limited, number_and_unit, quantity, read_toml, shown
 
 MOST_CASES = 2_000_000  # planned in memory, each with a file of its own
 MOST = 1e12  # finite, and beyond whatever makes sense
@@ -211,11 +211,9 @@ def nested(point: Mapping[str, Any]) -> dict[str, Any]:
 def _range(key: str, ends: object) -> tuple[float, float, str]:
     """Least value, largest value and their unit, empty for plain numbers."""
     if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
-        first, second = (NUMBER_AND_UNIT.fullmatch(str(end)[: LONGEST_TEXT + 1]) for end in ends)
-        if first and second and first[2] == second[2]:
-            low, high = float(first[1]), float(second[1])
-            if 0 < high - low < math.inf:
-                return low, high, first[2]
+        first, second = (number_and_unit(str(end)) for end in ends)
+        if first and second and first[1] == second[1] and 0 < second[0] - first[0] < math.inf:
+            return first[0], second[0], first[1]
     raise ConfigurationError(
         f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
         f"found {shown(ends)}."

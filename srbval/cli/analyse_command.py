@@ -10,12 +10,11 @@ from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.baseline import (
     Baseline,
     baseline_of,
-    compare_with_baseline,
     load_healthy,
     on_background,
     registered_baseline,
 )
-from srbval.diagnosis.diagnose import diagnose, fault_entry
+from srbval.diagnosis.fault_verdict import fault_verdict
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.pipeline import SQUARED_UNIT
@@ -52,25 +51,28 @@ def run(options: argparse.Namespace) -> int:
     bearing = bearing_of(recording, options.bearing, largest_slip_pct=options.cage_slip)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
-    result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
+    result = analyse(
+        recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band,
+        healthy=healthy,
+    )  # fmt: skip
     baseline = None if options.background else _baseline(result, healthy)
-    comparison = compare_with_baseline(result, baseline)
-    measured = recording.origin is Origin.MEASURED
-    diagnosis = diagnose(result, all_channels=options.channel is None) if measured else None
+    verdict = fault_verdict(result, baseline, all_channels=options.channel is None)
     if options.plot:
-        write_plot(result, Path(options.plot), baseline=baseline, naming=diagnosis, command=own_command())
+        write_plot(result, Path(options.plot), verdict=verdict, baseline=baseline, command=own_command())
     part = options.defect  # of the lines to be printed; below, how their names begin
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
 
     def show() -> None:
         _print(result, line)
-        print(comparison.sentence)
-        if diagnosis is not None:
-            print(diagnosis.sentence)
+        print("\n".join(("", f"{verdict.headline}.", *verdict.reasons)))
+        if declared := verdict.beside(recording.state):
+            print(declared)
+        for note in recording.notes:
+            print(f"  - {note}")
 
     document = to_json(result)
     document["lines"] = [one for one in document["lines"] if one["name"].startswith(line)]
-    document["fault"] = to_json(comparison) | fault_entry(comparison, diagnosis)
+    document |= to_json({"fault": verdict, "verdict": verdict.sentence, "declared_state": recording.state})
     return answer(options, document, show)
 
 
@@ -134,10 +136,7 @@ def _print(result: Analysis, wanted: str) -> None:
         COLUMNS,
         [
             (n.name, n.harmonic, n.kinematic_hz, n.found_hz, n.ci95_hz, n.deviation_pct, n.snr, n.false_alarm,
-             n.identity_probability, "yes" if n.detected else "no")
+             n.identity_probability, "yes" if n.detected else f"no: {n.not_detected}")
             for n in lines
         ],
     )  # fmt: skip
-    print(f"\n{result.verdict}")
-    for note in recording.notes:
-        print(f"  - {note}")

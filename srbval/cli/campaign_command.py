@@ -46,7 +46,8 @@ def _run(options: argparse.Namespace) -> int:
         f"({done.engine}); {len(done.failed)} failed. Results: {done.table}"
     )
     text = "\n".join([text, *_reasons(done.failed)])
-    return answer(options, to_json(done) | {"folder": folder}, text, code=WITH_FAILURES if done.failed else DONE)
+    status, code = ("with failures", WITH_FAILURES) if done.failed else ("ok", DONE)
+    return answer(options, to_json(done) | {"folder": folder}, text, status=status, code=code)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
@@ -81,8 +82,7 @@ def _verify(options: argparse.Namespace) -> int:
     found = verify_campaign(Path(options.folder))
     text = f"{found.results} results, plan, journal and table read, {len(found.damaged)} damaged"
     text = "\n".join([text, *_damage(found.damaged)])
-    status, code = ("ok", DONE) if found.ok else ("damaged", DAMAGED)
-    return answer(options, found, text, status=status, code=code)
+    return answer(options, found, text, code=DONE if found.ok else DAMAGED)
 
 
 def _damage(damaged: Sequence[Damaged]) -> Iterator[str]:

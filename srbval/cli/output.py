@@ -7,21 +7,23 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from srbval.errors import DataError
 from srbval.progress.tables import text_table
 from srbval.storage.json_files import json_text, to_json
 
 SCHEMA_VERSION = 1
+STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # by exit code
 
 
 def answer(
-    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "ok", code: int = 0
+    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "", code: int = 0
 ) -> int:
     """What every command ends with: the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
-    Returns the exit code, `code`.
+    Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`.
     """
     if options.json:
-        print_json(to_json(document), status=status)
+        print_json(to_json(document), status=status or STATUS[code])
     elif isinstance(show, str):
         print(show)
     else:

@@ -3,6 +3,7 @@
 import argparse
 import math
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,12 +86,13 @@ def run_scene(options: argparse.Namespace) -> int:
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": level_of(scene.model).step_s(scene),
         **{name: getattr(result, name) for name in OF_RUN},
-        "numerics": result.step_error,
+        "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }
 
     def show() -> None:
-        rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k != "not_validated"]
+        shown = to_json({name: value for name, value in summary.items() if name != "not_validated"})
+        rows = [(name, f"{v:.6g}" if isinstance(v, float) else v) for name, v in _one_level(shown)]
         print_table(("quantity", "value"), rows)
         print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
 
@@ -100,6 +102,13 @@ def run_scene(options: argparse.Namespace) -> int:
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code
     return 0
+
+
+def _one_level(table: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The values of a table, those of its tables behind the names of both."""
+    for name, value in table.items():
+        inner = value if isinstance(value, dict) else {"": value}
+        yield from ((f"{name} {key}".strip(), one) for key, one in inner.items())
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:

@@ -55,7 +55,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
-    study, result = load_study(name), newest_result(results[0])
+    study, result = load_study(name), newest_result(results[0]) if results else None
     return {
         "name": name, "question": study.question, "minutes": study.minutes, "results": results,
         "made_utc": result and result.made_utc, "stale": result and result.stale,

@@ -58,7 +58,7 @@ class RecordError:
 class Headline:
     """The errors of the paper's scene and of the scene ``rig`` against measured records, held to the tolerance."""
 
-    JSON_PROPERTIES: ClassVar = ("answer", "holds", "within_pct")
+    JSON_PROPERTIES: ClassVar = ("answer", "holds")
 
     quantity: str
     tolerance: Tolerance
@@ -77,12 +77,6 @@ class Headline:
     def holds(self) -> bool:
         """Whether no tolerance is surely missed, which is not to say that it is met."""
         return self.answer is not Answer.MISSED
-
-    @property
-    def within_pct(self) -> float | None:
-        """What no record's error exceeds, with its interval; None without records or intervals."""
-        known = [abs(one.error_pct) + one.uncertainty_pct for one in self.errors if one.uncertainty_pct is not None]
-        return max(known) if known and len(known) == len(self.errors) else None
 
 
 def headline(

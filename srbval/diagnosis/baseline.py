@@ -1,12 +1,13 @@
-"""The healthy record that a record is compared with, how the two differ, and whether the record shows a fault.
+"""The healthy record that a record is compared with, how the two differ, and which lines have risen against it.
 
 Or a healthy record's noise under a simulated run.
 """
 
 import dataclasses
-import enum
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
-from srbval.reading.verdict import SHALLOW_DEPTH
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
@@ -24,34 +24,18 @@ from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 # Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
 SAME_SHARE = 0.03
 N_PER_KN = 1000.0
-# A fault is called where its line stands this many times above the healthy bearing's (6 dB, the usual alarm
-# step of condition monitoring), its 95 % interval clear of one.
-CALLING_RATIO = 2.0
-# An outer-race line whose second harmonic is less than this share of it is a smooth modulation, as rollers passing
-# under the load cause it (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The
-# healthy model at 997 rpm has 0.2 with a line half as deep as its mean, measured outer-race faults 0.48 and more.
-IMPACT_SECOND_HARMONIC = 1 / 3
-# Factor by which a healthy line's share of the mean may change from one speed or load to another: the largest of 15
-# changes, three lines in five bands, between the two healthy records of one rig at hand that differ in speed, and 1.96
-# times their scatter (tests/validation/test_baseline.py). One rig: another may need more.
-OTHER_CONDITIONS = 5.5
-
-
-class Basis(enum.StrEnum):
-    """What a comparison rests on."""
-
-    BASELINE = "healthy baseline"
-    LINE_ALONE = "line alone"
-    DECLARED_HEALTHY = "declared healthy"
-    NOT_MEASURED = "not measured"
+SINGLE_PRECISION = 1e-6
+# A line has risen where it stands this many times above the healthy bearing's (6 dB, the usual alarm step of
+# condition monitoring), its 95 % interval clear of one.
+RISEN_RATIO = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
     """A healthy record analysed in the band of the record that is compared with it.
 
-    `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so the
-    comparison is less certain. `remarks` names what else differs, or what neither record states.
+    `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so that
+    nothing is compared then. `remarks` names what else differs, or what neither record states.
     """
 
     analysis: Analysis
@@ -61,32 +45,50 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineComparison:
-    """`indicated` is the state the deepest clear line points to; `called` is it only where there is a baseline.
+    """How the fault lines of a record compare with those of a healthy one.
 
-    `ratio` is the line's modulation over the baseline's, `ratio_ci95` its interval; `sentence` says all that
-    in words, and where there is no baseline that a line alone cannot tell.
+    `ratios` are those of every line that stands out or was detected, by name: its modulation over the healthy record's
+    with the 95 % interval; empty without a comparable healthy record. `line` is the deepest that has risen, `risen` the
+    part it belongs to. `baseline` is the healthy record's file where it is comparable, and `by_level`
+    whether levels are compared, or shares of the mean.
     """
 
-    basis: Basis
+    JSON_OMITTED: ClassVar = ("ratios",)
+
     sentence: str
-    indicated: Fault | None = None
-    called: Fault | None = None
+    ratios: Mapping[str, tuple[float, tuple[float, float]]] = dataclasses.field(default_factory=dict)
+    risen: Fault | None = None
     line: str | None = None
     ratio: float | None = None
     ratio_ci95: tuple[float, float] | None = None
     baseline: str | None = None
+    by_level: bool = True
+
+    @property
+    def times(self) -> str:
+        """How a ratio reads: of levels, or of depths of modulation where a record's unit is not known."""
+        return "times as high" if self.by_level else "times as deep"
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
     """The registered healthy record of the same rig, speed and load, or None; raises what loading it raises.
 
-    None too where the scale of one of the two is missing.
+    None too where that is the record itself in another file, or where the scale of one of the two is missing.
     """
     entry = healthy_baseline(analysis.recording)
     if entry is None:
         return None
     healthy = load_registered(entry.file, RecordingSettings(channel=analysis.recording.channel))
-    return None if healthy.scale_missing or analysis.recording.scale_missing else healthy
+    missing = healthy.scale_missing or analysis.recording.scale_missing
+    return None if missing or _is_same(healthy, analysis.recording) else healthy
+
+
+def _is_same(one: Recording, other: Recording) -> bool:
+    """Whether two files hold the same signal, to the digits of single precision."""
+    if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
+        return True
+    a, b = one_signal(one), one_signal(other)
+    return a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=SINGLE_PRECISION * float(np.abs(a).max())))
 
 
 def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
@@ -121,8 +123,13 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     `ConfigurationError` where it is the very record that `analysis` was made of, `DataError` where a scale is missing.
     """
     ours, processed = analysis.recording, analysis.processed
-    if healthy.sha256 is not None and healthy.sha256 == ours.sha256:
+    if _is_same(healthy, ours):
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+    if processed.band_hz[1] >= healthy.fs_hz / 2:
+        raise ConfigurationError(
+            f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
+            f"{processed.band_hz[1]:g} Hz; give one that both hold (--band LO HI), or leave --healthy out."
+        )
     if unscaled := [record.file or record.name for record in (ours, healthy) if record.scale_missing]:
         raise DataError(
             f"{' and '.join(unscaled)}: whole numbers of a converter without a scale: levels cannot be compared. "
@@ -165,107 +172,63 @@ def _same(one: float, other: float) -> bool:
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare `analysis` with the analysis of a healthy record in the same band.
+    """Compare the fault lines of `analysis` with those of a healthy record in the same band.
 
-    Where a `Baseline` states `conditions` that differ, modulations are compared as depths, since levels rise with the
-    speed, and the interval of their ratio is as much wider as `OTHER_CONDITIONS` says.
-
-    Modulations are compared in the squared envelope's own unit where both records state one, else as depths
-    (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line like a
-    fault's (`is_fault_like`) is taken as indicating its part, and nothing is called: rollers passing under load give a
-    healthy bearing lines of its own. A record declared healthy is never called faulty; a line like a fault's is
-    reported as a doubt about the label. Raises `ValueError` for different bands.
+    Modulations are compared in the squared envelope's own unit where both records state one, else as depths (share of
+    the mean), since amplitudes of unknown scale cannot be compared. Where a `Baseline` states `conditions` that differ,
+    nothing is compared: levels rise with speed and load, and so do a healthy bearing's own lines. What the record is
+    declared to be has no part in it. Raises `ValueError` for different bands.
     """
-    healthy = baseline.analysis if isinstance(baseline, Baseline) else baseline
-    conditions = baseline.conditions if isinstance(baseline, Baseline) else ()
-    recording = analysis.recording
-    if recording.origin is not Origin.MEASURED:
-        return BaselineComparison(
-            basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured."
-        )
-    if healthy is not None and healthy.processed.band_hz != analysis.processed.band_hz:
+    healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
+    if healthy is None:
+        return BaselineComparison(sentence="There is no healthy record of the same machine, speed and load to compare.")
+    if healthy.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
-    lines = detected_fault_lines(analysis.lines)
-    like_fault = next((x for x in lines if is_fault_like(analysis, x)), None)
-    if healthy is not None and recording.state is not Fault.HEALTHY:
-        return _compared(analysis, lines, healthy, conditions)
-    state, part = _part(like_fault) if like_fault else (None, "")
-    if recording.state is not Fault.HEALTHY:
-        points = f"The {like_fault.name} line points to {part} fault, but no" if like_fault else "No"
-        sentence = (
-            f"{points} healthy record of this rig at the same speed and load is registered: "
-            "a line alone cannot tell a fault from the healthy bearing's own lines."
-        )
-    elif like_fault:
-        sentence = (
-            f"Doubtful: the record is declared healthy, but its {like_fault.name} line is like {part} fault's. "
-            "Check the label before using it as a baseline."
-        )
-    else:
-        shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
-        sentence = f"No fault is called: the record is declared healthy and {shown}; it is a baseline."
-    return BaselineComparison(
-        basis=Basis.DECLARED_HEALTHY if recording.state is Fault.HEALTHY else Basis.LINE_ALONE, sentence=sentence,
-        indicated=state, line=like_fault.name if like_fault else None,
-    )  # fmt: skip
-
-
-def is_fault_like(analysis: Analysis, line: Line) -> bool:
-    """Whether `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
-
-    Where its second harmonic is out of reach, it is taken for a train of impacts.
-    """
-    if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
-        return False
-    second = [x.depth for x in analysis.lines if (x.name, x.harmonic) == (line.name, 2) and x.depth is not None]
-    return line.name != "BPFO" or not second or second[0] >= IMPACT_SECOND_HARMONIC * (line.depth or 0.0)
-
-
-def _part(line: Line) -> tuple[Fault, str]:
-    """The fault of a line, and its part as it stands before a noun, with an article: ``an outer-race``."""
-    fault = Fault.of_line(line.name)
-    assert fault is not None, "only lines of faults are compared"
-    return fault, f"{'an' if fault.label[0] in 'aeiou' else 'a'} {fault.label.replace(' ', '-')}"
-
-
-def _compared(
-    analysis: Analysis, lines: list[Line], baseline: Analysis, conditions: tuple[str, ...]
-) -> BaselineComparison:
-    def short(ratio: float) -> str:
-        """Three digits, never with an exponent a reader has to work out."""
-        return f"{float(f'{ratio:.3g}'):,g}"
-
-    name = baseline.recording.name
+    name = healthy.recording.name
     if conditions:
-        name += f" ({', '.join(conditions)}: comparable within a factor of {OTHER_CONDITIONS:g} only)"
-    ratios = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, bool(conditions)))]
-    risen = [(x, ratio, ci95) for x, ratio, ci95 in ratios if ratio >= CALLING_RATIO and ci95[0] > 1]
-    said = f"Compared with the healthy record {name}, "
-    if not risen:
-        said += f"no line is {CALLING_RATIO:g} times as high or more: no fault is called."
-        return BaselineComparison(basis=Basis.BASELINE, sentence=said, baseline=baseline.recording.file)
-    line, ratio, ci95 = risen[0]
-    state, part = _part(line)
-    others = [f"{x.name} {short(r)} times" for x, r, _ in risen[1:]]
-    also = f" (also higher, less deep: {', '.join(others)})" if others else ""
-    said += (
-        f"the {line.name} line is {short(ratio)} times as high (95 %: {short(ci95[0])} to {short(ci95[1])}): "
-        f"{part.split()[1]} fault{also}."
+        return BaselineComparison(
+            sentence=f"The healthy record {name} was taken at {', '.join(conditions)}: levels at unlike speeds or "
+            "loads are not comparable, so it neither shows nor excludes a fault."
+        )
+    lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
+    ratios = {x.name: found for x in lines if (found := _ratio(analysis, x, healthy))}
+    risen = [x for x in detected_fault_lines(lines) if x.name in ratios and _has_risen(*ratios[x.name])]
+    compared = BaselineComparison(
+        sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_both_in_m_s2(analysis, healthy)
     )
-    return BaselineComparison(
-        basis=Basis.BASELINE, sentence=said, indicated=state, called=state, line=line.name, ratio=ratio,
-        ratio_ci95=ci95, baseline=baseline.recording.file,
+    said = f"Compared with the healthy record {name},"
+    if not risen:
+        return dataclasses.replace(compared, sentence=f"{said} no line is {RISEN_RATIO:g} {compared.times} or more.")
+    first, *others = risen
+    ratio, ci95 = ratios[first.name]
+    also = "; also risen, less deep: " if others else ""
+    also += ", ".join(f"{x.name} {short_ratio(ratios[x.name][0])} times" for x in others)
+    return dataclasses.replace(
+        compared, risen=Fault.of_line(first.name), line=first.name, ratio=ratio, ratio_ci95=ci95,
+        sentence=f"{said} the {first.name} line is {short_ratio(ratio)} {compared.times} "
+        f"(95 %: {short_ratio(ci95[0])} to {short_ratio(ci95[1])}){also}.",
     )  # fmt: skip
 
 
-def _ratio(
-    analysis: Analysis, line: Line, baseline: Analysis, other_conditions: bool
-) -> tuple[float, tuple[float, float]] | None:
+def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
+    return one.recording.unit == other.recording.unit == "m/s2"
+
+
+def _has_risen(ratio: float, ci95: tuple[float, float]) -> bool:
+    return ratio >= RISEN_RATIO and ci95[0] > 1
+
+
+def short_ratio(ratio: float) -> str:
+    """Three digits, never with an exponent a reader has to work out."""
+    return f"{float(f'{ratio:.3g}'):,g}"
+
+
+def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
     """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach.
 
     Where the baseline's peak is another's line, its own was not detected: it is taken as high as it could be.
     """
-    scaled = not other_conditions and analysis.recording.unit == baseline.recording.unit == "m/s2"
+    scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
     if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
@@ -274,9 +237,10 @@ def _ratio(
     if not theirs:
         return None
     noise = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
-    spread = math.hypot(noise, math.log(OTHER_CONDITIONS) if other_conditions else 0.0)
     ratio = ours / theirs
-    return ratio, (ratio * math.exp(-spread), ratio * math.exp(spread))
+    if before.covered and ratio < RISEN_RATIO:  # what covers it is only a bound for the healthy line
+        return None
+    return ratio, (ratio * math.exp(-noise), ratio * math.exp(noise))
 
 
 def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:

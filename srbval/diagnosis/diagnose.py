@@ -6,13 +6,18 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
 
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.diagnosis.baseline import BaselineComparison, Basis
-from srbval.diagnosis.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
+from srbval.diagnosis.fault_posterior import (
+    UNDECIDED,
+    FaultPosterior,
+    KnownFeatures,
+    decide,
+    fit_posterior,
+    most_probable,
+)
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
@@ -38,9 +43,14 @@ class Diagnosis:
     channel: str | None
 
     @property
+    def best_class(self) -> str:
+        """The most probable class."""
+        return most_probable(self.probabilities)
+
+    @property
     def most_probable(self) -> Fault | None:
         """The fault, where one is the most probable class."""
-        return _fault(most_probable(self.probabilities))
+        return fault_of(self.best_class)
 
     @property
     def group(self) -> str:
@@ -57,15 +67,25 @@ class Diagnosis:
     @property
     def sentence(self) -> str:
         """All of it in words."""
-        shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
+        shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
+        answer = "none is probable enough to be named" if self.state == UNDECIDED else f"named: {_label(self.state)}"
         order, excess = self.scores.unexplained_order, self.scores.unexplained
-        comb = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
-        best = "" if self.channel is None else f" Channel {self.channel} shows it best."
-        said = f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
-        return " ".join(filter(None, (said, self.group)))
+        comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
+        best = "" if self.channel is None else f"Channel {self.channel} shows it best."
+        said = (
+            f"By the record alone, beside records of known state of {self.rigs} rigs and with every state equally "
+            f"probable beforehand: {shares}; {answer}."
+        )
+        return " ".join(filter(None, (said, best, comb, self.group)))
 
 
-def _fault(name: str) -> Fault | None:
+def _label(name: str) -> str:
+    """A class in words."""
+    return Fault(name).label if name in tuple(Fault) else "something else"
+
+
+def fault_of(name: str) -> Fault | None:
+    """The fault of a class, None where it is no fault of a part."""
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
@@ -102,26 +122,6 @@ def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
                 recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
             ))  # fmt: skip
     return found
-
-
-def fault_entry(comparison: BaselineComparison, diagnosis: Diagnosis | None) -> dict[str, Any]:
-    """What `analyse --json` says of the fault; `diagnosis` is None of a record that is not measured.
-
-    `called` is that against the healthy record of the same point; where there is none, that of the record by itself.
-    """
-    if diagnosis is None:
-        return {"called": None, "state": None, "against": None, "probabilities": {}}
-    alone = comparison.basis is Basis.LINE_ALONE
-    return {
-        "called": _fault(diagnosis.state) if alone else comparison.called,
-        "state": diagnosis.state,
-        "against": comparison.baseline or f"records of known state of {diagnosis.rigs} rigs",
-        "probabilities": diagnosis.probabilities,
-        "log_likelihood": diagnosis.log_likelihood,
-        "unexplained_order": diagnosis.scores.unexplained_order,
-        "channel": diagnosis.channel,
-        "parts": diagnosis.scores.parts,
-    }
 
 
 def known_features() -> tuple[KnownFeatures, ...]:

@@ -59,7 +59,6 @@ class DefectSize:
     sizes: Mapping[str, SizeInterval]
     passage_s: float
     path_is_fitted: bool
-    inputs_drawn: int
     simulated_m: tuple[float, ...]
 
 
@@ -124,7 +123,7 @@ def defect_size(
     speed_m_s = 2 * math.pi * fault.speed.value_hz * bearing.pitch_diameter_m * ftf * (1 - ftf)
     return DefectSize(
         sizes=sizes, passage_s=found.extent_m / speed_m_s, path_is_fitted=fault.name in path.used,
-        simulated_m=tuple(nominal), inputs_drawn=len(drawn),
+        simulated_m=tuple(nominal),
     )  # fmt: skip
 
 

@@ -39,7 +39,7 @@ class Candidate:
 class Plan:
     """The choice. `outside`: what puts the scene outside the calibrated range; `met`: whether any is enough."""
 
-    JSON_PROPERTIES: ClassVar = ("question_title", "error_of")
+    JSON_PROPERTIES: ClassVar = ("error_of",)
 
     chosen: str
     question: Question
@@ -47,12 +47,6 @@ class Plan:
     met: bool
     candidates: tuple[Candidate, ...]
     outside: tuple[str, ...]
-    calibrated_on: tuple[str, ...]
-
-    @property
-    def question_title(self) -> str:
-        """The question in words."""
-        return MEANING[self.question].title
 
     @property
     def tolerance(self) -> str:
@@ -101,7 +95,6 @@ def make_plan(
         met=any(c.ok for c in candidates),
         candidates=candidates,
         outside=near.outside,
-        calibrated_on=tuple(entry.case.name for entry in near.entries),
     )
 
 

@@ -10,6 +10,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
 from srbval.reading.lines import Line, clearness, sidak_corrected
 from srbval.reading.pipeline import (
+    LEAST_REVOLUTIONS,
     SQUARED_UNIT,
     BandChoice,
     Processed,
@@ -19,15 +20,12 @@ from srbval.reading.pipeline import (
     process,
 )
 from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, search
-from srbval.reading.verdict import Closure, closure_of, verdict
+from srbval.reading.verdict import Closure, closure_of, describe_lines
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import NORMAL_95, BandFilter
 
 if TYPE_CHECKING:
     import pandas
-
-# Shorter records do not resolve a line from the neighbouring harmonics of the shaft.
-LEAST_REVOLUTIONS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -37,8 +35,8 @@ class Analysis:
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the bearing's lines,
     first harmonics from the joint fit; `search` says in which windows and at how many speeds they were looked for,
     `windows` where each was [Hz]; `outside` is a family that stands out just outside them, where none was found inside;
-    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `verdict`
-    says it all in sentences.
+    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `summary`
+    says in sentences which lines were detected, and the findings.
     """
 
     recording: Recording
@@ -53,7 +51,7 @@ class Analysis:
     band: BandChoice
     lines: tuple[Line, ...]
     closure: Closure
-    verdict: str
+    summary: str
 
     def line(self, name: str, harmonic: int = 1) -> Line:
         """The line of that name and harmonic; `KeyError` if it was not looked for."""
@@ -115,7 +113,7 @@ class Analysis:
             },
             "lines": [line.stated() for line in self.lines],
             "closure": self.closure,
-            "verdict": self.verdict,
+            "summary": self.summary,
             "notes": self.recording.notes,
             "cautions": self.recording.cautions,
         }
@@ -131,17 +129,18 @@ def analyse(
     channel: str | None = None,
     band_filter: BandFilter = BandFilter.BUTTERWORTH,
     choose_on_record: bool = False,
+    healthy: Recording | None = None,
 ) -> Analysis:
     """Read the fault lines of `bearing`, or of the one of that name or file, in `recording`.
 
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
     whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
-    (`bands_of_record`), and every false-alarm probability counts the bands tried. A
-    set point gives way to a speed estimated from the record within its tolerance, where that knows more (see
-    `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
-    its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
-    frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
-    impossible, `DataError` where the record is constant or too short.
+    (`bands_of_record`), and every false-alarm probability counts the bands tried; a `healthy` record to compare with
+    holds that band too. A set point gives way to a speed estimated from the record within its tolerance, where that
+    knows more (see `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines
+    are read from its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
+    frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or impossible,
+    `DataError` where the record is constant or too short.
     """
     bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed
@@ -152,7 +151,9 @@ def analyse(
     if choose_on_record and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
     bands: tuple[BandChoice, ...] = (
-        bands_of_record(recording, bearing, known_speed, channel=channel)
+        bands_of_record(
+            recording, bearing, known_speed, channel=channel, within_fs_hz=healthy.fs_hz if healthy else math.inf
+        )
         if choose_on_record
         else (declared_band(recording, band_hz, bearing),)
     )
@@ -165,11 +166,12 @@ def analyse(
         processed = process(
             recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking
         )
-        revolutions = processed.seconds * known_speed.value_hz
+        revolutions = round(processed.seconds * known_speed.value_hz, 1)
         if revolutions < LEAST_REVOLUTIONS:
             raise DataError(
-                f"the record lasts {processed.seconds:.3g} s without its ends, {revolutions:.2g} revolutions; "
-                f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
+                f"{recording.name} lasts {processed.seconds:.3g} s without its ends, {revolutions:g} revolutions; "
+                f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record at least "
+                f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * processed.end_s:.3g} s."
             )
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
@@ -181,15 +183,15 @@ def analyse(
         bearing=bearing,
         band=band,
         speed=found.speed,
-        search=found.description(bearing),
-        windows=found.windows(bearing),
+        search=found.description(bearing, 1 / processed.seconds),
+        windows=found.windows(bearing, 1 / processed.seconds),
         outside=found.outside,
         outside_speed=found.outside_speed,
         processed=processed,
         lines=lines,
         closure=closure_of(lines, bearing, found.speed),
         findings=findings,
-        verdict=" ".join((verdict(lines, recording, found.speed), *findings)),
+        summary=" ".join((describe_lines(lines, found.speed), *findings)),
     )
 
 

@@ -5,6 +5,7 @@ on a simple ratio of a stronger one is marked as explained by it: in several bea
 per cent of twice BPFI.
 """
 
+import enum
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -27,20 +28,42 @@ from srbval.reading.families import (
 )
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
+from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
 from srbval.signal.false_alarm import COMBS, rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
 LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
+# What else explains a peak, or the lack of one; a multiple of a stronger line is named itself.
+SHAFT, NO_PEAK, OWN_LINE = "a harmonic of the shaft", "a stronger line beside the window", "its line is not detected"
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
 # Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
 _BLOCK_REVOLUTIONS = 2
 # What a line takes over from its reading.
 _AS_READ = (
-    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "detected", "resolution_hz",
-    "sideband_hz", "sideband_ci95_hz",
+    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "detected", "isolated", "covered",
+    "resolution_hz", "sideband_hz", "sideband_ci95_hz",
 )  # fmt: skip
+
+
+class NotDetected(enum.StrEnum):
+    """Why a line is not counted as detected."""
+
+    OUT_OF_REACH = "out of reach"
+    HIDDEN = "hidden by the shaft"
+    PART_OF_OTHER = "part of another line"
+    ANOTHER = "another line"
+    OWN = "line not detected"
+    WEAK = "too weak"
+    MULTIPLES = "multiples alone"
+    NOISE = "noise"
+    FLANK = "flank"
+    MEANINGLESS = "meaningless"
+
+
+_BY_OTHER = {SHAFT: NotDetected.HIDDEN, OTHER_LINE: NotDetected.ANOTHER, NO_PEAK: NotDetected.FLANK,
+             OWN_LINE: NotDetected.OWN}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,16 +74,16 @@ class Line:
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
     its `noise_false_alarm`; the others are read one by one. `placebo_false_alarm` is a first harmonic's rank among the
     record's placebos (`rank_among_placebos`), None where there are too few; `false_alarm` the larger of the
-    two. A sideband counts only with its own line.
+    two. A harmonic or sideband counts only with its own line. `isolated` and `covered` are those of `LineReading`.
     `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
     the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
     over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
-    `explained_by` names the stronger line whose frequency this one is a simple multiple of, or says that it is another
-    line; `identity_probability` is that of a first harmonic's peak being the line (`identity_probability`). Values are
-    None where the line is out of the record's reach.
+    `explained_by` names the stronger line whose frequency this one is a simple multiple of, or says what else stands
+    there; `identity_probability` is that of a first harmonic's peak being the line (`identity_probability`). Values are
+    None where the line is out of the record's reach or its whole window is covered.
     """
 
-    JSON_PROPERTIES: ClassVar = ("false_alarm",)
+    JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
 
     name: str
     harmonic: int
@@ -74,6 +97,8 @@ class Line:
     noise_false_alarm: float | None = None
     placebo_false_alarm: float | None = None
     detected: bool = False
+    isolated: bool = True
+    covered: bool = False
     explained_by: str | None = None
     identity_probability: float | None = None
     resolution_hz: float | None = None
@@ -86,6 +111,28 @@ class Line:
     def false_alarm(self) -> float | None:
         """The larger of the probabilities from noise alone and from the record's placebos."""
         return None if self.noise_false_alarm is None else max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
+
+    @property
+    def not_detected(self) -> NotDetected | None:
+        """Why the line is not counted as detected; None where it is."""
+        if self.detected:
+            return None
+        if self.explained_by is not None:
+            return _BY_OTHER.get(self.explained_by, NotDetected.PART_OF_OTHER)
+        if self.snr is None or self.noise_false_alarm is None:
+            return NotDetected.OUT_OF_REACH
+        if self.snr <= LEAST_SNR:
+            improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
+            return NotDetected.MULTIPLES if improbable else NotDetected.WEAK
+        if self.noise_false_alarm >= FALSE_ALARM:
+            return NotDetected.NOISE
+        return NotDetected.MEANINGLESS if self.isolated else NotDetected.FLANK
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether a peak stands there that noise does not explain, whatever else may: detected or not."""
+        noise = 1.0 if self.noise_false_alarm is None else self.noise_false_alarm
+        return self.isolated and not self.covered and (self.snr or 0.0) > LEAST_SNR and noise < FALSE_ALARM
 
     def stated(self) -> "Line":
         """The line as it is printed: an undetected one has no frequency, for some peak is always found."""
@@ -200,7 +247,33 @@ def read_lines(
             read = read_all(record, waiting)
     for family, reading in read_all(bare, [cage]).items():
         add(family, reading, bare, [])
-    return tuple(itertools.chain.from_iterable(lines.values()))
+
+    every = itertools.chain.from_iterable(lines.values())
+    return tuple(every if brief else (_with_cover(x, scale, share, bare, record, stronger) for x in every))
+
+
+def _with_cover(
+    line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
+) -> Line:
+    """The line with what the highest peak in its window is, where that is not its own and above the noise.
+
+    A harmonic of the shaft, masked in `bare` already, or a line of the `stronger` ones, masked in `record`.
+    """
+    centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
+    if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
+        return line
+    if line.covered or flank:
+        centre = line.found_hz or centre
+    reach = max(share * centre, (SIDE_LOBE_BINS if flank else 1.0) * record.bin_hz) * (not line.covered)
+    near = centre + reach * np.linspace(-1, 1, 401)
+    top = near[[np.argmax(record.power_at(near))]]
+    height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
+    others = [other.name for other in stronger if not line.name.startswith(other.name)]
+    if height > LEAST_SNR and bare.masked(top)[0]:
+        return replace(line, covered=True, explained_by=SHAFT, snr=height, depth=record.depth_at(float(top[0])))
+    if height > LEAST_SNR and others and record.masked(top)[0]:
+        return replace(line, explained_by=f"lines of {', '.join(others)}")
+    return replace(line, explained_by=NO_PEAK) if unread or flank else line
 
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
@@ -253,6 +326,10 @@ def _lines_of(
         else:
             centre = scale * line.kinematic_hz
             within = half_window_hz(centre, record, reading.half_window_hz / (scale * family.kinematic_hz))
+        if shows and not offset_hz:  # no farther from kinematic than its line may be
+            own, off = number * scale * family.kinematic_hz, number * reading.half_window_hz
+            low, high = max(centre - within, own - off), min(centre + within, own + off)
+            centre, within = (low + high) / 2, (high - low) / 2
         found = read_comb(record, centre, within, harmonics=1, shortest_block_s=None)
         if found is None:
             return line
@@ -264,7 +341,12 @@ def _lines_of(
         for sign, offset in (("-", -family.sideband_hz), ("+", family.sideband_hz))
         if offset
     ]
-    return [first, *harmonics, *(replace(x, detected=x.detected and shows) for x in sides)]
+    return [first, *(x if shows else _without_own_line(x) for x in (*harmonics, *sides))]
+
+
+def _without_own_line(line: Line) -> Line:
+    """A harmonic or sideband of a line that was not detected: it may be anything's."""
+    return replace(line, detected=False, explained_by=OWN_LINE) if line.detected else line
 
 
 def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
@@ -280,7 +362,7 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
     """How clearly a race or roller line shows, to choose among bands: -log of its false-alarm probability, then S/N."""
-    firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by is None)
+    firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, SHAFT))
     chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
     return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
 
@@ -290,8 +372,8 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
 
     Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
     high for bands that overlap. `trials_of_rank`, where they differ, are those that chose by the lines themselves: a
-    band that was chosen without regard to any comb is no trial of a rank among combs in that same band. A sideband
-    counts only with its own line.
+    band that was chosen without regard to any comb is no trial of a rank among combs in that same band. A harmonic or
+    sideband counts only with its own line.
     """
     if trials == 1:
         return lines
@@ -305,6 +387,6 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
         placebo = of_any(line.placebo_false_alarm, trials_of_rank or trials)
         detected = line.detected and noise is not None and is_improbable(noise, placebo)
         corrected.append(replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, detected=detected))
-    own = {x.name for x in corrected if x.detected and x.harmonic == 1}
+    own = {x.name for x in corrected if x.detected and x.is_first}
     # A sideband's name begins with its line's: ``BPFI-fr``.
-    return tuple(replace(x, detected=x.detected and x.name.replace("+", "-").split("-")[0] in own) for x in corrected)
+    return tuple(x if x.name.replace("+", "-").split("-")[0] in own else _without_own_line(x) for x in corrected)

@@ -4,6 +4,7 @@ Which band is demodulated, whether the shaft's course is followed, filter and en
 """
 
 import functools
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,16 +34,21 @@ from srbval.signal import (
     rotate_axes,
     squared_envelope_one_pass,
 )
+from srbval.signal.envelope import END_PERIODS
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated signals and for the rig's.
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
 RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
+# Shorter records do not resolve a line from the neighbouring harmonics of the shaft: of 60 records of noise at 12 kHz
+# 11 show a BPFO line in four revolutions, 7 in six, 3 in seven, none in eight.
+LEAST_REVOLUTIONS = 8
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3
 SAME_SIZE = 0.01  # a bearing larger by less than this keeps the paper's band
 # The whole band, as shares of the sampling rate.
 WHOLE_BAND = (0.01, 0.47)
+HIGHEST_EDGE = 0.499  # of a band that another record is to hold too, the same
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
@@ -247,17 +253,24 @@ def declared_band(
 
 
 def bands_of_record(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
-) -> tuple[BandChoice, BandChoice]:
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None,
+    within_fs_hz: float = math.inf,
+) -> tuple[BandChoice, ...]:  # fmt: skip
     """The whole band and the most impulsive one of the record itself, of which the lines decide (`clearness`).
 
     Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive; and in the whole band
-    loud machinery can hide a resonance. Every band tried counts as a trial. Raises what `kurtogram` raises.
+    loud machinery can hide a resonance. Every band tried counts as a trial. The whole band alone where no other fits
+    (`kurtogram`): a short record, or a low sampling rate for the speed. A record sampled at `within_fs_hz` [Hz] holds
+    both bands too.
     """
-    picture = band_kurtogram(recording, bearing, speed, channel=channel)
-    count = picture.kurtosis.size
-    whole, impulsive = "the whole band", f"the most impulsive of {count} bands of this very record (kurtogram)"
-    low, high = (share * recording.fs_hz for share in WHOLE_BAND)
+    fs_hz = min(recording.fs_hz, within_fs_hz)
+    picture = band_kurtogram(recording, bearing, speed, channel=channel, within_fs_hz=fs_hz)
+    low, high = (share * fs_hz for share in WHOLE_BAND)
+    count, whole = picture.kurtosis.size, "the whole band"
+    if count == 0:
+        why = f"{whole}: no narrower one holds {HARMONICS_HELD} harmonics of the race lines and enough of the record"
+        return (BandChoice(band_hz=(low, high), why=why),)
+    impulsive = f"the most impulsive of {count} bands of this very record (kurtogram)"
     said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
     return (
         BandChoice(band_hz=(low, high), why=said.format(whole, impulsive, 2), trials=2, chosen_by_line=2),
@@ -268,11 +281,21 @@ def bands_of_record(
 
 
 def band_kurtogram(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
-) -> Kurtogram:
-    """Kurtogram of the signal that is analysed, of bands wide enough for `HARMONICS_HELD` of the race lines."""
-    widest = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
-    return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None,
+    within_fs_hz: float = math.inf,
+) -> Kurtogram:  # fmt: skip
+    """Kurtogram of the signal that is analysed, of bands wide enough for `HARMONICS_HELD` of the race lines.
+
+    Wide enough too for the filter's ends (`end_s`) to leave `LEAST_REVOLUTIONS` of the record, and of bands alone that
+    a record sampled at `within_fs_hz` [Hz] holds as well.
+    """
+    lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
+    for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
+    ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
+    return kurtogram(
+        normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=max(lines_hz, ends_hz),
+        highest_hz=HIGHEST_EDGE * within_fs_hz,
+    )  # fmt: skip
 
 
 def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:

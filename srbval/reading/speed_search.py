@@ -122,18 +122,24 @@ class SpeedSearch:
     outside: OutsideFamily | None = None
     outside_speed: OutsideSpeed | None = None
 
-    def windows(self, bearing: Bearing) -> dict[str, tuple[float, float]]:
-        """Where each line was looked for [Hz], over all speeds tried, by name: from speed, geometry and slip."""
-        share = window_share(bearing, self.speed)
-        low, high = (1 - share) * self.span[0], (1 + share) * self.span[1]
-        families = families_of(bearing, self.speed.value_hz)
-        return {f.name: (low * f.kinematic_hz, high * f.kinematic_hz) for f in families}
+    def windows(self, bearing: Bearing, bin_hz: float) -> dict[str, tuple[float, float]]:
+        """Where each line was looked for [Hz], over all speeds tried, by name: from speed, geometry and slip.
 
-    def description(self, bearing: Bearing) -> str:
-        """How the lines were looked for, in words."""
+        No window is narrower than the record's resolution to either side, `bin_hz`.
+        """
+        share, (low, high) = window_share(bearing, self.speed), self.span
+        windows = {}
+        for family in families_of(bearing, self.speed.value_hz):
+            below, above = (max(share * end * family.kinematic_hz, bin_hz) for end in self.span)
+            windows[family.name] = low * family.kinematic_hz - below, high * family.kinematic_hz + above
+        return windows
+
+    def description(self, bearing: Bearing, bin_hz: float) -> str:
+        """How the lines and the speed were looked for, in words; `bin_hz` is the record's resolution."""
         share = window_share(bearing, self.speed)
         window = f"windows of {100 * share:.3g} % about each line ({100 * bearing.largest_slip:g} % for slip"
         window += ")" if share == bearing.largest_slip else ", the rest for the speed)"
+        window += f", at least {bin_hz:.2g} Hz"
         if self.tried > 1:
             window += (
                 f", at {self.tried} speeds because the nominal one may be off by more than a window; "
@@ -222,7 +228,8 @@ def _outside_family(
     """
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
-    record, readings, windows = periodogram_of(processed, bearing, found.speed), [], found.windows(bearing)
+    record, readings = periodogram_of(processed, bearing, found.speed), []
+    windows = found.windows(bearing, record.bin_hz)
     for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
         half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, windows[family.name]
         reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, shortest_block_s=None)

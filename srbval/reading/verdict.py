@@ -1,4 +1,4 @@
-"""What the lines of one record say: the sum of both race lines, and a verdict in sentences.
+"""What the lines of one record say: the sum of both race lines, and which were detected, in a sentence.
 
 BPFO + BPFI = Z f_shaft, whatever the slip: a check on the shaft speed that needs no tachometer. Each roller passes the
 outer race at the cage's speed and the inner race at the shaft's less the cage's; the cage drops out of the sum (Randall
@@ -13,11 +13,7 @@ from typing import ClassVar
 
 from srbval.bearing import Bearing, Fault
 from srbval.reading.lines import RACE_LINES, Line, detected_fault_lines
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-
-# A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
-# this share occur in healthy bearings and as by-lines of other faults.
-SHALLOW_DEPTH = 0.5
+from srbval.recordings import ShaftSpeed, SpeedSource
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,31 +102,14 @@ def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> 
     )
 
 
-def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) -> str:
-    """Which race or roller line was detected, how clearly, and what that does not mean, in plain sentences.
-
-    A detected line is not yet a fault: the passing of rollers under load gives a healthy bearing a BPFO line
-    of its own, so a line counts against the healthy bearing at the same speed and load. A stand-in
-    never earns a verdict, a simulated run is named as one.
-    """
-    if recording.origin is Origin.STAND_IN:
-        return "No verdict: this file is a synthetic stand-in, not a measurement."
-    simulated = " The record is simulated." if recording.origin is Origin.SIMULATED else ""
+def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
+    """Which race or roller line was detected, how clearly, in a plain sentence: what that means is not said here."""
     detected = detected_fault_lines(lines)
     if not detected:
-        parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
-        unread = [line.name for line in parts if line.found_hz is None]
-        hidden = f" ({', '.join(unread)} out of reach or hidden by the shaft's harmonics)" if unread else ""
-        return (
-            f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
-            + simulated
-        )
-    first, *others = detected
-    text = f"{_name(first)} line detected: {_numbers(first)}"
-    if speed.source is SpeedSource.NOMINAL:
-        text += " (the speed is only nominal)"
-    weaker = ", ".join(f"{_name(line)}, {_numbers(line)}" for line in others)
-    return f"{text}{weaker and '; weaker: '}{weaker}. {_caution(first, recording)}{simulated}"
+        return "No race or rolling-element line detected."
+    first, *others = (f"{_name(line)} line detected: {_numbers(line)}" for line in detected)
+    nominal = " (the speed is only nominal)" if speed.source is SpeedSource.NOMINAL else ""
+    return "; also ".join((first + nominal, *others)) + "."
 
 
 def _name(line: Line) -> str:
@@ -143,23 +122,4 @@ def _numbers(line: Line) -> str:
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
         f"modulation {100 * (line.depth or 0.0):.0f} %, "
         f"{line.deviation_pct:+.2f} % from kinematic"
-    )
-
-
-def _caution(line: Line, recording: Recording) -> str:
-    if recording.state is Fault.HEALTHY:
-        return (
-            "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
-            "load give one)."
-        )
-    is_shallow = (line.depth or 0.0) < SHALLOW_DEPTH
-    shallow = "Healthy bearings show a modulation this shallow too. " if is_shallow else ""
-    if line.name == "BPFO":
-        return (
-            f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "
-            "bearing one too; compare with a healthy record at the same speed and load."
-        )
-    return (
-        f"{shallow}A line is evidence, not yet a fault verdict: compare with a healthy record at the same "
-        "speed and load."
     )

@@ -160,6 +160,11 @@ def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
     if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:
         return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
+    if MOST_TOLERANCE_PCT * rpm < 100 * USER_RPM_CI95:
+        raise ConfigurationError(
+            f"--rpm {rpm:g} counts as rounded to {USER_RPM_CI95:g} rpm, more than {MOST_TOLERANCE_PCT:g} % of it; say "
+            "how far the shaft may be off with --rpm-tolerance PCT."
+        )
     return stated_speed(rpm, USER_RPM_CI95), ""
 
 

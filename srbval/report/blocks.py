@@ -28,7 +28,6 @@ class Badge(enum.StrEnum):
     STAND_IN = "stand-in"
     SIMULATED = "simulated"
     COMPUTED = "computed"
-    ASSUMED = "assumed"
 
 
 class Tone(enum.StrEnum):

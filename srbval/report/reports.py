@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from srbval.diagnosis.baseline import Baseline
-from srbval.diagnosis.diagnose import Diagnosis
+from srbval.diagnosis.fault_verdict import FaultVerdict
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
@@ -95,14 +95,14 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(
-    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Diagnosis | None = None,
+    analysis: Analysis, path: Path, *, verdict: FaultVerdict, baseline: Baseline | None = None,
     command: str = "srbval analyse",
 ) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (see `plot`), or with its table of lines as a page."""
     check_plot(path)
     with atomic_write(path) as part, figure_style():
         if path.suffix.lower() == ".html":
-            record = user_record(analysis, baseline, naming=naming)
+            record = user_record(analysis, verdict, baseline)
             page = assemble_user_report([record], command=command, provenance={}, brief=True)
             with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
                 draw_figures(page, Path(figures), (Document.MAIN,))

@@ -77,10 +77,6 @@ class Texts:
         """One text as a paragraph."""
         return Paragraph(self.text(name, **values))
 
-    def paragraphs(self, *names: str, **values: Any) -> Iterator[Paragraph]:
-        """Texts as paragraphs, those that come out empty left out."""
-        yield from (Paragraph(text) for name in names if (text := self.text(name, **values)))
-
     def listing(self, name: str, /, **values: Any) -> Listing:
         """A list of texts, those that come out empty left out."""
         items = (_render(item, values) for item in self._content["text"][name])

@@ -45,7 +45,8 @@ class LineReading:
     the shaft speed, `noise_ci95_hz` that from noise alone (Cramer-Rao); `snr` the power of each harmonic over the local
     mean noise power in a bin; `noise_false_alarm` the probability of at least this much from noise alone anywhere in
     the window, `placebo_false_alarm` the comb's rank among placebos (`rank_among_placebos`), None where it was not
-    ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the window.
+    ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the window,
+    `covered` True where it lies in a masked zone: what stands there is that zone's, and so are its `snr` and `depth`.
     `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
     spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
     `resolution_hz` is one over the record's duration. Some peak is always *found*: whether it is a line is said by
@@ -64,12 +65,13 @@ class LineReading:
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
     placebo_false_alarm: float | None = None
+    covered: bool = False
 
     @property
     def detected(self) -> bool:
         """Whether it is a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
         improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
-        return self.isolated and improbable and self.snr[0] > LEAST_SNR
+        return self.isolated and not self.covered and improbable and self.snr[0] > LEAST_SNR
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
@@ -113,24 +115,28 @@ def read_comb(
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
     result = fit(record, best, noise, sideband_hz, shortest_block_s=shortest_block_s)
-    snr = _snr(record, result.found_hz, noise)
+    inside = abs(result.found_hz - expected_hz) < half_window_hz
+    found_hz = result.found_hz if inside else best  # a fit that leaves the window has followed something else
+    snr = _snr(record, found_hz, noise)
     # The probability is that of the highest value in the window, which the fitted frequency may fall short of.
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
     share = np.bincount(visible, minlength=used + 1) / candidates.size
     probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
-    around = (
-        result.found_hz + np.linspace(-SIDE_LOBE_BINS, SIDE_LOBE_BINS, 8 * round(SIDE_LOBE_BINS) + 1) * record.bin_hz
-    )
+    around = found_hz + np.linspace(-SIDE_LOBE_BINS, SIDE_LOBE_BINS, 8 * round(SIDE_LOBE_BINS) + 1) * record.bin_hz
     is_highest = float(snr[0]) >= SIDE_LOBE_SHARE * float(np.max(_ratio(record, around, noise[0])))
+    covered = bool(record.masked(np.array(found_hz)))
+    if covered:
+        snr[0] = float(record.exact_power_at(np.array([found_hz]))[0]) / noise[0].mean_power
     return LineReading(
-        found_hz=result.found_hz,
+        found_hz=found_hz,
         # No wider than to the window's far end; less would cut the interval of a line that is off its middle.
-        ci95_hz=min(result.ci95_hz, half_window_hz + abs(result.found_hz - expected_hz)),
+        ci95_hz=min(result.ci95_hz, half_window_hz + abs(found_hz - expected_hz)),
         snr=tuple(snr.tolist()),
         noise_false_alarm=probability,
         half_window_hz=half_window_hz,
-        depth=record.depth_at(result.found_hz),
-        isolated=abs(result.found_hz - expected_hz) < half_window_hz and is_highest,
+        depth=record.depth_at(found_hz),
+        isolated=inside and is_highest,
+        covered=covered,
         noise_ci95_hz=result.noise_ci95_hz,
         resolution_hz=record.bin_hz,
         sideband_hz=result.sideband_hz,

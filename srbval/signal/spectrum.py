@@ -156,38 +156,34 @@ class Kurtogram:
 
     @property
     def best_hz(self) -> tuple[float, float]:
-        """The most impulsive band."""
+        """The most impulsive band; `DataError` where no band fits the record."""
+        if self.kurtosis.size == 0:
+            raise DataError("kurtogram: no band fits; use a longer record, a higher sampling rate or narrower bands.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
         return float(low), float(high)
 
 
-def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float) -> Kurtogram:
+def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highest_hz: float = math.inf) -> Kurtogram:
     """Kurtogram of `samples` [n] on the tree of halves and thirds of the fast kurtogram.
 
-    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... side by side, no narrower than `least_width_hz`, the lowest of each width
-    left out (it begins at zero) (Antoni 2007, Mech. Syst. Signal Process. 21, 108). Bands are cut sharply in the
-    frequency domain, not by a tree of short filters, and 50 ms are dropped at each end. Raises `ConfigurationError`
-    where no band is that wide or the record is too short to estimate a kurtosis.
+    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... side by side, the lowest of each width left out (it begins at zero)
+    (Antoni 2007, Mech. Syst. Signal Process. 21, 108). Bands are cut sharply in the frequency domain, not by a tree of
+    short filters, and 50 ms are dropped at each end. Left out are bands narrower than `least_width_hz`, among them
+    topmost ones cut off below Nyquist, bands that reach above `highest_hz`, and those with too few independent samples
+    for a kurtosis (`LEAST_SAMPLES`): all in a short record.
     """
-    nyquist = fs_hz / 2
-    parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= least_width_hz]
-    if not parts:
-        raise ConfigurationError(
-            f"kurtogram: no band of {least_width_hz:g} Hz fits twice below {nyquist:g} Hz; ask for narrower ones."
-        )
+    nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples - samples.mean(), n=length)
-    bands, found, level = [], [], []
-    for part in parts:
-        width = nyquist / part
-        for number in range(1, part):
-            band = (number * width, min((number + 1) * width, _TOP * nyquist))
-            bands.append(band)
-            found.append(_excess(lines, fs_hz / length, band, samples.size / fs_hz))
-            level.append(np.log2(nyquist / width))
-    excess, independent = np.array(found).T
+    narrowest = max(least_width_hz, LEAST_SAMPLES / max(seconds - 2 * END_S, 1 / fs_hz))
+    parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= narrowest]
+    edges = [(part, nyquist * n / part, nyquist * min((n + 1) / part, _TOP)) for part in parts for n in range(1, part)]
+    bands = [(part, low, high) for part, low, high in edges if high - low >= narrowest and high <= highest_hz]
+    found = [_excess(lines, fs_hz / length, (low, high), seconds) for _, low, high in bands]
+    part, low_hz, high_hz = np.array(bands).reshape(-1, 3).T
+    excess, independent = np.array(found).reshape(-1, 2).T
     return Kurtogram(
-        band_hz=np.array(bands), kurtosis=np.nan_to_num(excess, nan=-1.0), level=np.array(level),
+        band_hz=np.column_stack((low_hz, high_hz)), kurtosis=np.nan_to_num(excess, nan=-1.0), level=np.log2(part),
         scatter=np.sqrt(8 / 3 / independent),
     )  # fmt: skip
 
@@ -200,11 +196,6 @@ def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], se
     rate = reduced * bin_hz
     end, count = math.ceil(END_S * rate), math.floor(seconds * rate)
     envelope = scipy.fft.ifft(inside, n=reduced)[end : count - end]
-    if envelope.size < 2 * LEAST_SAMPLES:
-        raise ConfigurationError(
-            f"kurtogram: {seconds:.3g} s hold too few samples of a band of {band_hz[1] - band_hz[0]:.4g} Hz; use a "
-            "longer record or wider bands."
-        )
     return kurtosis(envelope) - 2, envelope.size // 2
 
 

@@ -20,11 +20,18 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; it replaces `path` on success and is removed on failure.
 
     Data reach the disk before the name changes, so an interruption leaves the old file or none, never
-    half a one. Raises `DataError` where the folder cannot be written, or the disk is full.
+    half a one. Raises `DataError` where the folder cannot be written, the disk is full, or a device, a pipe or a folder
+    has that name: a user who may do so would replace the device itself.
     """
+    whole = path.absolute()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path}: a device, a pipe or a folder, which no file can replace. Choose another name.")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
+        except ValueError as error:  # a zero byte or half a character
+            raise DataError(f"{path}: no file can have such a name ({error}).") from None
         os.close(handle)
         part = Path(name)
         try:
@@ -38,7 +45,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
             part.unlink(missing_ok=True)
     except OSError as error:
         other = Path(error.filename) if isinstance(error.filename, str) else path
-        if not (other.is_relative_to(path.parent) or path.is_relative_to(other)):  # of another file
+        if not (other.is_relative_to(whole.parent) or whole.is_relative_to(other.absolute())):  # of another file
             raise
         raise DataError(f"{path}: cannot be written ({error.strerror or error}).") from None
 

@@ -52,12 +52,10 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     """
     units, said = UNITS[dimension], f"{where}: {shown(value)}"
     if isinstance(value, str):
-        match = NUMBER_AND_UNIT.fullmatch(value) if len(value) <= LONGEST_TEXT else None
-        if match is None:
+        found = number_and_unit(value)
+        if found is None:
             raise ConfigurationError(f"{said} is not a number with a unit; write e.g. {_example(units)}.")
-        number, unit = float(match[1]), match[3]
-        if match[2] is not None:
-            number = number / float(match[2]) if float(match[2]) else math.inf
+        number, unit = found
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
             raise UnknownNameError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
@@ -69,6 +67,15 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     if not math.isfinite(number):
         raise ConfigurationError(f"{said} is not finite.")
     return number
+
+
+def number_and_unit(text: str) -> tuple[float, str] | None:
+    """The number, which may be a fraction, and the unit, which may be empty; None where `text` is no such thing."""
+    match = NUMBER_AND_UNIT.fullmatch(text) if len(text) <= LONGEST_TEXT else None
+    if match is None:
+        return None
+    number, divisor = float(match[1]), float(match[2] or 1)
+    return number / divisor if divisor else math.inf, match[3]
 
 
 def check_range(number: float, dimension: str, name: str) -> None:

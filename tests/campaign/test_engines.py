@@ -43,6 +43,7 @@ def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) ->
     assert content(tmp_path) == content(whole)
 
 
+@pytest.mark.long_form
 def test_slurm_jobs_give_the_same(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
     _use_stand_in(tmp_path, monkeypatch)

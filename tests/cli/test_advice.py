@@ -67,6 +67,14 @@ def test_everything_missing_is_asked_for_at_once(two_channels: Path, capsys: pyt
     assert main(["analyse", str(two_channels), "--band", "500", "3000", "--rpm", "1500"]) == 3
     said = capsys.readouterr().err
     assert ("--band" in said, "no shaft speed" in said, "--unit" in said) == (False, False, True)
+    assert main(["analyse", str(two_channels), "--channel", "data[1]", "--fs", "8000", "--unit", "g"]) == 2
+    said = capsys.readouterr().err
+    assert [asked for asked in ("no bearing", "no shaft speed", "no demodulation band") if asked not in said] == []
+    assert main(["data", "add", str(two_channels)]) == 0
+    (said,) = [line for line in capsys.readouterr().out.splitlines() if "not stated" in line]
+    assert [asked for asked in (*questions, "--tacho") if asked not in said] == []
+    assert main(["data", "add"]) == 2
+    assert "name a folder or a file" in capsys.readouterr().err
     for command in (["report", "-o", str(two_channels.parent / "report")], ["identify"]):
         assert main([*command, str(two_channels)]) == 3
         said = capsys.readouterr().err

@@ -51,7 +51,6 @@ def children(group: int) -> list[int]:
 )
 def test_a_signal_leaves_nothing(command: str, number: signal.Signals, after_s: float, tmp_path: Path) -> None:
     process = started(command, tmp_path)
-    assert process.stderr is not None
     assert process.stderr.readline(), "the first line of progress: it has begun"
     time.sleep(after_s)
     assert process.poll() is None, process.communicate()

@@ -43,7 +43,6 @@ def test_a_stated_angle_is_kept() -> None:
 @pytest.mark.parametrize(("name", "bore_mm", "um"), [("skf-6205", 25, 28), ("fag-6203", 17, 25), ("nsk-6804", 20, 28)])
 def test_the_clearance_is_that_of_the_bore(name: str, bore_mm: float, um: float) -> None:
     elements = load_bearing(name).elements
-    assert elements is not None
     assert elements.pitch_diameter_m - 1.75 * elements.element_diameter_m == pytest.approx(bore_mm * 1e-3, abs=1e-3)
     assert largest_clearance_m(elements) == pytest.approx(um * 1e-6)
 

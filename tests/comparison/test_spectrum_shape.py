@@ -32,7 +32,7 @@ GAIN_DEGREES = 1e-3  # a gain falls out but for rounding
 BEARING = load_bearing("skf-6205")
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 25.0
 REPEATS = 60
-OFF, SPREAD = 0.15, 0.07  # of a bin's mean logarithm, of 600: 0.08 was seen; of its scatter, relative
+OFF, SPREAD = 0.15, 0.07  # three standard errors of a bin's mean logarithm, 1.28 / sqrt(600); of its scatter, relative
 BAND_HZ = (1400.0, 2800.0)
 # 57 or fewer of 60 intervals of 95 % would hold with a chance of 0.35, 54 or fewer with one of 0.03.
 LEAST_HELD = 54

@@ -1,11 +1,10 @@
-"""The healthy record of the same point, what differs, and fault calls: against it, and never on a line alone.
+"""The healthy record of the same point, what differs, and which lines have risen against it.
 
 A measured background under a run: its power is added, it is marked, and no increment is taken of it.
 """
 
 import dataclasses
 import functools
-import math
 from pathlib import Path
 
 import numpy as np
@@ -14,25 +13,19 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.cli import main
 from srbval.diagnosis.baseline import (
-    CALLING_RATIO,
-    OTHER_CONDITIONS,
-    Baseline,
-    Basis,
     baseline_of,
     compare_with_baseline,
     load_healthy,
     on_background,
 )
 from srbval.errors import ConfigurationError
-from srbval.reading.analyse import analyse, bearing_of
+from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, RecordingSettings, load_recording
 from srbval.recordings.registry import add, healthy_baseline
 from srbval.recordings.speed import nominal_speed, prescribed_speed
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.recordings import files
-
-BANDS_HZ = ((500, 1000), (1000, 2000), (1400, 2800), (2000, 4000), (4000, 8000))
 
 
 def healthy(**changes):
@@ -50,17 +43,9 @@ def healthy_analysis():
     return analyse(healthy(), bearing=BEARING)
 
 
-def test_line_alone_cannot_tell() -> None:
-    call = compare_with_baseline(faulted_analysis())
-    assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, Fault.INNER, None)
-    assert "a line alone cannot tell" in call.sentence
-
-
 def test_fault_stands_above_the_healthy_record() -> None:
     call = compare_with_baseline(faulted_analysis(), healthy_analysis())
-    assert (call.basis, call.called, call.line) == (Basis.BASELINE, Fault.INNER, "BPFI")
-    assert call.ratio is not None
-    assert call.ratio_ci95 is not None
+    assert (call.risen, call.line) == (Fault.INNER, "BPFI")
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
 
 
@@ -68,21 +53,7 @@ def test_scale_free_where_the_unit_is_unknown() -> None:
     quiet = healthy()
     loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})
     faulted = dataclasses.replace(record(shaft_hz=25.0), unit="unknown")
-    assert (
-        compare_with_baseline(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is Fault.INNER
-    )
-
-
-@pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, Fault.OUTER), (None, Fault.OUTER)])
-def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, indicated: Fault | None) -> None:
-    """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
-    analysis = faulted_analysis()
-    depths = {("BPFO", 1): 0.6, ("BPFO", 2): second}
-    lines = tuple(
-        dataclasses.replace(x, depth=depths.get((x.name, x.harmonic)), detected=(x.name, x.harmonic) == ("BPFO", 1))
-        for x in analysis.lines
-    )
-    assert compare_with_baseline(dataclasses.replace(analysis, lines=lines)).indicated is indicated
+    assert compare_with_baseline(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).risen is Fault.INNER
 
 
 def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:
@@ -95,7 +66,6 @@ def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Pat
         )
     add(tmp_path)
     found = healthy_baseline(load_recording(tmp_path / "OR_877rpm_a.mat"))
-    assert found is not None
     assert Path(found.file).name == "H_877rpm_a.mat"
     assert healthy_baseline(load_recording(tmp_path / "H_877rpm_a.mat")) is None
     (tmp_path / "H_877rpm_a.mat").unlink()
@@ -103,22 +73,12 @@ def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Pat
 
 
 @pytest.mark.recordings
-@pytest.mark.parametrize(("name", "called"), [("OR", Fault.OUTER), ("IR", Fault.INNER), ("H", None)])
-def test_rig_excerpts(recordings_dir: Path, name: str, called: Fault | None) -> None:
+@pytest.mark.parametrize(("name", "risen"), [("OR", Fault.OUTER), ("IR", Fault.INNER), ("H", None)])
+def test_rig_excerpts(recordings_dir: Path, name: str, risen: Fault | None) -> None:
     bearing = load_bearing("skf-22240")
     baseline = analyse(load_recording(recordings_dir / "torino" / "H_877rpm_sample.mat"), bearing=bearing)
     result = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=bearing)
-    assert compare_with_baseline(result, None if name == "H" else baseline).called is called
-
-
-def test_healthy_label_on_a_deep_line_is_doubted() -> None:
-    mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
-    call = compare_with_baseline(analyse(mislabelled, bearing=BEARING))
-    assert (call.indicated, call.called, call.line) == (Fault.INNER, None, "BPFI")
-    assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is like an inner-race")
-    quiet = compare_with_baseline(analyse(healthy(), bearing=BEARING))
-    assert (quiet.indicated, quiet.called) == (None, None)
-    assert quiet.sentence.startswith("No fault is called: the record is declared healthy and ")
+    assert compare_with_baseline(result, baseline).risen is risen
 
 
 def test_what_differs_is_named() -> None:
@@ -129,38 +89,19 @@ def test_what_differs_is_named() -> None:
     assert found.remarks == ("not both in m/s2: lines are compared as shares of the mean, not as levels",)
 
 
-def test_a_weak_rise_is_called_under_the_same_conditions_alone() -> None:
-    """A ratio between what is asked for at the same speed and at another is called only at the same."""
-    ours, theirs = faulted_analysis(), healthy_analysis()
-    line, ratio = ours.line("BPFI"), 1.5 * CALLING_RATIO
-    risen = dataclasses.replace(theirs.line("BPFI"), depth=line.depth / ratio, snr=line.snr, explained_by=None)
-    lines = tuple(risen if (x.name, x.harmonic) == ("BPFI", 1) else x for x in theirs.lines)
-    theirs = dataclasses.replace(theirs, lines=lines, recording=dataclasses.replace(theirs.recording, unit="unknown"))
-    assert compare_with_baseline(ours, theirs).called is Fault.INNER
-    elsewhere = compare_with_baseline(ours, Baseline(analysis=theirs, conditions=("another speed",)))
-    assert elsewhere.called is None
-    assert "another speed" in elsewhere.sentence
+def test_the_record_itself_in_another_file_is_no_baseline() -> None:
+    samples = record(shaft_hz=25.0).channels["x"]
+    copy = dataclasses.replace(
+        record(shaft_hz=25.0), sha256="b", channels={"x": samples.astype(np.float32).astype(np.float64)}
+    )
+    with pytest.raises(ConfigurationError, match="the healthy record is the record itself"):
+        baseline_of(faulted_analysis(), copy)
 
 
 @pytest.mark.recordings
 def test_a_record_declared_faulty_is_no_baseline(recordings_dir: Path) -> None:
     with pytest.raises(ConfigurationError, match="declared inner race"):
         load_healthy(str(recordings_dir / "mfpt" / "InnerRaceFault_vload_7.mat"), RecordingSettings())
-
-
-@pytest.mark.recordings
-def test_what_other_conditions_cost_is_what_the_rig_shows(recordings_dir: Path) -> None:
-    """Shares of the race and roller lines in five bands, at 353 and 877 rpm: scatter and largest change."""
-    slow, fast = (load_recording(recordings_dir / "torino" / f"H_{rpm}rpm_sample.mat") for rpm in (353, 877))
-    bearing = bearing_of(slow)
-    changes = []
-    for band_hz in BANDS_HZ:
-        one, other = (analyse(x, bearing=bearing, band_hz=band_hz) for x in (slow, fast))
-        depths = ((one.line(name).depth, other.line(name).depth) for name in ("BPFO", "BPFI", "2xBSF"))
-        changes += [abs(math.log(b / a)) for a, b in depths if a and b]
-    assert len(changes) == 15
-    assert math.exp(max(changes)) <= OTHER_CONDITIONS
-    assert math.exp(1.96 * math.sqrt(np.mean(np.square(changes)))) == pytest.approx(OTHER_CONDITIONS, rel=0.1)
 
 
 FS_HZ, SIZE = 4096.0, 8192

@@ -52,6 +52,9 @@ def test_levels_of_files_of_unlike_full_scale(
         assert main(["analyse", faulty, "--healthy", healthy, *GIVEN, *wrong]) == code
         assert said in capsys.readouterr().err
     assert ratio(healthy, "--unit", "unknown") < true / 1000  # shares of the mean know nothing of the gain
+    assert main(["analyse", faulty, "--healthy", healthy, *GIVEN, "--unit", "unknown"]) == 0
+    said = capsys.readouterr().out
+    assert ("times as deep" in said, "times as high" in said) == (True, False)
     settings = RecordingSettings(unit="g", fs_hz=FS_HZ, rpm=60 * SHAFT_HZ)
     alone = load_registered(faulty, settings)
     assert (alone.unit, alone.scale_missing) == ("unknown", True)

@@ -22,8 +22,6 @@ CODE = re.compile(r"\{py:obj\}`([\w.]+)`")
 
 def conf() -> ModuleType:
     spec = importlib.util.spec_from_file_location("srbval_docs_conf", DOCS / "conf.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -127,8 +127,3 @@ def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
     for model in ("impulse", "planar"):
         with pytest.raises(ConfigurationError, match="axial"):
             simulate(scene_of(model, "outer", load={"axial": "49 kN"}))
-
-
-def test_an_unknown_model_is_named_with_the_nearest() -> None:
-    with pytest.raises(ConfigurationError, match="did you mean 'planar'"):
-        simulate(paper_scene(model="plana"))

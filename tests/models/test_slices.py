@@ -19,7 +19,6 @@ ROUNDING = 1e-12
 
 def geometry(**changes: Any) -> SphericalRollerGeometry:
     found = load_bearing("skf-22240").geometry
-    assert found is not None
     return replace(found, **changes)
 
 
@@ -42,7 +41,6 @@ def test_the_inner_race_stays_where_the_roller_meets_it(inner_osculation: float)
 def test_slices_make_up_the_roller(slices: int) -> None:
     """Widths add up to its length, springs in parallel to c_L, twice the approach of one contact being the pair's."""
     model, length = sliced(slices=slices), geometry().roller_width_m
-    assert model.slices is not None
     for rows in model.slices.rows[:, 0]:
         assert rows.shape[1] == slices
         assert rows[col.SLICE_WIDTH].sum() == pytest.approx(length)

@@ -12,8 +12,8 @@ from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 from tests.verification.harness import parameters
 
-EULER = 1e-4  # of c / k, which holds where an oscillation is damped far below critical: 3e-6 seen
-PER_POINT = 1e-4  # of the points counted by stiffness and by damping: differences of forces, 2e-7 seen
+EULER = 1e-4  # of c / k, which holds where an oscillation is damped far below critical
+PER_POINT = 1e-4  # of the points counted by stiffness and by damping: differences of forces
 FITS: dict[str, dict[str, Any]] = {"play 0": {}, "interference": {"contact": {"roller_fit": "printed"}}}
 
 
@@ -27,7 +27,6 @@ def test_the_limit_is_that_at_rest(speed: str) -> None:
     """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
     model = parameters(paper_scene(shaft_speed=speed))
     found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model))
-    assert found is not None
     assert 4 < found * 61440 < 5
 
 

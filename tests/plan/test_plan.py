@@ -134,12 +134,6 @@ def test_each_scene_is_planned_by_the_table_about_its_own_base() -> None:
     assert (outside.chosen, len(outside.outside)) == ("slices", 1)
 
 
-def test_a_defect_on_a_roller_says_why_it_is_left_to_the_full_model() -> None:
-    plan = make_plan(paper("roller"))
-    assert plan.chosen == "full"
-    assert "defects on rollers were not measured" in plan.outside[0]
-
-
 def test_the_line_model_costs_at_most_half_of_the_full_model(table: CalibrationTable) -> None:
     costs = [[e.levels[m].wall_per_simulated_s for m in ("line", "full")] for e in table.entries]
     assert sum(line for line, _ in costs) <= HALF * sum(full for _, full in costs)  # type: ignore[misc]

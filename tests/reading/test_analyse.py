@@ -1,4 +1,3 @@
-import dataclasses
 import json
 
 import numpy as np
@@ -79,15 +78,14 @@ def test_outer_race_line_is_found_where_it_is(outer):
     line = outer.line("BPFO")
     assert line.detected
     assert line.deviation_pct == pytest.approx(0.2, abs=READING_PCT)
-    assert outer.verdict.startswith("BPFO (outer race) line detected")
-    assert "not a fault verdict" in outer.verdict
+    assert outer.summary.startswith("BPFO (outer race) line detected")
     assert not {"BPFI", "2xBSF"} & detected(outer)
 
 
 def test_inner_race_line_is_found_with_its_sidebands(inner):
     assert inner.line("BPFI").deviation_pct == pytest.approx(-0.1, abs=READING_PCT)
     assert {"BPFI", "BPFI-fr", "BPFI+fr"} <= detected(inner)
-    assert inner.verdict.startswith("BPFI (inner race) line detected")
+    assert inner.summary.startswith("BPFI (inner race) line detected")
     found = inner.line("BPFI").found_hz
     assert inner.line("BPFI+fr").found_hz == pytest.approx(found + SHAFT_HZ, abs=SIDEBAND_HZ)
     assert inner.line("BPFI-fr").found_hz == pytest.approx(found - SHAFT_HZ, abs=SIDEBAND_HZ)
@@ -109,16 +107,16 @@ def test_second_harmonic_of_a_slower_comb_is_no_race_line():
     assert "half" in line.explained_by
 
 
-def test_noise_shows_no_line_and_the_verdict_excludes_nothing():
+def test_noise_shows_no_line():
     samples = np.random.default_rng(2).standard_normal(round(SECONDS * FS_HZ))
     result = analyse(recording(samples), bearing=BEARING)
     assert not {"BPFO", "BPFI", "2xBSF"} & detected(result)
-    assert result.verdict.startswith("No race or rolling-element line detected")
+    assert result.summary.startswith("No race or rolling-element line detected")
 
 
 def test_json_has_the_public_keys_and_only_finite_numbers(outer):
     data = to_json(outer)
-    assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "verdict"} <= data.keys()
+    assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "summary"} <= data.keys()
     assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
     assert all(line.keys() >= LINE_KEYS for line in data["lines"])
     assert json.loads(json.dumps(data, allow_nan=False)) == data
@@ -138,7 +136,6 @@ def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer
     result = analyse(run, bearing=BEARING)
     assert result.line("BPFO").found_hz == pytest.approx(outer.line("BPFO").found_hz, abs=SAME_CHAIN_HZ)
     np.testing.assert_allclose(result.processed.envelope, outer.processed.envelope, rtol=1e-6, atol=1e-9)
-    assert result.verdict.endswith("The record is simulated.")
 
 
 def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
@@ -154,26 +151,11 @@ def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
     assert not result.line("BPFI").detected
 
 
-def test_sideband_without_its_line_is_not_detected():
-    samples = impulses((BEARING.orders.bpfi + 1) * SHAFT_HZ)
-    result = analyse(recording(samples), bearing=BEARING)
-    assert not result.line("BPFI").detected
-    assert result.line("BPFI+fr").snr > 10
-    assert not result.line("BPFI+fr").detected
-
-
 def test_both_race_lines_close_on_the_number_of_rollers():
     closure = both_races().closure
     assert closure.expected_hz == pytest.approx(19 * SHAFT_HZ)
     assert closure.difference_pct == pytest.approx(0.0, abs=2 * READING_PCT)
     assert closure.closed
-
-
-def test_stand_in_never_earns_a_verdict(outer):
-    stand_in = dataclasses.replace(outer.recording, origin=Origin.STAND_IN)
-    verdict = analyse(stand_in, bearing=BEARING).verdict
-    assert verdict.startswith("No verdict")
-    assert "BPFO" not in verdict
 
 
 def test_numerical_libraries_use_one_thread_and_then_as_many_as_before(monkeypatch):

@@ -74,7 +74,7 @@ def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line, 
     first, *others = race_lines(result)
     assert first == line
     assert other is None or len(others) == other
-    assert result.verdict.startswith(line)
+    assert result.summary.startswith(line)
     assert result.line(line).depth > (0.4 if name.startswith("torino/") else 0.5)
     if result.speed.source is not SpeedSource.NOMINAL and not name.startswith("mfpt/"):  # there the cage slips
         assert abs(result.line(line).deviation_pct) <= LARGEST_DEVIATION_PCT

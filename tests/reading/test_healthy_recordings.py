@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bearing import DEFECTS, Fault, load_bearing
-from srbval.diagnosis.baseline import compare_with_baseline
+from srbval.bearing import DEFECTS, load_bearing
+from srbval.diagnosis.fault_verdict import Finding, fault_verdict
 from srbval.models.simulate import simulate
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
@@ -16,7 +16,6 @@ from srbval.recordings.speed import tachometer_speed
 from srbval.scene import paper_scene
 
 RIG = load_bearing("skf-22240")
-IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
 TURNS = 30.0
 
 
@@ -25,39 +24,11 @@ def unlabelled(recording: Recording) -> Recording:
 
 
 def assert_nothing_reported(result: Analysis, baseline: Analysis | None = None) -> None:
-    """Race and roller lines were all within reach, and none of them makes a fault, neither called nor pointed to."""
+    """Race and roller lines were all within reach, and no fault is named."""
     assert all(result.line_of(fault).found_hz is not None for fault in DEFECTS)
-    call = compare_with_baseline(result, baseline)
-    assert (call.indicated, call.called) == (None, None)
-    assert "points to" not in call.sentence
-
-
-@pytest.mark.recordings
-@pytest.mark.parametrize(
-    ("name", "channel", "bearing"),
-    [
-        ("cwru/97_Normal_0_48kDE.mat", None, "skf-6205"),
-        ("hit_sm/Self-built/Normal_1200.mat", None, "skf-6205"),
-        ("hit_sm/SpectraQuest/Normal_1200.mat", None, "skf-6205"),
-        # The set does not say which insert: eight balls as its inner-race record has them, and the next larger one's.
-        ("uestc/N_1200_1.mat", None, "uc-204"),
-        ("uestc/N_1200_1.mat", None, "skf-6205"),
-        # The first hours of a run to failure, both sensors of all four bearings.
-        *((f"ims_test1/{name}", f"ch{n}", "rexnord-za-2115") for name in IMS for n in range(1, 9)),
-        ("torino/H_353rpm_sample.mat", None, "skf-22240"),
-        ("torino/H_877rpm_sample.mat", None, "skf-22240"),
-    ],
-)
-def test_healthy_record_indicates_no_fault_without_its_label(
-    recordings_dir: Path, name: str, channel: str | None, bearing: str
-) -> None:
-    recording = load_recording(recordings_dir / name, channel=channel)
-    if not name.startswith("uestc"):
-        assert recording.bearing == bearing
-    assert_nothing_reported(analyse(unlabelled(recording), bearing=load_bearing(bearing)))
-    if recording.state is Fault.HEALTHY:
-        labelled = compare_with_baseline(analyse(recording, bearing=load_bearing(bearing)))
-        assert labelled.sentence.startswith("No fault is called")
+    verdict = fault_verdict(result, baseline)
+    assert verdict.finding in (Finding.UNDECIDED, Finding.NOTHING_FOUND)
+    assert verdict.part is None
 
 
 def part(recording: Recording, start_s: float, end_s: float) -> Recording:
@@ -65,7 +36,6 @@ def part(recording: Recording, start_s: float, end_s: float) -> Recording:
     first, last = (round(t * recording.fs_hz) for t in (start_s, end_s))
     channels = {name: samples[first:last] for name, samples in recording.channels.items()}
     whole = recording.speed_signal
-    assert whole is not None
     values = whole.values_hz[round(start_s * whole.rate_hz) : round(end_s * whole.rate_hz)]
     signal = dataclasses.replace(whole, values_hz=values)
     return dataclasses.replace(recording, channels=channels, speed=tachometer_speed(values), speed_signal=signal)

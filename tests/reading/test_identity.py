@@ -57,12 +57,9 @@ def test_the_rig_s_healthy_record_has_another_line_at_the_edge_of_the_window(rec
     )
     line = healthy.line("BPFO")
     assert line.deviation_pct == pytest.approx(-0.945, abs=0.02)
-    assert line.noise_false_alarm is not None
     assert line.noise_false_alarm < 1e-4
-    assert line.identity_probability is not None
     assert line.identity_probability < LEAST_IDENTITY
     assert (line.detected, line.explained_by) == (False, OTHER_LINE)
-    assert "no race or roller line shows" in compare_with_baseline(healthy).sentence
     for analysis, name in ((outer, "BPFO"), (inner, "BPFI")):
         assert (analysis.line(name).identity_probability or 0) > 0.99
         assert compare_with_baseline(analysis, healthy).line == name

@@ -64,7 +64,7 @@ def test_family_just_outside_is_named_and_not_read() -> None:
     assert result.outside.name == "BPFO"
     assert result.outside.off_pct == pytest.approx(2.4, abs=LINE_PCT)
     assert 60 * result.outside.shaft_hz == pytest.approx(1536, abs=1)
-    assert "1536." in result.verdict
+    assert "1536." in result.summary
     assert not result.line("BPFO").detected
     document = to_json(result)
     assert document["outside"]["name"] == "BPFO"
@@ -97,10 +97,10 @@ def test_the_tolerance_of_a_set_point_binds(
     result = analyse(made, bearing=BEARING, speed=stated)
     assert abs(result.speed.value_hz - NOMINAL_HZ) <= stated.ci95_hz
     beyond = to_json(result)["shaft_hz"]["outside"]
-    assert ("rpm, outside the stated 1500 rpm ± " in result.verdict) == (beyond is not None)
+    assert ("rpm, outside the stated 1500 rpm ± " in result.summary) == (beyond is not None)
     if beyond:
         assert abs(beyond["value_hz"] - NOMINAL_HZ) > stated.ci95_hz
-        assert f"a shaft at {60 * beyond['value_hz']:,.1f} ± " in result.verdict
+        assert f"a shaft at {60 * beyond['value_hz']:,.1f} ± " in result.summary
         assert beyond["value_hz"] == pytest.approx(shaft_hz, abs=2 * beyond["ci95_hz"])
     if kind == "inner" and abs(off) > 0.01 + tolerance_pct / 100:
         assert beyond is not None

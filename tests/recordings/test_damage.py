@@ -15,6 +15,7 @@ import warnings
 import zlib
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -225,59 +226,47 @@ def hdf5_links_out_of_the_file_and_in_circles(path: Path) -> None:
         file["loop"], file["out"] = h5py.SoftLink("/"), h5py.ExternalLink("secret.h5", "/x")
 
 
-def many_links(groups: int) -> Write:
-    def write(path: Path) -> None:
-        with h5py.File(path, "w") as file:
-            for i in range(5_000):
-                file.require_group(f"g{i % groups}")[f"l{i}"] = h5py.SoftLink("/x")
-
-    return write
+def many_links(path: Path, groups: int) -> None:
+    with h5py.File(path, "w") as file:
+        for i in range(5_000):
+            file.require_group(f"g{i % groups}")[f"l{i}"] = h5py.SoftLink("/x")
 
 
-def huge_claim(*shape: int) -> Write:
-    def write(path: Path) -> None:
-        with h5py.File(path, "w") as file:
-            file.create_dataset("x", shape=shape, dtype="f8", chunks=(1024,) * len(shape))
-
-    return write
+def huge_claim(path: Path, shape: tuple[int, ...]) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", shape=shape, dtype="f8", chunks=(1024,) * len(shape))
 
 
-def filters(*numbers: int) -> Write:
-    def write(path: Path) -> None:
-        with h5py.File(path, "w") as file:
-            settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-            settings.set_chunk((4096,))
-            for number in numbers:
-                settings.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (9,) if number == 1 else ())
-            data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((4096,)), settings)
-            data.write_direct_chunk((0,), files.vibration().tobytes(), 0)
-            file.attrs["fs_hz"] = 1000.0
-
-    return write
+def filters(path: Path, numbers: tuple[int, ...]) -> None:
+    with h5py.File(path, "w") as file:
+        settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        settings.set_chunk((4096,))
+        for number in numbers:
+            settings.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (9,) if number == 1 else ())
+        data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((4096,)), settings)
+        data.write_direct_chunk((0,), files.vibration().tobytes(), 0)
+        file.attrs["fs_hz"] = 1000.0
 
 
-def half_written(name: str, **attributes: object) -> Write:
-    def write(path: Path) -> None:
-        with h5py.File(path, "w") as file:
-            file.create_dataset(name, (4000,), "f8", chunks=(1000,))[:1000] = files.vibration(1000)
-            file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"} | attributes)
-
-    return write
+def half_written(path: Path, name: str, **attributes: object) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset(name, (4000,), "f8", chunks=(1000,))[:1000] = files.vibration(1000)
+        file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"} | attributes)
 
 
 MANY = "[0-9]{4} or more links, references and attributes; 4096 are read at most"
 UNWRITTEN = r"3 of 4 chunks of '{}' were never written \(75 % of its samples\); copy"
-CASES |= {f"{groups} groups of links": (many_links(groups), MANY) for groups in (1, 5)}
+CASES |= {f"{groups} groups of links": (partial(many_links, groups=groups), MANY) for groups in (1, 5)}
 CASES |= {
-    f"claim {shape}": (huge_claim(*shape), f"claims {8 * math.prod(shape)} bytes")
+    f"claim {shape}": (partial(huge_claim, shape=shape), f"claims {8 * math.prod(shape)} bytes")
     for shape in ((10**12,), (2**32, 2**32), (2**62,))
 }
 CASES |= {
-    "unknown filter": (filters(32768), "filter 32768, not installed. Decompress: h5repack"),
-    "eight filters": (filters(*[1] * 8), "compressed by 8 filters"),
-    "half": (half_written("x"), UNWRITTEN.format("x")),
+    "unknown filter": (partial(filters, numbers=(32768,)), "filter 32768, not installed. Decompress: h5repack"),
+    "eight filters": (partial(filters, numbers=(1,) * 8), "compressed by 8 filters"),
+    "half": (partial(half_written, name="x"), UNWRITTEN.format("x")),
     "half of a stand-in": (
-        half_written("acceleration_m_s2", srbval_kind="stand-in"),
+        partial(half_written, name="acceleration_m_s2", srbval_kind="stand-in"),
         UNWRITTEN.format("acceleration_m_s2"),
     ),
 }

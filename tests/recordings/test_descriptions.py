@@ -9,8 +9,7 @@ from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.storage.installation import shipped_folder
 
 ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from slightly other dimensions
-# Upper band edges are stated as round numbers.
-BAND_EDGE = 0.01
+BAND_EDGE = 0.01  # upper band edges are stated as round numbers
 
 
 def test_every_description_is_read_under_its_files_name() -> None:

@@ -51,7 +51,6 @@ def test_a_campaign_is_registered_and_remembered(tmp_path: Path, capsys: pytest.
         "data[2]",
     )
     baseline = healthy_baseline(faulty)
-    assert baseline is not None
     assert Path(baseline.file).name == "a.npy"
 
 
@@ -86,21 +85,6 @@ def test_all_that_is_wrong_with_a_table_at_once(tmp_path: Path) -> None:
         add(folder, table=labelled(folder, *rows))
     with pytest.raises(ConfigurationError, match="bearing 'skf-9999' is not known"):
         add(folder, table=labelled(folder, "a.npy;;skf-9999;;;;;"))
-
-
-def test_every_open_question_in_one_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = folder_of(tmp_path, "a.npy")
-    assert main(["data", "add", str(folder)]) == 0
-    out = capsys.readouterr().out
-    (line,) = [line for line in out.splitlines() if "not stated" in line]
-    for asked in ("--channel data[1] | data[2]", "--fs HZ", "--unit", "--bearing", "--rpm R", "--tacho"):
-        assert asked in line
-    assert main(["analyse", str(folder / "a.npy"), "--channel", "data[1]", "--fs", "8000", "--unit", "g"]) == 2
-    said = capsys.readouterr().err
-    for asked in ("bearing: --bearing", "shaft speed: --rpm R", "demodulation band: --band LO HI, or --auto-band"):
-        assert asked in said
-    assert main(["data", "add"]) == 2
-    assert "name a folder or a file" in capsys.readouterr().err
 
 
 def test_sensitivity_and_scale(tmp_path: Path) -> None:

@@ -12,10 +12,8 @@ from srbval.recordings import SpeedSource, load_recording
 
 from . import files
 
-# Times written with six decimals.
-TIME_DIGITS = 1e-6
-# Samples written with ten digits.
-SAMPLE_DIGITS = 1e-8
+TIME_DIGITS = 1e-6  # times written with six decimals
+SAMPLE_DIGITS = 1e-8  # samples written with ten digits
 
 
 def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
@@ -25,7 +23,6 @@ def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
     r = load_recording(path)
     assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=TIME_DIGITS), "acc", "m/s2")
     np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=SAMPLE_DIGITS)
-    assert r.speed is not None
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
 
 

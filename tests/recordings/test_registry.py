@@ -120,7 +120,6 @@ def test_rig_look_up_and_what_is_missing(folder: Path) -> None:
     assert [(p.state, p.nominal_rpm) for p in there] == [(Fault.OUTER, 353.0)]
     assert [Path(r.file).name for r in rig_recordings()] == [RIG, EXCERPT]
     found = find_recording(state=Fault.OUTER, nominal_rpm=353)
-    assert found is not None
     assert found.dataset == "torino-excerpts"
     assert find_recording(state=Fault.HEALTHY, nominal_rpm=353) is None
     files.excerpt(folder / "OR_877rpm_sample.mat")
@@ -269,8 +268,14 @@ def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.recordings
 def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every file is read, accused of nothing, or left out with its reason; a set of several channels asks for one."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
-    assert listing().problems == ()
+    found = listing()
+    assert (found.problems, {r.cautions for r in found.recordings}) == ((), {()})
+    assert len(found.recordings) >= 50
+    assert {Path(r.file).suffix for r in found.left_out} <= {".md", ".txt", ".json"}
+    asked = sorted(Path(r.file) for r in found.recordings if "--channel" in (r.reason or ""))
+    assert asked == sorted((recordings_dir / "ims_test1").glob("2003*"))
     assert {Path(r.file).name for r in rig_recordings(nominal_rpm=877)} == {
         f"{state}_877rpm_sample.mat" for state in ("H", "IR", "OR", "Roller")
     }

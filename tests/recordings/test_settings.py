@@ -16,11 +16,6 @@ from srbval.recordings.registry import FileStatus, add, load_entry, load_registe
 from . import files
 
 
-@pytest.fixture(autouse=True)
-def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
-
-
 def two_columns(path: Path) -> Path:
     np.save(path, np.stack([files.vibration(seed=i) for i in range(2)], axis=1))
     return path
@@ -49,6 +44,10 @@ def test_settled_once_and_kept(tmp_path: Path) -> None:
         assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
     with pytest.raises(DataError, match="leaves open"):
         load_recording(path)  # the plain loader knows nothing of the register
+    add(path, settings=RecordingSettings(fs_hz=9000.0))  # later options go over kept ones
+    assert (load_registered(path).fs_hz, load_registered(path).channel) == (9000.0, "data[2]")
+    assert load_registered(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
+    assert add(path, repin=True).recordings[0].settings is None
 
 
 def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None:
@@ -117,12 +116,3 @@ def test_the_file_s_own_set_point_given_again_stays_one(recordings_dir: Path) ->
     path = recordings_dir / "mfpt" / "InnerRaceFault_vload_1.mat"
     assert load_recording(path, rpm=1500.0).speed == load_recording(path).speed
     assert load_recording(path, rpm=1484.4).speed.source is SpeedSource.STATED
-
-
-def test_later_options_go_over_kept_ones(tmp_path: Path) -> None:
-    path = two_columns(tmp_path / "two.npy")
-    add(path, settings=RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g"))
-    add(path, settings=RecordingSettings(fs_hz=9000.0))
-    assert load_registered(path).fs_hz == 9000.0
-    assert load_registered(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
-    assert add(path, repin=True).recordings[0].settings is None

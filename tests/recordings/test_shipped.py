@@ -61,12 +61,10 @@ def test_they_serve_where_nothing_is_registered(tmp_path: Path) -> None:
         assert (entry.dataset, entry.origin, entry.radial_kn) == ("torino-excerpts", Origin.MEASURED, 124.8)
         recording = load_recording(entry.file)
         assert (recording.fs_hz, recording.unit, recording.seconds) == (20480.0, "m/s2", 2.0)
-        assert recording.speed is not None
         assert recording.speed.source is SpeedSource.TACHOMETER
         assert any("compact copy of" in note and "SHA-256" in note for note in recording.notes)
     (outer,) = rig_recordings(state=Fault.OUTER)
     baseline = healthy_baseline(load_recording(outer.file))
-    assert baseline is not None
     assert Path(baseline.file).name == "H_877rpm_sample.h5"
     files.excerpt(tmp_path / "mine.mat", condition="OR", rpm_nominal=877)
     add(tmp_path)
@@ -100,15 +98,11 @@ def test_they_are_the_originals(recordings_dir: Path) -> None:
             assert getattr(compact, fact) == getattr(original, fact), fact
         a, b = compact.channels["sensor_4"], original.channels["sensor_4"]
         np.testing.assert_allclose(a, b, rtol=SINGLE, atol=0)
-        assert compact.speed_signal is not None
-        assert original.speed_signal is not None
         every = round(original.speed_signal.rate_hz / compact.speed_signal.rate_hz)
         assert compact.speed_signal.rate_hz == 640.0
         np.testing.assert_allclose(
             compact.speed_signal.values_hz, original.speed_signal.values_hz[::every], rtol=2 * SINGLE
         )
-        assert compact.speed is not None
-        assert original.speed is not None
         assert compact.speed.value_hz == pytest.approx(original.speed.value_hz, rel=MEAN_SPEED)
         assert compact.speed.ci95_hz == pytest.approx(original.speed.ci95_hz, rel=0.05)
         if path.stem in ("OR_877rpm_sample", "IR_877rpm_sample"):

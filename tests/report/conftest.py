@@ -1,6 +1,7 @@
 """Two whole reports of the same short runs, with the rig's records and without; and a small one of synthetic arrays."""
 
 import shlex
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
@@ -34,18 +35,18 @@ from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
-from srbval.report.write import write_report
+from srbval.report.write import FORMATS, write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, SECONDS, TEXT, Made, with_hostile_names
+from .made import OPTIONS, SECONDS, STARTS, TEXT, Made, with_hostile_names
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
 
-def written(findings: Findings, folder: Path, command: str = "srbval report") -> Made:
-    """All documents of a report."""
+def written(findings: Findings, folder: Path, command: str, formats: Iterable[str] = FORMATS) -> Made:
+    """Both documents of a report."""
     report = assemble(findings, command=command, pages=pages())
-    return Made(findings, report, write_report(report, folder / "report", appendix=True))
+    return Made(findings, report, write_report(report, folder / "report", formats, appendix=True))
 
 
 @pytest.fixture(scope="session")
@@ -55,15 +56,16 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
+        patch.setattr("srbval.comparison.counterpart.STARTS", STARTS)
         found = gathering.gather(seconds=SECONDS, pages=pages())
         return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
 
 
 @pytest.fixture(scope="session")
 def hostile(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """The same report, in which every text that a file may bring is hostile."""
-    named = with_hostile_names(with_rig.findings)
-    return written(named, tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
+    """The same report without its PDFs, in which every text that a file may bring is hostile."""
+    named, folder = with_hostile_names(with_rig.findings), tmp_path_factory.mktemp("hostile")
+    return written(named, folder, f"srbval report -o '{TEXT}'", ("html", "json"))  # the small report has a hostile PDF
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:

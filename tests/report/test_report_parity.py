@@ -136,11 +136,11 @@ def test_every_number_of_every_table_is_in_report_json(name: str, request: pytes
 
 
 @WITH_PDFTOTEXT
-def test_each_number_of_a_whole_report_is_in_both(hostile: Made) -> None:
-    files = hostile.files
+def test_each_number_of_a_whole_report_is_in_both(with_rig: Made) -> None:
+    files = with_rig.files
     page = page_words(files["html"]) + page_words(files["appendix_html"])
     paper = paper_words(files["pdf"]) + paper_words(files["appendix_pdf"])
-    numbers = list(expected_numbers(hostile.report))
+    numbers = list(expected_numbers(with_rig.report))
     assert len(numbers) > LEAST_NUMBERS
     assert [n for n in numbers if n not in page] == []
     assert [n for n in numbers if n not in paper] == []

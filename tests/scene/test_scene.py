@@ -86,11 +86,6 @@ def test_a_refused_step_names_steps_that_are_taken(changes: dict[str, object], o
         paper_scene(duration="0.1 s", output_rate=rate, solver={"step_s": float(seconds)})
 
 
-def test_output_interval_is_whole_steps() -> None:
-    scene = paper_scene(solver={"step_s": 1 / 122_880}, duration="2 s")
-    assert (scene.steps_per_output, scene.samples) == (6, 40_960)
-
-
 def test_a_roller_defect_is_as_wide_as_the_drill_unless_told() -> None:
     assert paper_scene(defect={"kind": "roller"}).defect.extent_m == pytest.approx(0.002)
     assert paper_scene(defect={"kind": "roller", "extent": "5 mm"}).defect.extent_m == pytest.approx(0.005)

@@ -63,7 +63,6 @@ def test_none_is_the_scene_as_it_was() -> None:
 
 def test_the_bundled_path_says_what_it_was_fitted_to() -> None:
     path = load_sensor_path("rig")
-    assert path is not None
     assert [name.split("_")[0] for name in path.used] == ["H", "OR"]
     assert path.modes == ()  # one loud harmonic was all that a mode rested on
     assert path.covariance

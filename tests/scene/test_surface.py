@@ -113,6 +113,5 @@ def test_options_give_a_class_or_one_height_to_all() -> None:
     by_class = scene_of(parser().parse_args(["simulate", "rig", "--roughness", "N2"])).surface
     assert by_class == Surface(roughness_class=RoughnessClass("N2"))
     by_height = scene_of(parser().parse_args(["simulate", "rig", "--waviness-nm", "28"])).surface
-    assert by_height is not None
     assert by_height.given_m == pytest.approx((28e-9,) * 3)
     assert scene_of(parser().parse_args(["simulate", "rig"])).surface is None

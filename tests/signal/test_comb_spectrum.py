@@ -83,7 +83,6 @@ def record(turns_lost: float, *, strength: float = 1.0, seed: int = 0) -> Period
 @pytest.mark.parametrize("turns_lost", [0.0, 0.3, 0.5, 1.8])
 def test_a_group_is_found_wherever_its_lines_stand(turns_lost: float) -> None:
     group, others = strongest_group(record(turns_lost), STRIKES_HZ, CAGE_HZ, RELATIVE)
-    assert group is not None
     assert group.score > others.max() + 2
     assert neg_log_rank(group.score, others) > -math.log(0.01)
     assert group.spacing_hz == pytest.approx(CAGE_HZ, rel=RELATIVE)
@@ -96,7 +95,6 @@ def test_noise_has_no_group_that_stands_out() -> None:
     ranks = []
     for seed in range(40):
         group, others = strongest_group(record(0.0, strength=0.0, seed=seed), STRIKES_HZ, CAGE_HZ, RELATIVE)
-        assert group is not None
         ranks.append(math.exp(-neg_log_rank(group.score, others)))
     assert np.mean(np.array(ranks) < 0.1) < 0.3
     assert min(ranks) > 1e-3

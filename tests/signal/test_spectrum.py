@@ -21,7 +21,7 @@ from srbval.signal import (
     prewhitened,
     squared_envelope_one_pass,
 )
-from srbval.signal.spectrum import BANDWIDTH
+from srbval.signal.spectrum import BANDWIDTH, LEAST_SAMPLES
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
 BAND_HZ = (200.0, 5600.0)
@@ -129,11 +129,21 @@ def test_a_steady_tone_is_minus_one():
     np.testing.assert_allclose(picture.kurtosis[holding], -1.0, atol=STEADY_TONE)
 
 
-def test_no_band_or_too_short_a_record_is_refused():
-    with pytest.raises(ConfigurationError, match="fits twice"):
-        kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=6000.0)
-    with pytest.raises(ConfigurationError, match="longer record"):
-        kurtogram(noise()[:4096], KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
+def test_bands_that_do_not_fit_the_record_are_left_out():
+    """Too narrow, the topmost one cut off below Nyquist too; too short for the least samples; beyond another record."""
+    picture = kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
+    assert np.diff(picture.band_hz).min() >= LEAST_HZ
+    short = kurtogram(noise()[:6144], KURTOGRAM_HZ, least_width_hz=1.0)
+    assert short.kurtosis.size > 0
+    assert short.scatter.max() <= np.sqrt(8 / 3 / LEAST_SAMPLES)
+    within = kurtogram(noise(), KURTOGRAM_HZ, least_width_hz=LEAST_HZ, highest_hz=6000.0)
+    assert 0 < within.kurtosis.size < picture.kurtosis.size
+    assert within.band_hz.max() <= 6000.0
+    for samples, width_hz in ((noise(), 6000.0), (noise()[:512], LEAST_HZ), (noise()[:2100], 1.0)):
+        none = kurtogram(samples, KURTOGRAM_HZ, least_width_hz=width_hz)
+        assert none.kurtosis.size == none.band_hz.size == 0
+        with pytest.raises(DataError, match="longer record"):
+            _ = none.best_hz
 
 
 PICTURE_HZ, SAMPLES, RANGE_HZ = 20_480.0, 4097, (40.0, 1000.0)

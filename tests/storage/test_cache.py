@@ -30,12 +30,6 @@ def used() -> dict[str, tuple[int, int]]:
     return {use.kind: (use.files, use.size_bytes) for use in cache_use()}
 
 
-def test_an_empty_cache_holds_nothing(root: Path) -> None:
-    assert cache_use() == ()
-    assert clear_cache() == ()
-    assert not root.exists()
-
-
 def test_one_kind_or_all_of_them_are_cleared(root: Path) -> None:
     assert fill("results", 10, 20) == root / "results"
     fill("references", 20)

@@ -1,5 +1,6 @@
 """A file is replaced as a whole or stays as it was."""
 
+import os
 import stat
 from pathlib import Path
 
@@ -44,6 +45,15 @@ def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:
     (tmp_path / "a").touch()
     with pytest.raises(DataError, match="cannot be written"), atomic_write(tmp_path / "a" / "b.txt"):
         pass
+
+
+@pytest.mark.parametrize("name", ["pipe", "a\0b", "\ud800"])
+def test_what_no_file_can_replace_stays(name: str, tmp_path: Path) -> None:
+    """A pipe stands for the devices in /dev, which root could replace, to the harm of every program."""
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(DataError), atomic_write(tmp_path / name) as part:
+        part.touch()
+    assert [path.is_fifo() for path in tmp_path.iterdir()] == [True]
 
 
 def test_only_what_this_program_left_unfinished_is_removed(tmp_path: Path) -> None:

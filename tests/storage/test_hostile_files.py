@@ -84,7 +84,8 @@ def test_scene_files_with_a_name_that_is_not_utf8(tmp_path: Path) -> None:
     assert read_toml(Path(path)) == {"seed": 5}
 
 
-VALUES = [10**400, -(10**400), 10**5000, "1e400 kN", "9" * 5000, math.inf, math.nan, [[]], {}]
+VALUES = [10**400, -(10**400), 10**5000, "1e400 kN", "9" * 5000, math.inf, math.nan, [[]], {}, "5", "5 lbf", "kN",
+          "1e999 N", "nan N", True, None, [1]]  # fmt: skip
 
 
 @pytest.mark.parametrize("value", VALUES, ids=range(len(VALUES)))

@@ -28,13 +28,6 @@ def test_a_child_process_imports_this_very_package(tmp_path: Path) -> None:
     assert Path(found.stdout.strip()).parent == HERE
 
 
-@pytest.mark.skipif(not (HERE.parent / ".git").exists(), reason="not a git checkout")
-def test_the_revision_of_a_checkout() -> None:
-    revision = git_revision()
-    assert revision is not None
-    assert len(revision.removesuffix("-dirty")) >= 12  # `git describe --abbrev=12`
-
-
 def test_an_installed_copy_has_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("srbval.storage.installation.package_folder", lambda: tmp_path / "srbval")
     assert git_revision() is None

@@ -33,14 +33,12 @@ def test_a_path_moves_with_its_parameters_and_what_is_none_is_left_out() -> None
     path = SensorPath(direct=1.0, modes=(mode,), low_hz=400.0, high_hz=3150.0, source="test")
     assert moved_path(path, path.parameters) is not None
     moved = moved_path(path, path.parameters + np.array([0.1, 0.0, 0.0, 0.0]))
-    assert moved is not None
     assert moved.direct > 1.1
     assert moved_path(path, path.parameters + np.array([0.0, 5.0, 0.0, 0.0])) is None
 
 
 def test_paths_are_drawn_about_the_identified_one() -> None:
     path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    assert path is not None
     drawn = drawn_paths(path)
     assert PATH_DRAWS // 2 < len(drawn) <= PATH_DRAWS
     gains = np.log([one.direct for one in drawn])

@@ -35,9 +35,7 @@ LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
 
 def geometry() -> SphericalRollerGeometry:
     """The paper's bearing."""
-    found = load_bearing("skf-22240").geometry
-    assert found is not None
-    return found
+    return load_bearing("skf-22240").geometry
 
 
 def merged(*tables: dict[str, Any]) -> dict[str, Any]:

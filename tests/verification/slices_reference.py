@@ -33,7 +33,6 @@ def slices_model(scene: Scene) -> Parameters:
 
 def loads_of_slices(model: Parameters, y: FloatArray) -> FloatArray:
     """Normal force of each slice of a sound race on each roller, [2 races, 2 M rollers, slices]: each one alone."""
-    assert model.slices is not None
     rows = model.slices.rows
     found = []
     for i in range(rows.shape[-1]):

@@ -27,12 +27,12 @@ from tests.verification.world import World
 
 SCENES = ("play, paper's case", "interference, damaged roller", "every force at once, changing speed and load",
           "every force at once, two cages")  # fmt: skip
-# In units in which every mass is one. Masses by slices are good to 7e-11; 2e-10 seen.
+# In units in which every mass is one. Masses by slices are good to 7e-11, and a solution with them follows.
 MATRIX = 1e-9
-SYMMETRY = 1e-10  # the response is inverted in double precision; 1e-11 seen
+SYMMETRY = 1e-10  # the response is inverted in double precision
 WEIGHTS_S = (1e-15, 1e-8, PAPER_STEP_S, 1e-2, 1e3)  # from nothing implicit to nothing but what does not touch left
 NOTHING_IMPLICIT = 1e-8  # largest rate of decay, 4e6 1/s, times the least weight
-QUOTIENT = 1e-9  # 2e-10 seen: forces are linear in these speeds
+QUOTIENT = 1e-9  # forces are linear in these speeds: rounding of the quotient
 SPEED = 1e-4  # of bodies of 1 kg [m/s], so that every slip is far below the 10 m/s at which friction's slope ends
 DIRECTIONS = 4
 ABOUT_SLOT = 0.02  # the arm is half the contact's length, 14 mm, that of the rest 144 mm: 1 % of the square

@@ -37,8 +37,7 @@ GAMMA_ROS2, GAMMA_IMEX2 = 1 + np.sqrt(0.5), 1 - np.sqrt(0.5)
 # Of each kind's change in the step. The model's matrices are the dense ones to 2e-10 (masses by slices), and a second
 # step's contacts magnify that by ten.
 LEAPFROG = 1e-8
-# In the second stage the model turns its factors with the cage, by 35 rad/s * 1/61440 s = 6e-4, which any W-method may;
-# 1e-4 seen.
+# In the second stage the model turns its factors with the cage, by 35 rad/s * 1/61440 s = 6e-4, which any W-method may.
 ROSENBROCK = 1e-3
 # Of the largest change: the matrices' accuracy over that of a difference. In ros2 D is that of the first stage, M too.
 POWERS = {"imex1": 1e-6, "imex2": 1e-6, "ros2": 1e-2}

@@ -51,7 +51,7 @@ SAME = {
 }  # fmt: skip
 
 # Friction of a slice is an integral over its slips, over their range: a thousandth of them where a slice is narrow, as
-# in a hole, and so rounding counts a thousand times and more; 1e-9 seen.
+# in a hole, and so rounding counts a thousand times and more.
 ROUGHER = {"torque": 1e-10, "powers": 1e-9, "spin": 1e-8, "step": 1e-8}
 
 

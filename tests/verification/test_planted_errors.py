@@ -73,8 +73,6 @@ def outcomes(request: pytest.FixtureRequest) -> Iterator[dict[str, Future[Outcom
 
     def outcome(error: PlantedError) -> Outcome:
         process = idle.get()
-        assert process.stdin is not None
-        assert process.stdout is not None
         first = LIKELIEST.get(error.file, CHECKS[0])
         row = {"file": error.file, "old": error.old, "new": error.new, "first": first}
         process.stdin.write(json.dumps(row) + "\n")

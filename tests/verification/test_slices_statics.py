@@ -34,9 +34,9 @@ CASES: dict[str, dict[str, Any]] = {
         "line_contact": {"slices": 41},
     },
 }  # fmt: skip
-ROLLER = 0.02  # of a roller's load; 0.5 % seen, at a hundredth of the largest
-SHARES = 0.03  # of a row's share of the load; 0.1 % seen
-RING, RING_M = 2e-3, 1e-8  # of the displacement; 2e-4 seen
+ROLLER = 0.02  # of a roller's load: one at the end of the load zone is pressed over two or three slices
+SHARES = 0.03  # of a row's share of the load, of slices at the edges of a contact
+RING, RING_M = 2e-3, 1e-8  # of the displacement: a tenth of `ROLLER`, of all loads together
 NOTICED = 0.01  # of the largest load
 LEAST_N = 1e-9  # a slice that is not touched has 1e-24 N, since its depth is a divisor
 PAIR_M = (24e-6, 25e-6)  # approach of a roller's two contacts at 14.6 kN: ISO/TS 16281 and Palmgren
@@ -91,7 +91,6 @@ def test_length_of_a_contact(osculation: float, depth_m: float) -> None:
     """Half lengths sqrt(2 delta / kappa), kappa the difference of the profiles' curvatures."""
     slices = 101
     model, y = pressed(osculation, depth_m, slices)
-    assert model.slices is not None
     width = model.slices.rows[0, 0, col.SLICE_WIDTH]
     loaded = loads_of_slices(model, y)[0, 3] > LEAST_N
     touched = width[loaded].sum()
@@ -125,7 +124,6 @@ def test_load_along_the_roller(name: str) -> None:
     state = equilibrium_state(model)
     bearing = SlicedBearing.like(model, scene)
     where = layout_of(state)
-    assert model.slices is not None
     found = loads_of_slices(model, state)
     whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
     j = int(whole[0].sum(axis=1).argmax())

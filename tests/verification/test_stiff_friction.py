@@ -15,9 +15,9 @@ from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, paper_scene, p
 RUN_S = 6e-3
 SETTLED_S = 2e-3
 STIFF, STIFFER = "1 mm/s", "1e-6 m/s"
-CAGE = 1e-4  # 1e-6 seen
-FRICTION = 2e-3  # 1e-4 seen
-CHATTER = 1.5  # times the implicit methods' loss; 1.94 seen
+CAGE = 1e-4  # of the cage speed, which friction as a whole moves by 2.5e-3
+FRICTION = 2e-3  # of the loss, which chatter doubles
+CHATTER = 1.5  # times the implicit methods' loss: halfway to twice as much
 
 
 def run(method: str, critical_velocity: str) -> tuple[float, float]:

@@ -137,11 +137,7 @@ def shaft_turned_back() -> Symmetry:
     return Symmetry(np.diag([1.0, -1.0, 1.0]), np.concatenate([row, PER_ROW + row]), -1.0, scene, reverses=True)
 
 
-SYMMETRIES = {
-    "seven pitches": turned_by(7),
-    "rows mirrored": rows_mirrored(),
-    "shaft reversed": shaft_turned_back(),
-}
+SYMMETRIES = {"seven pitches": turned_by(7), "rows mirrored": rows_mirrored(), "shaft reversed": shaft_turned_back()}
 
 
 def both(symmetry: Symmetry, defect: str, critical_velocity: str = SMOOTH) -> tuple[Parameters, Parameters]:

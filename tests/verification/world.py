@@ -351,7 +351,6 @@ def _from(middle: float, angle: FloatArray) -> FloatArray:
 
 def _height(d: Defect, place: FloatArray) -> FloatArray:
     """Height of an extended defect at a distance along the race from its middle [m]."""
-    assert d.extent_m is not None
     shape = np.cos(np.pi * place / d.extent_m) ** 2 if d.shape is DefectShape.COSINE else 1.0
     return np.where(np.abs(place) <= d.extent_m / 2, d.height_m * shape, 0.0)
 

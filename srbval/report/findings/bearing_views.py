@@ -44,13 +44,12 @@ class LoadZone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BearingViews:
-    """`slot_angle_rad`, [2 M], row 1 first, at the start of a run; `spacing_m` of points on the defect's circle.
+    """`spacing_m`: of points on the defect's circle.
 
     `circles` are those of contact points of row 1, by raceway (``outer``, ``inner``) and number p. `defect` holds, for
     every circle of the outer raceway, its points about the defect: along the race and raised by [m], [n] each.
     """
 
-    slot_angle_rad: FloatArray
     circles: Mapping[tuple[str, float], Circle]
     defect: Mapping[float, tuple[FloatArray, FloatArray]]
     spacing_m: float
@@ -76,7 +75,6 @@ def bearing_views(scene: Scene, geometry: SphericalRollerGeometry, load_zone_run
     slots = make_parameters(scene, geometry).slot_angle
     outer = {p: outer_circle(geometry, p) for p in CIRCLES}
     return BearingViews(
-        slot_angle_rad=slots,
         circles={("outer", p): circle for p, circle in outer.items()}
         | {("inner", p): inner_circle(geometry, p) for p in CIRCLES},
         defect={p: _defect_points(scene, p, circle.radius_m) for p, circle in outer.items()},

@@ -159,7 +159,7 @@ def _compared(
     printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
     comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
     model_runs = {state: side.run for state, side in models.items()}
-    paper, model, rig = (found.analyses[side] for side in ("paper", "model", "rig"))
+    paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     rpm, cage_pct = one_speed_reading(printed, bearing)
     content = found.results.content
     return {
@@ -180,11 +180,6 @@ def _compared(
         "register_unreadable": register.unreadable or None,
         "bias": biases(matrix.comparisons, used_for="withheld"),
         "sensitivity": found.known.defects,
-        "analyses": {
-            f"{name}-{state}": analysis
-            for name, side in (("paper", paper), ("beside-rig", model), ("rig", rig))
-            for state, analysis in side.items()
-        },
         "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
         "load_zone": found.bearing_views.load_zone,
         "load_path": load_sharing(runs["paper-healthy"]),

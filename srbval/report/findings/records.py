@@ -25,7 +25,8 @@ WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or 
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
 OWN_UNIT, NORMALISED = "m/s²", "std. dev."
-LEAST_HZ = 1.0  # of an envelope spectrum: below lies the slow trend at its very start
+# Of an envelope spectrum, but no more than this order of a slow shaft: below lies the slow trend at its very start.
+LEAST_HZ, LEAST_ORDER = 1.0, 0.3
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner race's where none is: end of a spectrum
 # Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
 # as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
@@ -144,8 +145,9 @@ class SpectrumView:
 
 
 def highest_of(record: RecordView, end_hz: float) -> float:
-    """The highest amplitude of an envelope spectrum from `LEAST_HZ` to `end_hz`."""
-    return float(record.amplitude[(record.frequency_hz > LEAST_HZ) & (record.frequency_hz <= end_hz)].max())
+    """The highest amplitude of an envelope spectrum from `LEAST_HZ`, or `LEAST_ORDER` of the shaft, to `end_hz`."""
+    least_hz = min(LEAST_HZ, LEAST_ORDER * record.shaft_hz)
+    return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
 def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:

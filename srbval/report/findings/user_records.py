@@ -1,6 +1,5 @@
 """Findings on a user's recordings: lines, what was not detected and why, a healthy record, the model to compare."""
 
-import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,21 +9,14 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.baseline import (
-    Baseline,
-    BaselineComparison,
-    baseline_of,
-    compare_with_baseline,
-    is_fault_like,
-    registered_baseline,
-)
-from srbval.diagnosis.diagnose import Diagnosis, diagnose
+from srbval.diagnosis.baseline import Baseline, baseline_of, registered_baseline
+from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
-from srbval.reading.lines import OTHER_LINE, Line
-from srbval.reading.pipeline import USABLE_SHARE, declared_band
+from srbval.reading.lines import Line
+from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.records import (
@@ -37,24 +29,9 @@ from srbval.report.findings.records import (
     views_of,
 )
 from srbval.scene import load_scene
-from srbval.signal import LEAST_SNR
-from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
 HIGHEST_SHARE = 0.45  # of a run's rate, where a record's band reaches beyond it
-
-
-class NotDetected(enum.StrEnum):
-    """Why a line is not counted as detected."""
-
-    OUT_OF_REACH = "out of reach"
-    HIDDEN = "hidden by the shaft"
-    PART_OF_OTHER = "part of another line"
-    ANOTHER = "another line"
-    WEAK = "too weak"
-    NOISE = "noise"
-    MEANINGLESS = "meaningless"
-    FLANK = "flank"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,34 +76,24 @@ class UserRecord:
     """One recording with all that the report says of it.
 
     `view` is its envelope spectrum with that of the healthy record; `marked` the line whose harmonics are marked there,
-    None where no fault's line was detected. `not_detected` are the first harmonics that were looked for and not counted
-    as detected, with the reason. `naming` is what the record says by itself, None where it is not measured. `model` is
-    a text where the model's run failed, None where there is no model.
+    None where there is none to mark. `model` is a text where the model's run failed, None where there is no model.
     """
 
     analysis: Analysis
-    call: BaselineComparison
-    naming: Diagnosis | None
+    verdict: FaultVerdict
     baseline: Baseline | None
     view: SpectrumView
     marked: Line | None
-    not_detected: tuple[tuple[Line, NotDetected], ...]
     model: ModelSide | str | None
-
-    @property
-    def doubted(self) -> bool:
-        """Whether the line that rose is shallow and not named by the record alone: other parts' faults raise it too."""
-        named = self.naming is None or self.naming.state == self.call.called
-        deep = self.marked is not None and is_fault_like(self.analysis, self.marked)
-        return self.call.called is not None and not named and not deep
 
     def to_dict(self) -> dict[str, Any]:
         """The record's entry in ``report.json``: all numbers; arrays that figures draw lie in their data files."""
         baseline, model = self.baseline, self.model
         return self.analysis.to_dict() | {
-            "fault": self.call,
-            "naming": self.naming,
-            "unseen": {line.name: why for line, why in self.not_detected},
+            "fault": self.verdict,
+            "verdict": self.verdict.sentence,
+            "declared_state": self.analysis.recording.state,
+            "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
             "model": {"failed": model} if isinstance(model, str) else model,
@@ -172,14 +139,13 @@ def gather_user_records(
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
             unknown = band_hz is None and not _band_is_declared(recording)
-            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown)
+            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown, healthy=healthy)
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
-        compared = _model_side(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
-        measured = recording.origin is Origin.MEASURED
-        naming = diagnose(analysis, all_channels=all_channels) if measured else None
-        return user_record(analysis, baseline, compared, naming)
+        verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
+        compared = _model_side(analysis, verdict.part, name, progress) if model else None
+        return user_record(analysis, verdict, baseline, compared)
 
     records, failed = list[UserRecord](), list[FailedFile]()
     for recording in recordings:
@@ -210,23 +176,6 @@ def _only_error(failed: Sequence[FailedFile]) -> SrbvalError:
     return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
-def why_not_detected(line: Line, analysis: Analysis) -> NotDetected | None:
-    """Why a first harmonic is not counted as detected; None where it is."""
-    if line.detected:
-        return None
-    width = analysis.processed.band_hz[1] - analysis.processed.band_hz[0]
-    if line.found_hz is None:
-        beyond = (1 + analysis.bearing.largest_slip) * line.kinematic_hz > USABLE_SHARE * width
-        return NotDetected.OUT_OF_REACH if beyond else NotDetected.HIDDEN
-    if line.explained_by is not None:
-        return NotDetected.ANOTHER if line.explained_by == OTHER_LINE else NotDetected.PART_OF_OTHER
-    if (line.snr or 0.0) <= LEAST_SNR:
-        return NotDetected.WEAK
-    if (line.noise_false_alarm or 0.0) >= FALSE_ALARM:
-        return NotDetected.NOISE
-    return NotDetected.MEANINGLESS if (line.placebo_false_alarm or 0.0) >= PLACEBO_FALSE_ALARM else NotDetected.FLANK
-
-
 def _band_is_declared(recording: Recording) -> bool:
     try:
         declared_band(recording, None)
@@ -236,32 +185,32 @@ def _band_is_declared(recording: Recording) -> bool:
 
 
 def user_record(
-    analysis: Analysis, baseline: Baseline | None, model: ModelSide | str | None = None, naming: Diagnosis | None = None
+    analysis: Analysis, verdict: FaultVerdict, baseline: Baseline | None, model: ModelSide | str | None = None
 ) -> UserRecord:
-    """What the report says of one analysis, compared with a healthy record and a model where there are any."""
-    call = compare_with_baseline(analysis, baseline)
-    marked = marked_line(analysis) if call.line is None else analysis.line(call.line)
-    reasons = ((line, why_not_detected(line, analysis)) for line in first_lines(analysis))
+    """What the report says of one analysis, beside a healthy record and a model where there are any."""
+    line = verdict.part.line if verdict.part is not None else verdict.comparison.line
+    marked = marked_line(analysis) if line is None else analysis.line(line)
     return UserRecord(
         analysis=analysis,
-        call=call,
-        naming=naming,
+        verdict=verdict,
         baseline=baseline,
         view=spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked),
         marked=marked,
-        not_detected=tuple((line, why) for line, why in reasons if why is not None),
         model=model,
     )
 
 
 def _model_side(
-    analysis: Analysis, call: BaselineComparison, bearing: str | None, progress: Progress
+    analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
+    """The model at the record's speed with a defect of the part named, or else of the one declared.
+
+    None where the bearing has no model.
+    """
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None
-    state = recording.state or call.called or call.indicated or Fault.HEALTHY
+    state = part or recording.state or Fault.HEALTHY
     base = "rig" if geometry is not None and geometry == load_bearing(DEFAULT_BEARING).geometry else "paper"
     load = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
     changes = {

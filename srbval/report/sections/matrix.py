@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, START_SHARE, STARTS, TURNS
@@ -11,7 +12,6 @@ from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.baseline import Basis
 from srbval.report.blocks import Block, Figure, Listing, Section
 from srbval.report.figures.comparison import agreement_plot
 from srbval.report.findings.findings import Findings
@@ -49,14 +49,12 @@ def _point(cell: MatrixCell) -> str:
 def _call(cell: MatrixCell) -> str:
     """The fault call of a record in a few words."""
     call = cell.call
-    if call.basis is Basis.DECLARED_HEALTHY:
-        return "none: baseline"
-    if call.basis is Basis.LINE_ALONE:
-        return "a line alone cannot tell"
-    if call.called is None:
+    if call.baseline is None:
+        return "none: baseline" if cell.state is Fault.HEALTHY else "a line alone cannot tell"
+    if call.risen is None:
         return "none: no line has risen"
     low, high = call.ratio_ci95 or (math.nan, math.nan)
-    return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
+    return f"{call.risen.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
 def _bias_blocks(findings: Findings) -> Iterator[Block]:

@@ -22,7 +22,7 @@ def verdict_box(findings: Findings) -> VerdictBox:
     return VERDICT.verdict(
         ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
         found=found,
-        judged=[(cell.state, cell.verdict) for cell in findings.matrix.cells if cell.judged],
+        judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
         records=[findings.analyses["rig"][one.state] for one in found.errors],
         study=findings.known.of(found.errors[0].state) if found.errors else None,
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.diagnosis.baseline import Basis
+from srbval.diagnosis.fault_verdict import Finding
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
@@ -18,6 +18,7 @@ from srbval.report.figures.signals import acceleration_panel, band_panel, spectr
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
 from srbval.report.findings.user_records import FailedFile, ModelSide, UserRecord
+from srbval.report.plain import literal
 from srbval.report.section_texts import Texts, badge_of
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
@@ -27,6 +28,9 @@ TEXTS = Texts("user_report")
 SCHEMA_VERSION = 1
 BRIEF_SECTIONS = 2
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
+TONES = {
+    Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD,
+}  # fmt: skip
 
 
 def assemble_user_report(
@@ -68,29 +72,17 @@ def assemble_user_report(
 
 
 def _verdict(record: UserRecord) -> VerdictBox:
-    shown = [line for line in first_lines(record.analysis) if line.detected and Fault.of_line(line.name)]
-    marked = record.marked and record.marked.name
-    return TEXTS.verdict(
-        _tone(record), record=record, analysis=record.analysis, call=record.call, Basis=Basis, shown=shown,
-        also=[line.name for line in shown if line.name != marked], doubted=record.doubted,
-    )  # fmt: skip
+    verdict, recording = record.verdict, record.analysis.recording
+    said = [literal(one) for one in (*verdict.reasons, verdict.beside(recording.state)) if one]
+    cautions = TEXTS.listing("cautions", cautions=recording.cautions).items
+    return VerdictBox(tone=TONES[verdict.finding], headline=literal(verdict.headline), points=(*said, *cautions))
 
 
 def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
-    tones = [_tone(record) for record in records]
-    worst = next(tone for tone in (Tone.BAD, Tone.WARNING, Tone.NEUTRAL, Tone.GOOD) if tone in tones)
-    called = [record for record in records if record.call.called]
-    indicated = [record for record in records if record.call.indicated and not record.call.called]
-    return TEXTS.verdict(worst, "-of-all", records=records, called=called, indicated=indicated)
-
-
-def _tone(record: UserRecord) -> Tone:
-    call = record.call
-    if call.called:
-        return Tone.BAD
-    if call.indicated:
-        return Tone.WARNING
-    return Tone.GOOD if call.basis in (Basis.BASELINE, Basis.DECLARED_HEALTHY) else Tone.NEUTRAL
+    findings = [record.verdict.finding for record in records]
+    worst = next(finding for finding in TONES if finding in findings)
+    by = {finding.value: [r for r in records if r.verdict.finding is finding] for finding in Finding}
+    return TEXTS.verdict(TONES[worst], "-of-all", records=records, by=by)
 
 
 def _section(about: str, suffix: str, *blocks: Block, appendix: tuple[Block, ...] = (), **values: Any) -> Section:
@@ -150,11 +142,11 @@ def _lines(record: UserRecord, suffix: str) -> Block:
 
 
 def _not_detected(record: UserRecord) -> Iterator[Block]:
-    if record.not_detected:
+    if unseen := [line for line in first_lines(record.analysis) if not line.detected]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
         yield TEXTS.paragraph("unseen-intro")
-        yield Listing(tuple(TEXTS.text("unseen", line=line, why=why, **limits) for line, why in record.not_detected))
+        yield Listing(tuple(TEXTS.text("unseen", line=line, why=line.not_detected, **limits) for line in unseen))
 
 
 def _band(record: UserRecord, suffix: str) -> Figure:

@@ -72,7 +72,7 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
         band_hz = analysis.processed.band_hz if choose else None
         call = compare_with_baseline(analysis, healthy(recording, bearing, band_hz))
-        return Prediction(deepest, call.called)
+        return Prediction(deepest, call.risen)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Prediction:
         naming = diagnose(analyse(recording, bearing=bearing), all_channels=True, without_rig=rig)

@@ -16,11 +16,11 @@ from tests.verification.harness import parameters, rolling_state
 
 LEAST_CLEARANCE_M = 5e-5  # of a bearing with 0.2 mm of play, at its most loaded roller
 BALANCED_N = 1.0  # of 124.8 kN
-FRICTION_LEFT = 0.01  # of the rate at the critical velocity: what the bisection's smallest step makes; 6e-4 seen
+FRICTION_LEFT = 0.01  # of the rate at the critical velocity: what the bisection's smallest step makes
 ROLLING_M_S = 1e-12  # rounding of some metres per second
 MIRRORED_M = 1e-12  # rounding of 0.16 m, some thousands of times
-RING_M = 2e-7  # a run's mean: all phases of the points, contact damping and friction included; 0.09 um seen of 18 um
-CAGE_RATIO = 2e-4  # the same; rattling rollers drag: 1.2e-4 seen with play 0
+RING_M = 2e-7  # a run's mean: all phases of the points, contact damping and friction included; a hundredth of 18 um
+CAGE_RATIO = 2e-4  # the same; rattling rollers drag, a tenth of the slip of 2.5e-3
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
 SAG_M = 2.3e-5  # a roller sinks between two points 2.03 mm apart: (1.015 mm)^2 / 2 x (1/20 mm - 1/164 mm) = 22.6 um
 CAGE_ANGLES = (0.0, 0.09)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect

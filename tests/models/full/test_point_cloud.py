@@ -90,10 +90,7 @@ def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int)
 def test_no_point_beyond_the_window_can_touch(points: int) -> None:
     """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
     r = GEOMETRY.zero_play_diameter_m / 2
-    for radius, sign in (
-        (outer_circle(GEOMETRY, 1.0).radius_m, -1),
-        (inner_circle(GEOMETRY, 1.0).radius_m, 1),
-    ):
+    for radius, sign in ((outer_circle(GEOMETRY, 1.0).radius_m, -1), (inner_circle(GEOMETRY, 1.0).radius_m, 1)):
         half = window_half_count(r, sign * radius, points_per_circle=points, highest_m=0.0)
         centre = radius + sign * (r - DEEPEST_M)
         k = np.arange(points)

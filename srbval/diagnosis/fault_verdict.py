@@ -1,0 +1,209 @@
+"""The one verdict on a record: a fault is named, strong lines stay unexplained, or nothing was found.
+
+Headline, reasons and tone of a report, the text of ``analyse`` and its JSON follow from it alone.
+
+A part is *named* where the record alone is probable enough to name it (`diagnose`), or where its line is like a fault's
+and has risen against a comparable healthy record: no healthy record takes back what the record alone shows. *Undecided*
+is what shows something strong that names no part: a line above the noise, whatever else may explain it, unless a
+comparable healthy record has it too and it is too shallow for a fault; a comb that another class explains better than a
+healthy bearing; a race line that could not be looked for. Only what is left is *nothing found*, with the modulation
+from which a fault's line would have been seen. What a record is declared to be has no part in it.
+"""
+
+import enum
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline, short_ratio
+from srbval.diagnosis.diagnose import Diagnosis, diagnose, fault_of
+from srbval.diagnosis.fault_posterior import OTHER
+from srbval.reading.analyse import Analysis
+from srbval.reading.lines import RACE_LINES, Line, NotDetected
+from srbval.recordings import Origin
+from srbval.signal import LEAST_SNR
+from srbval.signal.comb import FALSE_ALARM
+
+# A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below half of
+# that occur in healthy bearings and as by-lines of other faults.
+SHALLOW_DEPTH, STRUCK_DEPTH = 0.5, 1.0
+# An outer-race line whose second harmonic is less than this share of it is a smooth modulation, as rollers passing
+# under the load cause it (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The
+# healthy model at 997 rpm has 0.2 with a line half as deep as its mean, measured outer-race faults 0.48 and more.
+IMPACT_SECOND_HARMONIC = 1 / 3
+# A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude, in units of the
+# noise, scatters by the noise in phase with it, of half the noise's power (Rice 1945).
+SEEN_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
+MOST_NAMED = 3  # of what stands out, in a headline
+
+
+class Finding(enum.StrEnum):
+    """What a verdict can be."""
+
+    NAMED = "named"
+    UNDECIDED = "undecided"
+    NOTHING_FOUND = "nothing found"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultVerdict:
+    """`part` is the one named; `reasons` are sentences that say what the `headline` rests on.
+
+    `finding` and `diagnosis` are None for a record that is not measured.
+    """
+
+    finding: Finding | None
+    headline: str
+    reasons: tuple[str, ...]
+    comparison: BaselineComparison
+    diagnosis: Diagnosis | None = None
+    part: Fault | None = None
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        return " ".join((f"{self.headline}.", *self.reasons))
+
+    def beside(self, declared: Fault | None) -> str:
+        """What the record is declared to be beside what was found, in words; empty where nothing is declared."""
+        if declared is None:
+            return ""
+        other = self.part is not None and self.part is not declared
+        return f"Declared: {declared.label}{', which is not what was found: check the label' if other else ''}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """The entry ``fault`` of JSON documents."""
+        named, compared = self.diagnosis, self.comparison
+        return {
+            "verdict": self.finding,
+            "called": self.part,
+            "headline": self.headline,
+            "reasons": self.reasons,
+            "state": named and named.state,
+            "against": named and (compared.baseline or f"records of known state of {named.rigs} rigs"),
+            "probabilities": named.probabilities if named else {},
+            "log_likelihood": named.log_likelihood if named else {},
+            "unexplained_order": named and named.scores.unexplained_order,
+            "channel": named and named.channel,
+            "parts": named.scores.parts if named else (),
+            "line": compared.line,
+            "ratio": compared.ratio,
+            "ratio_ci95": compared.ratio_ci95,
+            "baseline": compared.baseline,
+        }
+
+
+def fault_verdict(
+    analysis: Analysis, baseline: Baseline | Analysis | None = None, *, all_channels: bool = False
+) -> FaultVerdict:
+    """The verdict on an analysed record, compared with a healthy one where there is one.
+
+    `all_channels`: see `diagnose`. Raises what `compare_with_baseline` raises.
+    """
+    if analysis.recording.origin is not Origin.MEASURED:
+        said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"
+        return FaultVerdict(
+            finding=None, headline=said, reasons=(analysis.summary,), comparison=BaselineComparison(sentence="")
+        )
+    comparison = compare_with_baseline(analysis, baseline)
+    return verdict_of(analysis, comparison, diagnose(analysis, all_channels=all_channels))
+
+
+def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> FaultVerdict:
+    """The rule: what lines, comparison and the record alone make of a measured record together."""
+    part = fault_of(diagnosis.state)
+    if part is None and comparison.line is not None and is_fault_like(analysis, analysis.line(comparison.line)):
+        part = comparison.risen
+    strong = list(_strong(analysis, comparison, diagnosis))
+    unseen = [name for name in RACE_LINES if smallest_seen(analysis.line(name), comparison) >= STRUCK_DEPTH]
+    limits = ""
+    if part is not None:
+        finding, headline = Finding.NAMED, f"{part.label.capitalize()} fault: {_evidence(analysis, comparison, part)}"
+    elif strong:
+        finding = Finding.UNDECIDED
+        headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:MOST_NAMED])}"
+    elif unseen:
+        finding = Finding.UNDECIDED
+        headline = f"Undecided: {' and '.join(unseen)} could not be seen in this record, however strong the fault"
+    else:
+        finding = Finding.NOTHING_FOUND
+        seen = {f: smallest_seen(analysis.line_of(f), comparison) for f in DEFECTS}
+        least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
+        headline = (
+            "Nothing found: no fault is named and no strong line is unexplained; a fault would have been seen from a "
+            f"modulation of about {100 * least:.2g} % up"
+        )
+        each = (f"{f.line} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for f, x in seen.items())
+        limits = (
+            "Lines would have been seen by how much they modulate the squared envelope in this band: "
+            f"{', '.join(each)}. A blow at every passage modulates it by 100 % and more, less under other vibration."
+        )
+    reasons = (limits, comparison.sentence, analysis.summary, diagnosis.sentence)
+    return FaultVerdict(
+        finding=finding, headline=headline, reasons=tuple(filter(None, reasons)), comparison=comparison,
+        diagnosis=diagnosis, part=part,
+    )  # fmt: skip
+
+
+def is_fault_like(analysis: Analysis, line: Line) -> bool:
+    """Whether `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
+
+    Where its second harmonic is out of reach, it is taken for a train of impacts.
+    """
+    if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
+        return False
+    second = [x.depth for x in analysis.lines if (x.name, x.harmonic) == (line.name, 2) and x.depth is not None]
+    return line.name != "BPFO" or not second or second[0] >= IMPACT_SECOND_HARMONIC * (line.depth or 0.0)
+
+
+def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
+    """The depth from which a line at the place of `line` stands out in 95 of 100 records; infinite where none would.
+
+    Of a line with harmonics that fall off slowly, as impacts have them; one without is seen from some 1.4 times as
+    much. `SEEN_SNR` times the noise; where a line of the healthy bearing stands there, `RISEN_RATIO` times its depth.
+    """
+    if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
+        return math.inf
+    return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(SEEN_SNR / line.snr))
+
+
+def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -> str:
+    """What most plainly shows a named part: its line against the healthy record or the noise, or its probability."""
+    line = analysis.line_of(part)
+    if comparison.risen is part:
+        ratio = short_ratio(comparison.ratio or 0.0)
+        return f"the {line.name} line stands {ratio} {comparison.times} as in the healthy record"
+    if line.detected:
+        return f"the {line.name} line stands {line.snr:,.0f} times above the noise"
+    return "the record alone shows the comb of its lines in the whole band"
+
+
+def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> Iterator[str]:
+    """What stands out without naming a part, in a few words each: what has risen first, then the highest."""
+
+    def is_accounted_for(line: Line) -> bool:
+        ratio = comparison.ratios.get(line.name)
+        return ratio is not None and ratio[0] < RISEN_RATIO and (line.depth or 0.0) < SHALLOW_DEPTH
+
+    if comparison.line is not None:
+        yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
+    firsts = sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0))
+    for line in firsts:
+        is_deep = line.detected and (line.depth or 0.0) >= SHALLOW_DEPTH  # a healthy cage modulates too
+        stands = line.stands_out if Fault.of_line(line.name) else is_deep
+        if stands and line.name != comparison.line and not is_accounted_for(line):
+            yield f"{line.name} {line.snr:,.0f} times the noise"
+        elif line.covered and line.false_alarm is not None and line.false_alarm < FALSE_ALARM:
+            yield f"multiples of {line.name}, which the shaft covers itself"
+    best = diagnosis.best_class
+    if best == OTHER and diagnosis.scores.unexplained_order is not None:
+        yield f"a comb at {diagnosis.scores.unexplained_order:.3f} times the shaft speed"
+    for score in diagnosis.scores.parts:
+        if score.fault == best or (score.false_alarm is not None and score.false_alarm < FALSE_ALARM):
+            yield f"the {score.fault.label}'s comb in the whole band"
+    if analysis.outside is not None:
+        yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"
+    if analysis.outside_speed is not None:
+        yield f"lines that fit a shaft at {60 * analysis.outside_speed.value_hz:.1f} rpm, outside the stated tolerance"

@@ -1,0 +1,331 @@
+"""Of every command with any options: no traceback, and exit code, JSON and text that say the same.
+
+Commands and options are the parser's own, so a new one is tested without being named here. `SRBVAL_PROPERTIES` is the
+number of random examples in all, 1,000 by default.
+"""
+
+import argparse
+import contextlib
+import functools
+import importlib.util
+import io
+import json
+import math
+import os
+import re
+import shutil
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from srbval.campaign.engines import NAMES as ENGINES
+from srbval.cli import arguments, main, output
+from srbval.errors import NumericsError, SrbvalError
+from srbval.models.hierarchy import LEVELS
+from srbval.models.run import USABLE
+from srbval.models.solvers import METHODS
+from srbval.plan.questions import Question
+from srbval.storage.cache import cache_use
+from srbval.storage.installation import package_folder
+from srbval.studies.harness import study_names
+from tests.campaign.campaigns import run_small, six
+
+EXAMPLES = int(os.environ.get("SRBVAL_PROPERTIES", "1000"))
+GIVEN = 8  # an option that may be left out is given once in so many examples, those of `OFTEN` but once
+FS_HZ, SECONDS = 12_000, 1.0  # of the records
+LONGEST = SrbvalError.longest + 30
+
+# What takes long, or changes this machine; everything before it runs as it is.
+LONG = (
+    "srbval.report.reports.gather", "srbval.cli.campaign_command.run_campaign", "srbval.cli.check_command.run_check",
+    "srbval.cli.data_command.fetch", "srbval.cli.installation_commands.clear_cache", "sphinx.cmd.build.build_main",
+    "srbval.cli.study_command.make_result", "srbval.cli.identify_command.simulated_excitation",
+    "srbval.cli.identify_command.size_runs", "srbval.report.findings.user_records.run_cases", "webbrowser.open",
+)  # fmt: skip
+OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
+# Parts of the examples; one without a number has 20 of 1,000.
+SHARES = {"kinematics": 160, "simulate": 120, "plan": 120, "analyse": 100, "campaign run": 80, "report": 6,
+          "bearing list": 10, "study list": 2, "study page": 4, "doctor": 10, "campaign export": 30}  # fmt: skip
+ALWAYS = {"simulate": {"seconds", "model"}, "campaign export": {"segment_seconds"}, "report": {"files"}}
+RECORDS = ["record.csv"] * 5 + ["healthy.npy"] * 2 + ["tacho.npz"] * 3 + ["run.h5"] * 3 + ["text.csv", "nowhere.csv"]
+CALIBRATIONS = [str(path) for path in (package_folder() / "plan").glob("*.json")] + ["record.csv"]
+CHEAP = ["kinematic"] * 9 + ["impulse"] * 6 + ["planar"] * 4
+WORDS: dict[str, Sequence[str]] = {  # by the option's name, or by its metavar
+    "B": ["skf-22240"] * 3 + ["own.toml"] * 6 + ["skf-6205", "mfpt-nice", "fag-22205", "skf-22241"],
+    "FILE": RECORDS, "file": RECORDS, "healthy": RECORDS, "background": RECORDS,
+    "SCENE": ["paper", "rig", "scene.toml"], "P": ["none", "rig", "path.toml"], "PATH": ["rig", "path.toml"],
+    "none|outer|inner|roller": ["none", "outer", "inner", "roller", "ball"], "N1..N12": ["N1", "N2", "N5", "N12"],
+    "model": [*CHEAP, *(level.name for level in LEVELS), "auto"], "solver": list(METHODS), "Q": list(Question),
+    "C": ["acc [g]", "acc", "tacho", "2"], "U": ["g", "g", "m/s2", "m/s²", "mV"], "E": ENGINES,
+    "FOLDER": ["records", "record.csv"], "DIR": ["done"] * 4 + ["damaged", "out"], "LABELS.csv": ["records/labels.csv"],
+    "FILE.toml|PRESET": ["campaign.toml", "table5-smoke"], "NAME": [*study_names(), "torino-excerpts"],
+    "calibration": CALIBRATIONS, "reference": ["record.csv"], "white|RECORDING": ["white", "healthy.npy", "run.h5"],
+    "output": ["out.h5", "out.toml", "out"], "OUT.png|svg|html": ["out.png", "out.svg", "out.html", "out.gif"],
+    "URL": ["tcp://127.0.0.1:1"], "HOST:PORT": ["127.0.0.1:0"], "TEXT": ["222", "ball skf", "zzz"],
+    "KIND": ["kernels", "nothing"], "TARGET": ["records", "record.csv"],
+}  # fmt: skip
+
+
+def floats(low: float, high: float) -> st.SearchStrategy[str]:
+    """Numbers spread evenly over their decades, with four digits."""
+    return st.floats(math.log10(low), math.log10(high)).map(lambda power: f"{10**power:.4g}")
+
+
+NUMBERS = {  # by the option's name, or by its type
+    "rpm": st.just("1500") | floats(100, 6000), "seconds": floats(0.02, 0.3), "fs": st.sampled_from(["12000", "6000"]),
+    "pulses_per_rev": st.sampled_from(["1", "2", "60"]), "band": floats(100, 6000), "cage_slip": floats(0.1, 6),
+    "rpm_tolerance": floats(0.1, 12), "defect_height_mm": floats(1e-2, 1.1),
+    "segment_seconds": floats(1e-4, 5e-3),
+    "step": st.sampled_from(["auto", "1/61440", "1e-5", "4.069010416666667e-06", "2e-5"]),
+    "tolerance": floats(1e-3, 100) | st.sampled_from(["3dB", "1dB"]), "positive": floats(1e-2, 1e3),
+    "finite": st.tuples(st.sampled_from(["", "", "", "-"]), floats(1e-2, 1e3)).map("".join),
+    "count": st.integers(1, 50).map(str), "jobs": st.integers(1, 3).map(str), "seed": st.integers(0, 99).map(str),
+}  # fmt: skip
+
+
+def leaves(of: argparse.ArgumentParser, words: tuple[str, ...] = ()) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    """The commands, or their actions, with their parsers."""
+    inner = [action for action in of._actions if isinstance(action, argparse._SubParsersAction)]
+    for action in inner:
+        for name, parser in action.choices.items():
+            yield from leaves(parser, (*words, name))
+    if not inner:
+        yield " ".join(words), of
+
+
+COMMANDS = dict(leaves(arguments.parser()))
+
+
+def options_of(command: str) -> list[argparse.Action]:
+    return [a for a in COMMANDS[command]._actions if a.dest not in ("help", "json")]
+
+
+def values_of(action: argparse.Action) -> st.SearchStrategy[str]:
+    if action.choices:
+        return st.sampled_from(list(map(str, action.choices)))
+    if isinstance(action.type, str):
+        return NUMBERS.get(action.dest, NUMBERS[action.type])
+    metavar = action.metavar if isinstance(action.metavar, str) else ""
+    anything = [word for words in WORDS.values() for word in words]
+    return st.sampled_from(list(WORDS.get(action.dest) or WORDS.get(metavar) or anything))
+
+
+def put(action: argparse.Action, values: Sequence[str]) -> list[str]:
+    """The words of an option with its values; behind an equals sign, as they may begin with a minus."""
+    if not action.option_strings:
+        return list(values)
+    name = action.option_strings[-1]
+    return [f"{name}={values[0]}"] if len(values) == 1 else [name, *values]
+
+
+@st.composite
+def command_lines(draw: Callable[..., Any], command: str) -> list[str]:
+    line = command.split()
+    for action in options_of(command):
+        must = action.required or action.dest in ALWAYS.get(command, ())
+        often = GIVEN - 1 if action.dest in OFTEN else 1
+        if not must and draw(st.sampled_from(range(GIVEN))) >= often:
+            continue
+        several = action.nargs in ("*", "+") and draw(st.booleans())
+        count = action.nargs if isinstance(action.nargs, int) else 1 + several
+        values = draw(st.lists(values_of(action), min_size=count, max_size=count, unique=True))
+        line += put(action, sorted(values, key=float) if action.dest == "band" else values)
+    return line
+
+
+class Said(list[str]):
+    """The text that a command would have printed had JSON not been asked for; of the same result."""
+
+
+@pytest.fixture(scope="module")
+def said(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Said]:
+    """A folder with the files that `WORDS` names, to work in; what takes long fails there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("place"))
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        write_files()
+        patch.setattr(arguments, "parser", functools.cache(arguments.parser))
+
+        def guarded(*_: Any, **__: Any) -> None:
+            raise NumericsError("this would take long")
+
+        text, cache = Said(), cache_use()  # the files of the cache are many
+        patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
+        for path in Path(arguments.__file__).parent.glob("*_command*.py"):
+            patch.setattr(f"srbval.cli.{path.stem}.answer", functools.partial(answer_twice, text))
+        for function in LONG:
+            if importlib.util.find_spec(function.split(".")[0]):  # Sphinx is an extra
+                patch.setattr(function, guarded)
+        yield text
+
+
+def answer_twice(text: Said, options: argparse.Namespace, document: Any, show: Any, **more: Any) -> int:
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        output.answer(argparse.Namespace(json=False), document, show, **more)
+    text[:] = printed.getvalue().splitlines()
+    return output.answer(options, document, show, **more)
+
+
+def write_files() -> None:
+    rng, time = np.random.default_rng(1), np.arange(int(SECONDS * FS_HZ)) / FS_HZ
+    since = np.mod(time, 1 / 89.6)  # BPFO of the bearing below at 25 Hz
+    samples = rng.normal(0, 0.05, time.size) + np.exp(-900 * since) * np.sin(2 * np.pi * 3000 * since)
+    np.savetxt("record.csv", samples, header="acc [g]", comments="", fmt="%.5f")
+    np.save("healthy.npy", rng.normal(0, 0.05, time.size))
+    np.savez("tacho.npz", acc=samples, tacho=np.mod(time * 25.0, 1) < 0.5, fs=float(FS_HZ))
+    Path("text.csv").write_text("no number\n")
+    Path("own.toml").write_text(
+        'title = "b"\nsource = "s"\n[elements]\nrolling_elements = 9\nelement_diameter = "0.3126 in"\n'
+        'pitch_diameter = "1.537 in"\ncontact_angle = "0 deg"\n'
+    )
+    Path("scene.toml").write_text(
+        'duration = "0.1 s"\nsettle = "0 s"\n[speed_profile]\ntime = ["0 s", "1 s"]\nspeed = ["800 rpm", "900 rpm"]\n'
+    )
+    Path("path.toml").write_bytes((Path(arguments.__file__).parents[1] / "scene" / "sensor_path_rig.toml").read_bytes())
+    Path("campaign.toml").write_text(
+        'name = "c"\n[scene]\nduration = "5 ms"\nmodel = "planar"\n[[axes]]\nkind = "grid"\n'
+        'values = { "load.radial" = ["1 kN", "-1 kN"], "defect.kind" = ["none", "outer"] }\n'
+    )
+    Path("records").mkdir()
+    os.mkfifo("pipe")
+    for name in ("a", "b"):
+        np.save(f"records/{name}.npy", rng.normal(size=2000))
+    Path("records/labels.csv").write_text("file,state,rpm\na.npy,healthy,1500\n")
+    assert main(["data", "add", "records"]) == 0
+    Path("records/b.npy").write_bytes(Path("records/a.npy").read_bytes())  # is now another one
+    assert main(["simulate", "--model", "kinematic", "--seconds", "1", "--defect", "outer", "-o", "run.h5"]) == 0
+    run_small(six("impulse"), Path("done"))
+    shutil.copytree("done", "damaged")
+    next(Path("damaged").rglob("*.h5")).write_bytes(b"no result")
+
+
+def answered(line: Sequence[str], said: Said) -> tuple[int, dict[str, Any], list[str]]:
+    """Exit code, JSON and text of a command line; every one of them is as `interface` says, whatever the line."""
+    said.clear()
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([*line, "--json"])
+    shown = [word[:100] for word in line]
+    assert "Traceback" not in err.getvalue(), shown
+    document = json.loads(out.getvalue(), parse_constant=lambda c: pytest.fail(f"{c} in JSON of {shown}"))
+    status = document["status"]
+    assert code in (0, 1, 2, 3, 4), (shown, code)
+    good = ("ok", *USABLE, *(["problems"] if line[0] == "data" else []))  # of files that are registered all the same
+    assert (status in good) == (code == 0) or (line[:2], status) == (["data", "verify"], "problems"), (shown, status)
+    if status == "failed":
+        last = [words for words in err.getvalue().splitlines() if words.startswith("srbval: ")][-1]
+        assert (code >= 2, document["exit_code"], last) == (True, code, f"srbval: {document['message']}"), shown
+        assert len(last) < LONGEST, shown
+        assert last.isprintable(), shown
+    else:
+        assert code != 2, shown
+        assert any(said), shown
+    return code, document, list(said)
+
+
+NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]\d+)?")
+SCALES = {"bearing list": (1e3, 2e3, 180 / math.pi), "doctor": (1e-6,)}  # units of tables over those of the JSON
+
+
+def numbers(value: Any) -> Iterator[float]:
+    """All numbers of a JSON document, those within texts and keys too."""
+    if isinstance(value, dict):
+        value = [*value, *value.values()]
+    if isinstance(value, list):
+        for inner in value:
+            yield from numbers(inner)
+    elif isinstance(value, str):
+        yield from (float(found[0]) for found in NUMBER.finditer(value))
+    elif value is not None:
+        yield float(value)
+
+
+def check_tables(command: str, document: dict[str, Any], text: Sequence[str]) -> None:
+    """Every number in a column of a table is one of the JSON, to the digits that are printed."""
+    cells = {cell for row in text for cell in re.split(r"\s{2,}", row.strip()) if "  " in row}
+    printed = {cell for cell in cells if NUMBER.fullmatch(cell)}
+    if printed:
+        known = np.array([*numbers(document), 1.0])  # 1: the shaft's own order
+        known = np.concatenate([known, *(known * scale for scale in SCALES.get(command, ()))])
+        for cell in printed:
+            digits, _, power = cell.partition("e")
+            last = 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+            assert np.abs(np.abs(known) - abs(float(cell))).min() <= 0.5001 * last, (command, cell)
+
+
+def check_first_lines(command: str, code: int, document: dict[str, Any], text: Sequence[str]) -> None:
+    """What a command says in words is what its JSON says."""
+    whole = "\n".join(text)
+    if command == "analyse":
+        assert document["verdict"] in " ".join(text)
+        detected = sum(line["detected"] for line in document["lines"])
+        assert detected == sum(row.endswith("  yes") for row in text)
+        assert all((line["found_hz"] is None) == (not line["detected"]) for line in document["lines"])
+        called, naming = document["fault"]["called"], {"roller": "roll(er|ing)"}
+        assert called is None or re.search(rf": {naming.get(called, called)}[- ]", whole)
+    if command == "plan":
+        assert document["met"] == (code == 0)
+        assert whole.count("<-") == 1
+        assert next(row for row in text if "<-" in row).split()[0] == document["chosen"]
+        assert f": {document['chosen']}" in whole
+    if command == "report":
+        page = Path(document["html"]).read_text(encoding="utf-8")
+        plain = " ".join(re.sub(r"<[^>]*>", "", page).replace("\u00a0", " ").split())
+        assert document["headline"]["text"] in plain
+        assert json.loads(Path(document["json"]).read_text(encoding="utf-8"))["headline"] == document["headline"]
+    for name in ("cases", "done", "results", "count", "segments"):
+        if name in document and not isinstance(document[name], list) and command != "data list":
+            assert re.search(rf"\b{document[name]}\b", whole), name
+
+
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_says_one_thing(command: str, said: Said) -> None:
+    count = math.ceil(EXAMPLES / 1000 * SHARES.get(command, 20))
+
+    @settings(max_examples=count, deadline=None, derandomize=True, database=None, phases=(Phase.generate,),
+              suppress_health_check=list(HealthCheck), report_multiple_bugs=False)  # fmt: skip
+    @given(command_lines(command))
+    def one(line: list[str]) -> None:
+        code, document, text = answered(line, said)
+        ended[document["status"], code] += 1
+        if document["status"] != "failed":
+            check_tables(command, document, text)
+            check_first_lines(command, code, document, text)
+
+    ended = Counter[Any]()
+    one()
+    print(f"\n{command}: " + ", ".join(f"{n} {status} ({code})" for (status, code), n in ended.most_common()))
+
+
+HOSTILE_NUMBERS = ["nan", "inf", "-inf", "-1", "0", "-0.0", "1e-320", "1e308", "1e400", "1e12", "9" * 400, "9" * 5000,
+                   "0x10", "", " ", "\0", "\ud800", "٣", "1" * 1_000_000, "1e-13"]  # fmt: skip
+HOSTILE_TEXTS = ["", " ", "\0", "\ud800", "\udcff", "a\nb", "x" * 1_000_000, "/dev/zero", "/dev/full", "/", ".", "-1",
+                 "a/b/c", "no.toml", "pipe", "//[", "/proc/self/mem", "http://[", "CON", "~", "*"]  # fmt: skip
+WRITTEN = ("output", "plot", "junit")
+NEEDED = {"campaign run": ["table5-smoke", "--dry-run"], "simulate": ["--seconds=0.02", "--model=kinematic"]}
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_option_with_every_hostile_value(command: str, said: Said) -> None:
+    options = options_of(command)
+    needed = {a: put(a, ["done" if a.dest == "folder" else "out"]) for a in options if a.required}
+    for action in options:
+        if action.nargs == 0 or action.choices:
+            continue
+        others = [word for other, words in needed.items() if other is not action for word in words]
+        for value in HOSTILE_NUMBERS if action.type else HOSTILE_TEXTS:
+            if command == "data add" and value in ("/", "~"):
+                continue  # legal, and long
+            if action.dest in WRITTEN and value.startswith(("/", "~")):
+                continue  # who tests as root would harm the machine if the program were wrong
+            count = action.nargs if isinstance(action.nargs, int) else 1
+            answered([*command.split(), *NEEDED.get(command, ()), *others, *put(action, [value] * count)], said)

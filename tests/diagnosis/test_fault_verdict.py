@@ -1,0 +1,231 @@
+"""The one verdict: headline, tone and data contradict neither each other nor the record, whatever is declared."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.cli import main
+from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, baseline_of, compare_with_baseline
+from srbval.diagnosis.diagnose import diagnose
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER, UNDECIDED
+from srbval.diagnosis.fault_verdict import (
+    SHALLOW_DEPTH,
+    FaultVerdict,
+    Finding,
+    fault_verdict,
+    is_fault_like,
+    smallest_seen,
+    verdict_of,
+)
+from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.lines import SHAFT, Line, read_lines
+from srbval.recordings import Origin, ShaftSpeed, SpeedSource, load_recording
+from srbval.report.blocks import Tone
+from srbval.report.sections.user_report import TONES
+from srbval.storage.json_files import to_json
+from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
+from tests.reading.test_line_rows import periodogram, squared_envelope
+from tests.reading.test_shaft_speed import BEARING, record
+
+NOTHING = BaselineComparison(sentence="There is no healthy record to compare.")
+UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 859 rpm",))
+
+
+def assert_no_contradiction(analysis: Analysis, verdict: FaultVerdict) -> None:
+    """Headline, tone and data of one verdict, and a tick only where nothing stands out."""
+    entry, tone = to_json(verdict), TONES[verdict.finding]
+    start = {Finding.UNDECIDED: "Undecided", Finding.NOTHING_FOUND: "Nothing found"}
+    start |= {Finding.NAMED: f"{verdict.part.label.capitalize()} fault" if verdict.part else "?"}
+    assert verdict.headline.startswith(start[verdict.finding])
+    assert (entry["verdict"], entry["called"]) == (verdict.finding, verdict.part)
+    assert tone is {"named": Tone.BAD, "undecided": Tone.WARNING, "nothing found": Tone.GOOD}[verdict.finding]
+    assert (verdict.finding is Finding.NAMED) == (verdict.part is not None)
+    named = entry["state"] in list(DEFECTS)
+    assert not named or entry["called"] == entry["state"], "no healthy record takes back what the record alone shows"
+    if tone is Tone.GOOD:
+        assert max(entry["probabilities"], key=entry["probabilities"].get) == Fault.HEALTHY
+        assert "would have been seen from a modulation of about" in verdict.headline
+        for line in (x for x in analysis.lines if Fault.of_line(x.name) and x.is_first and x.stands_out):
+            assert line.depth < SHALLOW_DEPTH
+            assert verdict.comparison.ratios[line.name][0] < RISEN_RATIO
+        assert analysis.outside is None
+
+
+def planted(**lines: dict[str, object]) -> Analysis:
+    """A healthy record's analysis with some first lines changed."""
+    analysis = healthy_analysis()
+    return dataclasses.replace(
+        analysis,
+        lines=tuple(dataclasses.replace(x, **lines.get(x.name, {})) if x.is_first else x for x in analysis.lines),
+    )
+
+
+STRONG = {"detected": True, "found_hz": 100.0, "ci95_hz": 0.1, "deviation_pct": 0.1, "snr": 4000.0,
+          "noise_false_alarm": 1e-9, "placebo_false_alarm": None, "isolated": True, "covered": False,
+          "explained_by": None}  # fmt: skip
+HEIGHTS = {
+    "none": {},
+    "shallow": STRONG | {"depth": 0.1},
+    "deep": STRONG | {"depth": 0.9},
+    "explained": STRONG | {"depth": 0.3, "detected": False, "explained_by": "3/2 BPFI"},
+    "covered": STRONG | {"depth": 0.3, "detected": False, "covered": True, "explained_by": SHAFT},
+}
+
+
+def test_no_combination_of_evidence_contradicts_itself() -> None:
+    """Every line, comparison and answer of the record alone together: the rule leaves no gap."""
+    plain, seen = diagnose(healthy_analysis()), set()
+    for name, height, state, ratio in itertools.product(
+        ("BPFO", "BPFI", "2xBSF"), HEIGHTS, (*CLASSES, UNDECIDED), (None, 1.1, 30.0)
+    ):
+        analysis = planted(**{name: HEIGHTS[height]})
+        best = Fault.HEALTHY.value if state == UNDECIDED else state
+        shares = {one: 0.8 if one == best else 0.05 for one in CLASSES}
+        alone = dataclasses.replace(plain, state=state, probabilities=shares)
+        ratios = {} if ratio is None or height == "none" else {name: (ratio, (ratio / 1.05, ratio * 1.05))}
+        compared = dataclasses.replace(NOTHING, ratios=ratios)
+        if ratio == 30.0 and height in ("shallow", "deep"):
+            compared = dataclasses.replace(
+                compared, risen=Fault.of_line(name), line=name, ratio=ratio, ratio_ci95=(28.0, 32.0)
+            )
+        verdict = verdict_of(analysis, compared, alone)
+        assert_no_contradiction(analysis, verdict)
+        if state == OTHER or (height in ("explained", "covered") and ratio != 1.1):
+            assert verdict.finding is not Finding.NOTHING_FOUND
+        seen.add(verdict.finding)
+    assert seen == set(Finding)
+
+
+def test_a_healthy_record_of_another_speed_is_no_reassurance() -> None:
+    """A line as shallow as a healthy bearing's: accounted for at the same speed, open at another."""
+    analysis = planted(BPFO=HEIGHTS["shallow"])
+    same = dataclasses.replace(NOTHING, ratios={"BPFO": (1.1, (0.9, 1.3))})
+    alone = diagnose(healthy_analysis())
+    assert verdict_of(analysis, same, alone).finding is Finding.NOTHING_FOUND
+    compared = compare_with_baseline(analysis, UNLIKE)
+    assert (compared.ratios, compared.risen, compared.baseline) == ({}, None, None)
+    elsewhere = verdict_of(analysis, compared, alone)
+    assert elsewhere.finding is Finding.UNDECIDED
+    assert "339 rpm instead of 859 rpm" in elsewhere.sentence
+    assert "not comparable" in elsewhere.sentence
+
+
+def test_a_fault_that_the_record_alone_names_is_kept_beside_any_healthy_record() -> None:
+    same = Baseline(analysis=dataclasses.replace(faulted_analysis(), recording=healthy_analysis().recording))
+    for baseline in (None, same, UNLIKE):
+        assert fault_verdict(faulted_analysis(), baseline).part is Fault.INNER
+
+
+@pytest.mark.parametrize(("second", "expected"), [(0.12, False), (0.3, True), (None, True)])
+def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, expected: bool) -> None:
+    """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
+    analysis = planted(BPFO=STRONG | {"depth": 0.6})
+    lines = tuple(
+        dataclasses.replace(x, depth=second) if (x.name, x.harmonic) == ("BPFO", 2) else x for x in analysis.lines
+    )
+    analysis = dataclasses.replace(analysis, lines=lines)
+    assert is_fault_like(analysis, analysis.line("BPFO")) is expected
+
+
+@pytest.mark.parametrize("origin", [Origin.SIMULATED, Origin.STAND_IN])
+def test_of_what_is_not_measured_nothing_is_said(origin: Origin) -> None:
+    analysis = faulted_analysis()
+    recording = dataclasses.replace(analysis.recording, origin=origin)
+    entry = to_json(fault_verdict(dataclasses.replace(analysis, recording=recording), healthy_analysis()))
+    assert (entry["verdict"], entry["called"], entry["state"], entry["probabilities"]) == (None, None, None, {})
+    assert entry["headline"].startswith("No fault is named: the record is ")
+
+
+def test_what_would_have_been_seen_is_seen() -> None:
+    """At the stated limit a line with its harmonics stands out in 95 of 100 records; at half of it seldom."""
+    speed, number = ShaftSpeed(value_hz=25.0, ci95_hz=0.002, source=SpeedSource.STATED), np.arange(1, 6)
+
+    def bpfi(height: float, seed: int) -> Line:
+        hz, rng = BEARING.orders.bpfi * 25.0 * number, np.random.default_rng(seed)
+        lines = read_lines(
+            periodogram(squared_envelope(rng, hz, height * 0.8**number / 0.8, 6.0), 25.0), BEARING, speed, brief=True
+        )
+        return next(x for x in lines if (x.name, x.harmonic) == ("BPFI", 1))
+
+    limits = [smallest_seen(bpfi(0.0, seed), NOTHING) for seed in range(25)]
+    whole, half = (sum(bpfi(share * limit, n).stands_out for n, limit in enumerate(limits)) for share in (1.0, 0.5))
+    assert whole >= 22  # of 25 at 95 %: fewer in 3 of 100 draws
+    assert half <= 4
+
+
+def test_a_declared_state_changes_nothing_that_is_found() -> None:
+    found = []
+    for state in (None, *Fault):
+        analysis = analyse(dataclasses.replace(record(shaft_hz=25.0), state=state), bearing=BEARING)
+        verdict = fault_verdict(analysis, healthy_analysis())
+        assert (f"Declared: {state.label}" in verdict.beside(state)) if state else not verdict.beside(state)
+        assert ("check the label" in verdict.beside(state)) == (state not in (None, Fault.INNER))
+        found.append((to_json(analysis), to_json(verdict)))
+    assert all(one == found[0] for one in found)
+
+
+@pytest.mark.recordings
+def test_the_name_of_a_file_changes_nothing_that_is_found(
+    recordings_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    documents = []
+    for name in ("Normal_1200.mat", "IR2_1200.mat", "OR8_1200.mat"):
+        shutil.copy(recordings_dir / "hit_sm" / "Self-built" / "OR5_1200.mat", tmp_path / name)
+        assert main(["analyse", str(tmp_path / name), "--json"]) == 0
+        documents.append(json.loads(capsys.readouterr().out))
+        (tmp_path / name).unlink()
+    states = [document.pop("declared_state") for document in documents]
+    assert states == ["healthy", "inner", "outer"]
+    for document in documents:
+        del document["file"], document["notes"]
+    assert documents[0] == documents[1] == documents[2]
+    assert documents[0]["fault"]["called"] == "outer"
+
+
+HEALTHY_OF = {"cwru": "97_Normal_0_48kDE.mat", "hit_sm": "Normal_1200.mat", "uestc": "N_1200_1.mat"}
+
+
+def healthy_file(file: Path, dataset: str) -> Path | None:
+    """The healthy record of the same machine, at the same speed as near as there is one."""
+    if dataset == "torino":
+        return file.with_name(f"H_{file.name.split('_')[1]}_sample.mat")
+    return file.with_name(HEALTHY_OF[dataset]) if dataset in HEALTHY_OF else None
+
+
+@pytest.mark.recordings
+def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir: Path) -> None:
+    """All recordings, alone and beside their healthy ones; labels by the manifest, which no analysis sees."""
+    findings = {}
+    for entry in json.loads((recordings_dir / "manifest.json").read_text(encoding="utf-8")):
+        path = recordings_dir / entry["file"]
+        for channel in [f"ch{n}" for n in range(1, 9)] if entry["dataset"] == "ims_test1" else [None]:
+            recording = load_recording(path, channel=channel)
+            analysis = analyse(
+                dataclasses.replace(recording, state=None),
+                bearing=bearing_of(recording, None if recording.bearing else "uc-204"),
+            )
+            alone = diagnose(analysis, all_channels=True)
+            healthy = healthy_file(path, entry["dataset"])
+            baselines: list[Baseline | None] = [None]
+            if healthy is not None and healthy != path:
+                baselines.append(baseline_of(analysis, load_recording(healthy)))
+            for baseline in baselines:
+                verdict = verdict_of(analysis, compare_with_baseline(analysis, baseline), alone)
+                assert_no_contradiction(analysis, verdict)
+                findings[entry["file"], channel, baseline is not None] = recording.state, verdict
+    crosses = [key for key, (state, v) in findings.items() if v.part and state in (None, Fault.HEALTHY)]
+    assert crosses == []
+    wrong = [key for key, (state, v) in findings.items() if v.part not in (None, state)]
+    assert wrong == []
+    for (file, channel, beside), (_, verdict) in findings.items():
+        if not beside and (file, channel, True) in findings and verdict.part:
+            assert findings[file, channel, True][1].part is verdict.part
+    assert len(findings) > 60

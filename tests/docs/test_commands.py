@@ -1,0 +1,169 @@
+"""Every command of README and documentation runs as it is printed, page by page, on files like those that it names."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import srbval
+from srbval.bearing import fault_frequencies, load_bearing
+from srbval.cli import main
+from srbval.cli.arguments import parser
+from srbval.scene import load_scene
+from srbval.storage.installation import shipped_folder
+from tests.campaign.command import cluster
+
+DOCS = Path(srbval.__file__).parent / "docs"
+README = DOCS.parents[1] / "README.md"
+TEXTS = {page.name if page == README else page.relative_to(DOCS).as_posix(): page.read_text(encoding="utf-8")
+         for page in (README, *sorted(DOCS.rglob("*.md")))}  # fmt: skip
+LEFT_OUT = {  # what a command contains that is not run here, and why
+    "pip install": "installs: .ci/run and .ci/release do it",
+    "python3 -m venv": "installs",
+    "doctor": "of the environment that the line before installed",
+    "activate": "the environment of a cluster",
+    "sphinx-build": ".ci/run does it",
+    "srbval check": "takes minutes, or replaces the reference: .ci/run does it",
+    "srbval bench": "takes an hour: tests/studies",
+    "data fetch": "needs a network",
+    "--engine": "needs a cluster: below",
+    "speeds": "of that campaign: below",
+    "dask ": "a cluster's",
+    "umask": "certificates of a cluster: tests/campaign/test_engines.py",
+    "openssl": "the same",
+    "cp cert.pem": "the same",
+    "--defect-size": "25 runs, minutes: tests/path/test_defect_size.py",
+}
+MAIN_JOB = "srbval report"  # takes minutes: tests/report makes it of shorter runs
+ABSOLUTE = "/measurements"  # which the guide's folder lies in
+FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as the guide's options say
+
+
+def blocks(page: str, kind: str) -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)\n```", TEXTS[page], flags=re.DOTALL)
+
+
+def commands_of(block: str) -> list[str]:
+    """The commands of a block, without comments, continued lines joined."""
+    return [found for line in block.replace("\\\n", " ").splitlines() if (found := re.split(r"\s#", line)[0].strip())]
+
+
+def commands(page: str) -> list[str]:
+    return [command for block in blocks(page, "sh") for command in commands_of(block)]
+
+
+def is_run(command: str) -> bool:
+    return command != MAIN_JOB and not any(words in command for words in LEFT_OUT)
+
+
+PAGES = {page: found for page in TEXTS if (found := [line for line in commands(page) if is_run(line)])}
+
+
+def write_csv(path: Path, *, fault: bool) -> None:
+    """Outer-race impacts of the guide's own bearing, ringing at 3 kHz, in noise; accelerations in g."""
+    time = np.arange(int(SECONDS * FS_HZ)) / FS_HZ
+    samples = np.random.default_rng(5 + fault).normal(0, 0.05, time.size)
+    if fault:
+        since = np.mod(time, 1 / fault_frequencies("my_bearing.toml", rpm=RPM).bpfo_hz)
+        samples += np.exp(-900 * since) * np.sin(2 * np.pi * 3000 * since)
+    np.savetxt(path, samples, fmt="%.6g")
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The files that the pages name."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
+    elements = next(block for block in blocks("guide/your_bearing.md", "toml") if "[elements]" in block)
+    Path("my_bearing.toml").write_text(elements, encoding="utf-8")
+    write_csv(Path("drive_end.csv"), fault=True)
+    write_csv(Path("healthy.csv"), fault=False)
+    frequency = np.arange(300.0, 3500.0, 2.0)  # of a mass on a spring, beside another one: about 1 kHz
+    response = 1 / 92 - (0.02 * frequency**2) / (1000.0**2 - frequency**2 + 2j * 0.03 * 1000 * frequency)
+    table = np.column_stack([frequency, response.real, response.imag])
+    np.savetxt("hammer.csv", table, delimiter=",", header="frequency_hz,real_m_s2_n,imag_m_s2_n", comments="")
+    rig = tmp_path / ABSOLUTE.removeprefix("/") / "rig7"
+    rig.mkdir(parents=True)
+    for name in ("healthy", "run01", "run02"):
+        np.save(rig / f"{name}.npy", np.random.default_rng(len(name)).normal(size=40_000))
+    labels = re.search(r"```\n(file;.*?)```", TEXTS["guide/your_data.md"], flags=re.DOTALL)
+    assert labels is not None
+    Path("labels.csv").write_text(labels[1].replace(".tdms", ".npy"), encoding="utf-8")
+    scene, _ = blocks("guide/commands.md", "toml")
+    Path("scene.toml").write_text(scene, encoding="utf-8")
+    return tmp_path
+
+
+def run(command: str, folder: Path) -> None:
+    words = shlex.split(command.replace(ABSOLUTE, f"{folder}{ABSOLUTE}"))
+    assert words[0] == "srbval", f"{command}: neither run nor left out with its reason"
+    assert main(words[1:]) == 0, command
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_command_runs_as_it_is_printed(page: str, files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """And prints what the page shows of its output, whose lines may be shortened at their ends."""
+    printed = list[str]()
+    for kind, block in re.findall(r"```(sh|none)\n(.*?)\n```", TEXTS[page], flags=re.DOTALL):
+        if kind == "none":
+            assert all(any(line.startswith(shown) for line in printed) for shown in block.splitlines()), block
+            continue
+        for command in filter(is_run, commands_of(block)):
+            run(command, files)
+        printed = capsys.readouterr().out.splitlines()
+
+
+@pytest.mark.parametrize("command", ["srbval plan scene.toml", "srbval simulate scene.toml --model auto --seconds 0.1"])
+@pytest.mark.usefixtures("files")
+def test_the_guides_scene_is_planned_and_run(command: str, tmp_path: Path) -> None:
+    """Its profile of speed ends with its own two seconds."""
+    assert load_scene("scene.toml").contact.roller_fit.value == "printed"
+    run(command, tmp_path)
+
+
+def test_every_reason_to_leave_a_command_out_has_a_command() -> None:
+    lines = [line for page in TEXTS for line in commands(page)]
+    assert [words for words in LEFT_OUT if not any(words in line for line in lines)] == []
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_every_command_has_the_options_it_is_given(page: str) -> None:
+    """Those that are left out and those within a sentence too, if they are whole."""
+    within = re.findall(r"`(srbval [a-z][^`]*)`", re.sub(r"```.*?```", "", TEXTS[page], flags=re.DOTALL))
+    for line in [c for c in commands(page) if c.startswith("srbval ")] + [c for c in within if " -" in c]:
+        words = shlex.split(line.replace("...", ""))
+        assert parser().parse_args(words[1:]).command == words[1], line
+
+
+def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Path) -> None:
+    for block in blocks("guide/your_bearing.md", "toml"):
+        path = tmp_path / "own.toml"
+        path.write_text(block, encoding="utf-8")
+        if block.startswith("title"):
+            assert load_bearing(path).rolling_elements > 1
+        else:
+            assert load_scene(path).duration_s > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["slurm", "dask"])
+def test_the_campaign_on_a_cluster_goes_word_for_word(engine: str, tmp_path: Path) -> None:
+    """With a stand-in for SLURM; interface, address and number of jobs are this machine's."""
+    environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
+    page = "guide/many_cases.md"
+    for name in ("speeds.toml", "jobqueue.yaml"):
+        text = blocks(page, name[-4:])[0].replace("ib0", "lo")
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    with cluster(engine, tmp_path, environment) as options:
+        for line in commands(page):
+            if " speeds" in line and ("--engine" not in line or engine in line):
+                own = line.replace("tcp://10.0.0.5:8786", options[-1]).replace("--jobs 8", "--jobs 2")
+                subprocess.run([sys.executable, "-m", *shlex.split(own)], cwd=tmp_path, env=environment, check=True)
+    table = (tmp_path / "speeds" / "results.csv").read_text(encoding="utf-8").splitlines()
+    assert {row.split(",")[0] for row in table[1:] if ",ok," in row} == set("012345678")

@@ -1,0 +1,95 @@
+"""No row of the table of lines contradicts itself: detected, chance, height, place and reason go together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Bearing, load_bearing
+from srbval.reading.families import half_window_hz, window_share
+from srbval.reading.lines import SHAFT, Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
+from srbval.reading.verdict import describe_lines
+from srbval.recordings import ShaftSpeed, SpeedSource
+from srbval.signal import LEAST_SNR, Periodogram
+from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
+
+FS_HZ, LIMIT_HZ = 2000.0, 700.0
+BEARINGS = ("skf-6205", "skf-22240", "uc-204", "rexnord-za-2115")
+RECORDS = 60
+EDGE = 1e-9  # of a window, as a share: rounding
+
+
+def squared_envelope(rng: np.random.Generator, lines_hz: np.ndarray, heights: np.ndarray, seconds: float) -> np.ndarray:
+    """Mean one, noise of a hundredth, and cosines of the given heights."""
+    time_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
+    waves = heights @ np.cos(2 * np.pi * np.outer(lines_hz, time_s) + rng.uniform(0, 6.3, (lines_hz.size, 1)))
+    return np.asarray(1 + waves + 0.1 * rng.standard_normal(time_s.size))
+
+
+def periodogram(samples: np.ndarray, shaft_hz: float) -> Periodogram:
+    return Periodogram.of(samples, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=shaft_hz)
+
+
+def random_record(seed: int) -> tuple[Periodogram, Bearing, ShaftSpeed]:
+    """A record of 2 to 10 s with lines of the bearing, of its shaft and of anything else, from weak to very strong."""
+    rng = np.random.default_rng(seed)
+    bearing = load_bearing(BEARINGS[rng.integers(len(BEARINGS))])
+    shaft_hz, seconds = rng.uniform(6, 30), rng.uniform(2, 10)
+    orders = rng.permutation([bearing.orders.bpfo, bearing.orders.bpfi, 2 * bearing.orders.bsf, bearing.orders.ftf])
+    combs = [*orders[: rng.integers(0, 4)], *rng.uniform(0.3, 12, rng.integers(0, 3)), 1.0]
+    fundamentals = [order * (1 + 0.004 * rng.standard_normal()) for order in combs[:-1]] + [1.0]
+    hz = shaft_hz * np.concatenate([order * np.arange(1, 7) for order in fundamentals])
+    heights = np.repeat(10 ** rng.uniform(-3, 0, len(fundamentals)), 6) * rng.uniform(0, 1, hz.size)
+    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER)
+    kept = hz < LIMIT_HZ
+    return periodogram(squared_envelope(rng, hz[kept], heights[kept], seconds), shaft_hz), bearing, speed
+
+
+def assert_coherent(line: Line, window_hz: float) -> None:
+    assert line.detected == (line.not_detected is None)
+    snr, chance = line.snr or 0.0, 1.0 if line.noise_false_alarm is None else line.noise_false_alarm
+    if line.detected:
+        assert line.stands_out
+        assert line.explained_by is None
+        assert (line.false_alarm or 0) < PLACEBO_FALSE_ALARM
+        assert "-" in line.name or "+" in line.name or abs(line.found_hz - line.kinematic_hz) <= window_hz * (1 + EDGE)
+    elif line.found_hz is not None and line.explained_by is None:
+        holds = {
+            NotDetected.WEAK: snr <= LEAST_SNR and (line.false_alarm or 0) >= FALSE_ALARM,
+            NotDetected.MULTIPLES: snr <= LEAST_SNR and chance < FALSE_ALARM,
+            NotDetected.NOISE: snr > LEAST_SNR and chance >= FALSE_ALARM,
+            NotDetected.MEANINGLESS: snr > LEAST_SNR and (line.placebo_false_alarm or 0) >= PLACEBO_FALSE_ALARM,
+        }
+        assert holds.get(line.not_detected), line
+    if line.found_hz is not None:
+        assert snr > 0, "a peak that was found has a height"
+
+
+@pytest.mark.parametrize("trials", [1, 5])
+def test_no_row_contradicts_itself(trials: int) -> None:
+    reasons = set()
+    for seed in range(RECORDS // trials):
+        record, bearing, speed = random_record(seed)
+        lines = sidak_corrected(read_lines(record, bearing, speed), trials)
+        shown = {line.name for line in lines if line.is_first and line.detected}
+        half = {x.name: half_window_hz(x.kinematic_hz, record, window_share(bearing, speed)) for x in lines}
+        for line in lines:
+            assert_coherent(line, line.harmonic * half[line.name])
+            own = line.name.replace("+", "-").split("-")[0]
+            assert not line.detected or own in shown, "a harmonic or sideband without its line"
+        reasons |= {line.not_detected for line in lines}
+        text = describe_lines(lines, speed)
+        assert "weaker" not in text
+        assert all(line.name in text for line in detected_fault_lines(lines))
+    assert trials > 1 or reasons >= {*NotDetected, None} - {NotDetected.OUT_OF_REACH, NotDetected.NOISE}
+
+
+def test_a_line_under_a_harmonic_of_the_shaft_says_so() -> None:
+    """A rolling element's order of 4.01 at 300 rpm: the fourth harmonic's mask takes in its own peak."""
+    bearing, shaft_hz, number = load_bearing("uc-204"), 5.0, np.arange(1, 6)
+    samples = squared_envelope(np.random.default_rng(1), 4.01 * shaft_hz * number, 0.6 / number, 10.0)
+    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-5, source=SpeedSource.TACHOMETER)
+    line = next(x for x in read_lines(periodogram(samples, shaft_hz), bearing, speed) if x.name == "2xBSF")
+    assert (line.detected, line.not_detected, line.explained_by) == (False, NotDetected.HIDDEN, SHAFT)
+    assert line.snr is not None
+    assert line.snr > 1e3

@@ -1,0 +1,97 @@
+"""Records of any sampling rate, length and speed: a report, or a reason that is true."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from srbval.bearing import Fault, load_bearing
+from srbval.errors import DataError
+from srbval.reading.analyse import analyse
+from srbval.reading.lines import detected_fault_lines
+from srbval.reading.pipeline import LEAST_REVOLUTIONS
+from srbval.recordings import Origin, Recording
+from srbval.recordings.speed import stated_speed
+from srbval.report.findings.user_records import UserRecord, gather_user_records
+from srbval.report.reports import report_recordings, write_plot
+from srbval.signal.envelope import END_S
+
+BEARING = load_bearing("skf-6205")
+RATES_HZ = (2000.0, 4096.0, 8192.0, 12_000.0, 20_000.0, 48_000.0, 65_536.0, 102_400.0)
+SECONDS = (0.25, 0.5, 1.5, 4.0)
+SPEEDS_RPM = (30.0, 60.0, 120.0, 200.0, 300.0, 450.0, 600.0, 900.0, 1200.0, 1800.0, 3000.0, 4500.0, 6000.0)
+
+MOSTLY = 0.8  # of the records that are long enough: at 2 kHz and 6,000 rpm the line is beyond reach
+
+
+def outer_race(fs_hz: float, seconds: float, rpm: float, *, strength: float = 1.0) -> Recording:
+    """Impacts at BPFO that ring at three tenths of the sampling rate, in noise."""
+    samples = 0.1 * np.random.default_rng(0).standard_normal(round(fs_hz * seconds))
+    hits = np.zeros(samples.size)
+    hits[(np.arange(0.003, seconds, 60 / rpm / BEARING.orders.bpfo) * fs_hz).astype(int)] = strength
+    step = np.arange(round(0.02 * fs_hz))
+    ringing = np.exp(-0.015 * step) * np.sin(0.6 * np.pi * step)
+    return Recording(
+        name="made for the test", origin=Origin.MEASURED, fs_hz=fs_hz, unit="m/s2", channel="x", bearing=BEARING.name,
+        channels={"x": samples + scipy.signal.fftconvolve(hits, ringing)[: samples.size]},
+        speed=stated_speed(rpm, min(1.0, 0.02 * rpm)),
+    )  # fmt: skip
+
+
+def gathered(recording: Recording, healthy: Recording | None = None) -> UserRecord:
+    records, *_ = gather_user_records([recording], bearing=BEARING.name, healthy=healthy, model=False)
+    return records[0]
+
+
+@pytest.mark.parametrize("fs_hz", RATES_HZ)
+def test_each_of_416_rates_lengths_and_speeds_gives_a_report_or_a_true_reason(fs_hz: float) -> None:
+    read = []
+    for seconds, rpm in itertools.product(SECONDS, SPEEDS_RPM):
+        if round((seconds - 2 * END_S) * rpm / 60, 1) >= LEAST_REVOLUTIONS:
+            found = gathered(outer_race(fs_hz, seconds, rpm)).analysis
+            read.append([line.name for line in detected_fault_lines(found.lines)])
+            assert read[-1] in ([], ["BPFO"]), (seconds, rpm)
+            continue
+        with pytest.raises(DataError, match=f"at least {LEAST_REVOLUTIONS} are needed") as refused:
+            gathered(outer_race(fs_hz, seconds, rpm))
+        wanted = re.search(r"Record at least ([\d.]+) s", str(refused.value))
+        assert wanted
+        if rpm in (300, 3000):
+            assert gathered(outer_race(fs_hz, 1.01 * float(wanted[1]), rpm)).analysis.lines
+    assert read.count(["BPFO"]) >= MOSTLY * len(read)
+
+
+def rendered(recording: Recording, folder: Path) -> None:
+    """Page, JSON and pictures of a record."""
+    report_recordings([recording], folder, bearing=BEARING.name, model=False, formats=("html", "json"), appendix=True)
+    for name in ("one.png", "one.html"):
+        write_plot(analyse(recording, bearing=BEARING, choose_on_record=True), folder / name)
+    assert (folder / "one.png").stat().st_size > 0 < (folder / "report.html").stat().st_size
+
+
+EXTREMES = [(2000.0, 0.25, 6000.0), (102_400.0, 0.25, 6000.0), (1000.0, 600.0, 2.0), (100.0, 100.0, 6.0)]
+LONG = [*itertools.product((2000.0, 12_000.0, 102_400.0), (1.0, 20.0, 60.0), (30.0, 120.0, 600.0, 6000.0))]
+
+
+@pytest.mark.parametrize(
+    ("fs_hz", "seconds", "rpm"),
+    EXTREMES + [pytest.param(*one, marks=pytest.mark.slow) for one in LONG if one[1] * one[2] > 500],
+)
+def test_extremes_are_drawn(fs_hz: float, seconds: float, rpm: float, tmp_path: Path) -> None:
+    rendered(outer_race(fs_hz, seconds, rpm), tmp_path)
+
+
+@pytest.mark.parametrize(("fs_hz", "seconds"), [(2000.0, 10.0), (102_400.0, 1.0)])
+def test_a_healthy_record_of_another_rate_and_length_is_compared_in_a_band_that_both_hold(
+    fs_hz: float, seconds: float
+) -> None:
+    healthy = dataclasses.replace(outer_race(fs_hz, seconds, 900.0, strength=0.02), state=Fault.HEALTHY)
+    own = gathered(outer_race(12_000.0, 3.0, 900.0), healthy)
+    assert own.baseline is not None
+    assert own.analysis.processed.band_hz[1] < min(fs_hz, 12_000.0) / 2
