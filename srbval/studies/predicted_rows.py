@@ -14,7 +14,7 @@ from srbval.path.amplitudes import levels, pattern
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.recordings.registry import RegisteredRecording, load_entry, rig_recordings, unopened
-from srbval.studies.amplitude_rows import rows
+from srbval.studies.rig_amplitudes import rows
 
 
 def digest(predictions: Sequence[Mapping[str, Any]]) -> str:

@@ -1,4 +1,8 @@
-"""The rig scene behind the path to its sensor, at records' speeds: runs, paths and parts of the uncertainty."""
+"""The rig scene behind the path to its sensor, at records' speeds: runs, paths, parts of the uncertainty, rows, scores.
+
+Depth and kurtosis hang on the background: the healthy record's spectrum with random phases is added to the model's for
+these, and for nothing else.
+"""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,24 +13,25 @@ import numpy as np
 import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.comparison import QuantityValue
+from srbval.comparison.compared_quantities import CAGE_RATIO
+from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
-from srbval.path.amplitudes import levels, pattern
+from srbval.path.amplitudes import MARGIN, levels, pattern
 from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.path.path_fit import best_of, fit_path, refit
+from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge
-from srbval.studies.amplitude_rows import NUMERICS, PATH, half_widths, kind_of, with_background
+from srbval.signal import phase_randomised
 from srbval.studies.harness import input_hashes
 
 BEARING = load_bearing(DEFAULT_BEARING)
-
 POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
 SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more passages
 STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
@@ -38,6 +43,9 @@ WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", 
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
+PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
+RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
+BACKGROUND_SEED = 11
 
 
 def measured_entry(state: Fault, nominal_rpm: float) -> RegisteredRecording:
@@ -181,3 +189,76 @@ def identified_paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) 
             best = best_of(fit_path(evidence))
         else:
             yield refit(evidence, best).path(evidence, source="a draw of the inputs")
+
+
+def with_background(run: Recording, healthy: Recording) -> Recording:
+    """The run with the spectrum of the healthy record, its phases random; both at one rate."""
+    length = min(run.samples, healthy.samples)
+    both = one_signal(run)[:length] + phase_randomised(one_signal(healthy)[:length], BACKGROUND_SEED)
+    return replace(run, channels={SENSOR: both}, channel=SENSOR, axes=None)
+
+
+def rows(
+    rig: Mapping[str, QuantityValue], model: Mapping[str, QuantityValue], parts: Mapping[str, Mapping[str, float]], *,
+    record: str, fault: Fault, used_for: str, scene: str = "rig",
+) -> tuple[Comparison, ...]:  # fmt: skip
+    """A comparison of every quantity that both sides have.
+
+    `parts` of the uncertainty besides the rig's reading: by name, 95 % half widths of quantities in their own units.
+    """
+    found = []
+    for name in (name for name in rig if name in model):
+        value, kind = rig[name], kind_of(name)
+        relative = kind in RELATIVE
+        unit, scale = ("%", 100 / value.value) if relative else ("dB", 1.0)
+        widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
+        found.append(
+            Comparison(
+                kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
+                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
+                parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
+                error=scale * (model[name].value - value.value),
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def kind_of(name: str) -> str:
+    """The kind of a quantity, as ``report.json`` has it."""
+    kinds = {"harmonic": "harmonic pattern", "sidebands": "sideband level", "depth": "modulation depth"}
+    kinds |= {"kurtosis": "kurtosis", "cage": "line frequency", "scaling": "speed scaling"}
+    return kinds.get(name.split()[0], "band level")
+
+
+def scaling(slow: Mapping[str, QuantityValue], fast: Mapping[str, QuantityValue]) -> dict[str, QuantityValue]:
+    """By how much each level rises from a slower to a faster record of one state [dB]; the path to the sensor cancels.
+
+    Both records must show it.
+    """
+    return {
+        f"scaling {name}": QuantityValue(
+            value=fast[name].value - low.value, ci95=math.hypot(fast[name].ci95 or 0.0, low.ci95 or 0.0),
+            present=fast[name].present and low.present,
+        )
+        for name, low in slow.items()
+    }  # fmt: skip
+
+
+def half_widths(draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """95 % half width of each quantity over draws of what is not known: Student's t times the standard deviation."""
+    from scipy.special import stdtrit
+
+    factor = float(stdtrit(len(draws) - 1, 0.975))
+    return {name: factor * float(np.std([draw[name] for draw in draws], ddof=1)) for name in draws[0]}
+
+
+def crps(error: float, u: float) -> float:
+    """Continuous ranked probability score of a normal prediction off by `error`, in its unit; of a point its size.
+
+    Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359, eq. 21; quoted from memory, checked against the integral.
+    """
+    if not u:
+        return abs(error)
+    z = error / u
+    density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
+    return u * (z * math.erf(z / math.sqrt(2)) + 2 * density - 1 / math.sqrt(math.pi))

@@ -12,7 +12,7 @@ from srbval.errors import DataError
 from srbval.models.sensor import SensorFilter
 from srbval.path.amplitudes import THIRD_OCTAVES, kurtoses, levels, pattern
 from srbval.recordings import Recording
-from srbval.studies.amplitude_rows import NUMERICS, PATH, crps, half_widths, kind_of, rows, scaling, with_background
+from srbval.studies.rig_amplitudes import NUMERICS, PATH, crps, half_widths, kind_of, rows, scaling, with_background
 from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, pulses, record
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ

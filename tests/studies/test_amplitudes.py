@@ -8,9 +8,8 @@ from srbval.comparison.comparison import QuantityValue
 from srbval.path.amplitudes import levels
 from srbval.recordings import Origin, Recording
 from srbval.scene import PathMode, SensorPath, load_scene
-from srbval.studies.amplitude_rows import rows
 from srbval.studies.amplitudes.study import _shares
-from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, turned
+from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, rows, turned
 
 
 def test_only_what_the_record_shows_is_counted() -> None:

@@ -9,7 +9,7 @@ from srbval.bearing import Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.scene import load_scene
 from srbval.storage.stored_result import newest_result
-from srbval.studies.amplitude_rows import NUMERICS, rows
+from srbval.studies.rig_amplitudes import NUMERICS, rows
 from srbval.studies.waterfall.study import MEASURES, SECONDS, STEP_S, measures, steps, variants
 
 NUMERIC: dict[str, Any] = {

@@ -34,7 +34,6 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.studies.amplitude_rows import NUMERICS, PATH, SURFACES, crps, half_widths, rows, scaling
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import (
     BEARING,
@@ -42,18 +41,25 @@ from srbval.studies.rig_amplitudes import (
     FAULTS,
     FINER,
     HEALTHY_DRAWS,
+    NUMERICS,
     OF_HEALTHY,
+    PATH,
     PATH_DRAWS,
     POWER,
     SLOW,
+    SURFACES,
     behind,
+    crps,
+    half_widths,
     identified_paths,
     measured,
     of_waves,
     predicted,
     rig_inputs_read,
     rough_runs,
+    rows,
     run_of,
+    scaling,
     shown_by,
     values,
 )

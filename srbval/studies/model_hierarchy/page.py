@@ -10,7 +10,7 @@ from srbval.report.blocks import Badge, Listing, Section, Table
 from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
-from srbval.studies.model_hierarchy.summary import summary
+from srbval.studies.calibration_runs import summary
 
 TEXTS = Texts.of_study(__package__)
 Row = Mapping[str, Any]

@@ -15,10 +15,10 @@ from srbval.studies.calibration_runs import (
     grid,
     measure_cases,
     quick_grid,
+    summary,
 )
 from srbval.studies.harness import ContentStore, Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
-from srbval.studies.model_hierarchy.summary import summary
 
 
 def measure_models(

@@ -23,15 +23,17 @@ from srbval.progress import Progress
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.studies.amplitude_rows import NUMERICS, SURFACES, half_widths
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.predicted_rows import digest
 from srbval.studies.rig_amplitudes import (
     FAST,
     FAULTS,
     FINER,
+    NUMERICS,
     POWER,
     SLOW,
+    SURFACES,
+    half_widths,
     identified_paths,
     measured,
     of_waves,

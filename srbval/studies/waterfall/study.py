@@ -31,18 +31,21 @@ from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
-from srbval.studies.amplitude_rows import NUMERICS, PATH, half_widths, rows
 from srbval.studies.harness import Study, StudyResult, input_hashes
 from srbval.studies.predicted_rows import values_of_record
 from srbval.studies.rig_amplitudes import (
     BEARING,
+    NUMERICS,
     OF_HEALTHY,
+    PATH,
     WAVES,
     behind,
     drawn_paths,
+    half_widths,
     line_order,
     measured,
     measured_entry,
+    rows,
 )
 
 SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one
