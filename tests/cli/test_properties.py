@@ -267,7 +267,8 @@ def check_tables(command: str, document: dict[str, Any], text: Sequence[str]) ->
     printed = {cell for cell in cells if NUMBER.fullmatch(cell)}
     if printed:
         known = np.array([*numbers(document), 1.0])  # 1: the shaft's own order
-        known = np.concatenate([known, *(known * scale for scale in SCALES.get(command, ()))])
+        decibels = [20 * np.log10(1 + np.abs(known) / 100)] if command == "plan" else []
+        known = np.concatenate([known, *decibels, *(known * scale for scale in SCALES.get(command, ()))])
         for cell in printed:
             digits, _, power = cell.partition("e")
             last = 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
