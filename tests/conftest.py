@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 from srbval.models.jit import precompile
+from srbval.models.solvers import SOLVERS
+from srbval.scene import paper_scene
 
 REPORT = "tests/report"
 
@@ -16,7 +18,8 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before there are workers: two of them would do it twice."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        precompile("full", "line", "planar", "slices")
+        models = ("full", "line", "planar", "slices")
+        precompile(*(paper_scene(model=model, solver={"name": solver}) for model in models for solver in SOLVERS))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -41,7 +41,7 @@ def _with_defect(base: Scene, kind: Fault) -> Scene:
 
 def _run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
     """Run every scene, one per core at a time; None where a run failed or found no start."""
-    load_kernels(scene.model for scene in scenes.values())
+    load_kernels(scenes.values())
     return run_all(scenes, lambda _, tried, __: tried.run if tried.ok else None, task="runs", progress=progress)
 
 
@@ -71,7 +71,7 @@ def _balance(scene: Scene) -> dict[str, float]:
     bearing = load_bearing(scene.bearing)
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; it has no static balance.")
-    load_kernels([scene.model])
+    load_kernels([scene])
     model = make_parameters(scene, bearing.geometry)
     try:
         state = equilibrium_state(model)

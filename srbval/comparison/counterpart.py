@@ -84,7 +84,7 @@ def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
     """Run all `cases`, see `side_by_side`; runs by the cases' ids. The first failed one is a `NumericsError`."""
-    load_kernels(case.scene.model for case in cases)
+    load_kernels(case.scene for case in cases)
     by_id = {case.id: case for case in cases}
     scenes = {case.id: case.scene for case in cases}
     return side_by_side(
@@ -151,7 +151,7 @@ def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silen
     def values(case: SimulationCase) -> Mapping[str, QuantityValue]:
         return made(case, Step.UNCHECKED).values
 
-    load_kernels([scene.model])
+    load_kernels([scene])
     shown, further = pool.submit(made, first, Step.CHECKED), [pool.submit(values, case) for case in others]
     try:
         run = shown.result()

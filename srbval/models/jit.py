@@ -7,6 +7,8 @@ process: 430 MB where a run by itself needs 250. And a process of its own can be
 only between its kernels. Results do not depend on who compiled, see `kernel`.
 """
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import os
@@ -14,14 +16,19 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from srbval.processes.machine import usable_cores
 from srbval.storage.cache import KERNELS, cache_folder
 from srbval.storage.installation import child_environment, package_folder
 from srbval.storage.sources import content_version
+
+if TYPE_CHECKING:  # what only types are taken from does not count for the version of the kernels
+    from srbval.scene import Scene
 
 # Sums may be reordered and products contracted, so that loops vectorise. Infinities and NaN keep their
 # meaning: a broken run must stay visible.
@@ -29,23 +36,21 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
 # `_nrt`: without reference counting. `forceinline`: within the kernels that call it.
 OPTIONS: dict[str, Any] = {
-    "cache": True, "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False, "forceinline": True,
+    "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False, "forceinline": True,
+    "no_cfunc_wrapper": True,
 }  # fmt: skip
 WITHOUT_KERNELS = ("kinematic", "impulse")
+RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
 
 _requested: set[str] = set()
 _lock = threading.RLock()
 
 
-def kernel(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
-    """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock.
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile `function`, which Python calls, for the processor at hand, kept on disk, without the interpreter lock.
 
     Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
     count every array of a parameter tuple in and out at each call.
-
-    A kernel's machine code calls no other kernel's. Otherwise it would carry weak copies of those, each optimised for
-    its place with its sums in an order of its own, and the linker would take whichever came into memory first: the
-    last digits of a run would depend on what its process had done before, and a rattling roller makes them grow.
     """
     import numba
 
@@ -53,23 +58,40 @@ def kernel(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_cache_folder())
     try:
-        compiled: Callable[..., Any] = numba.njit(**(OPTIONS | more))(function)
+        compiled: Callable[..., Any] = numba.njit(cache=True, **OPTIONS)(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled
 
 
-def kernel_part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """As `kernel`, for a part of one kernel alone: written out in its place before types are known.
+def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
+    """Let kernels call `function`: compiled with each of them. Called from Python it stays what it is.
 
-    It is not compiled by itself as well, unless it is called from Python: half a second to three saved for a large one.
+    A kernel's machine code calls no other function of ours. Otherwise it would carry weak copies of those, each
+    optimised for its place with its sums in an order of its own, and the linker would take whichever came into memory
+    first: the last digits of a run would depend on what its process had done before, and a rattling roller makes them
+    grow.
     """
-    return kernel(function, inline="always")
+    from numba.extending import register_jitable
+
+    part: Callable[..., Any] = register_jitable(no_cpython_wrapper=True, **(OPTIONS | more))(function)
+    return part
+
+
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """As `kernel_part`, but written out in its place before types are known: faster to compile where few places call.
+
+    Called from Python, it is compiled then.
+    """
+    import numba
+
+    part: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
+    return part
 
 
 def exactly_rounded(function: Callable[..., Any]) -> Callable[..., Any]:
-    """As `kernel`, but each operation is rounded as written, whatever stands around the call."""
-    return kernel(function, fastmath=False)
+    """As `kernel_part`, but each operation is rounded as written, whatever stands around the call."""
+    return kernel_part(function, fastmath=False)
 
 
 @cache
@@ -84,49 +106,66 @@ def kernel_cache_folder() -> Path:
     return cache_folder(KERNELS) / content_version(*sorted(modules))
 
 
-def is_compiled(model: str) -> bool:
-    """Whether the kernels of `model` are in the cache, or nothing is to be compiled."""
-    import numba
-
-    return model in WITHOUT_KERNELS or bool(vars(numba.config)["DISABLE_JIT"]) or _marker(model).exists()
+def is_compiled(*scenes: Scene) -> bool:
+    """Whether the kernels that `scenes` need are in the cache, or nothing is to be compiled."""
+    return not _missing(scenes)
 
 
-def precompile(*models: str, jobs: int | None = None) -> float:
-    """Make sure that the kernels of `models` are in the cache before this process needs them; seconds it took.
+def precompile(*scenes: Scene, jobs: int | None = None) -> float:
+    """Make sure that the kernels that `scenes` need are in the cache before this process needs them; seconds it took.
 
-    At most `jobs` are compiled at a time (default: all), each by a process of its own. Nothing happens where they are
-    there already, where numba is switched off, and within the compiling process itself. If such a process fails,
-    whatever is missing is compiled here when it is used.
+    `jobs` kernels are compiled at a time (default: one for each usable core), each by a process of its own. Nothing
+    happens where they are there already, where numba is switched off, and within the compiling process itself. If such
+    a process fails, whatever is missing is compiled here when it is used.
     """
     with _lock:
-        missing = [model for model in models if model not in _requested and not is_compiled(model)]
-        _requested.update(models)
-        started, at_once = time.perf_counter(), jobs or max(1, len(missing))
+        missing = [kernel for kernel in _missing(scenes) if kernel not in _requested]
+        _requested.update(missing)
+        started, at_once = time.perf_counter(), jobs or usable_cores()
         for first in range(0, len(missing), at_once):
             with contextlib.suppress(OSError), contextlib.ExitStack() as running:
-                compilers = {model: running.enter_context(_compiler(model)) for model in missing[first:][:at_once]}
-                for model, compiler in compilers.items():
+                compilers = {kernel: running.enter_context(_compiler(kernel)) for kernel in missing[first:][:at_once]}
+                for kernel, compiler in compilers.items():
                     if compiler.wait() == 0:
-                        _marker(model).touch()
+                        _marker(kernel).touch()
         return time.perf_counter() - started if missing else 0.0
 
 
-def _compiler(model: str) -> subprocess.Popen[bytes]:
-    """A process that compiles the kernels of `model`; it ends when its input does, so it does not outlive this one."""
+def kernels_of(scene: Scene) -> list[str]:
+    """Names of the kernels that the scene's run needs, each compiled apart: the model's, with what the kernel does.
+
+    Of those with the full model's equations: their ``rates``, and the steps of the scene's solver.
+    """
+    if scene.model in WITHOUT_KERNELS:
+        return []
+    parts = (RING,) if scene.model == "planar" else (RATES, scene.solver.name)
+    return [f"{scene.model}-{part}" for part in parts]
+
+
+def _missing(scenes: Iterable[Scene]) -> list[str]:
+    """Kernels of the scenes that are not in the cache."""
+    import numba
+
+    wanted = () if vars(numba.config)["DISABLE_JIT"] else chain.from_iterable(map(kernels_of, scenes))
+    return [kernel for kernel in dict.fromkeys(wanted) if not _marker(kernel).exists()]
+
+
+def _compiler(kernel: str) -> subprocess.Popen[bytes]:
+    """A process that compiles a kernel; it ends when its input does, so it does not outlive this one."""
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "srbval.models.precompile", model],
+        [sys.executable, "-P", "-m", "srbval.models.precompile", kernel],
         env=os.environ | child_environment(), stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
 
 
-def compile_in_this_process(model: str) -> None:
-    """Let this process compile the kernels of `model` itself when it uses them, in place of a child process."""
-    _requested.add(model)
+def compile_in_this_process(scene: Scene) -> None:
+    """Let this process compile the kernels of the scene itself when it uses them, in place of a child process."""
+    _requested.update(kernels_of(scene))
 
 
-def _marker(model: str) -> Path:
-    """A file that stands in the cache when the kernels of `model` do, for this processor, numba and installation.
+def _marker(kernel: str) -> Path:
+    """A file that stands in the cache when the kernel does, for this processor, numba and installation.
 
     Numba keeps kernels by the path of their source: those of another environment are compiled, but not found from here.
     """
@@ -135,4 +174,4 @@ def _marker(model: str) -> Path:
 
     machine = (numba.__version__, sys.version, binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
     digest = hashlib.sha256(repr((*machine, str(package_folder()))).encode()).hexdigest()[:12]
-    return kernel_cache_folder() / f"compiled-{model}-{digest}"
+    return kernel_cache_folder() / f"compiled-{kernel}-{digest}"

@@ -1,45 +1,71 @@
-"""Fill or load the kernel cache by the shortest run of a model.
+"""Fill or load the kernel cache.
 
-``python -m srbval.models.precompile MODEL`` is the process that `jit.precompile` starts.
+``python -m srbval.models.precompile KERNEL`` is the process that `jit.precompile` starts.
 """
 
 import contextlib
+import gc
 import sys
 import threading
 from collections.abc import Iterable
 
+import numpy as np
+
+from srbval.bearing import load_bearing
 from srbval.errors import SrbvalError
-from srbval.models.jit import WITHOUT_KERNELS, compile_in_this_process, precompile
+from srbval.models.full.parameters import geometry_of, state_layout
+from srbval.models.full.steps import rates, take_steps
+from srbval.models.hierarchy import level_of
+from srbval.models.jit import RATES, RING, compile_in_this_process, kernels_of, precompile
 from srbval.models.simulate import Step, simulate
+from srbval.models.solvers import METHODS
 from srbval.processes.worker import end_with_input
-from srbval.scene import paper_scene
+from srbval.scene import Scene, paper_scene
 
-SHORTEST_S = 0.001  # simulated, to compile what a run needs
+SHORTEST_S = 0.001  # simulated, to use every kernel that a run needs
 
-_loaded: set[str] = set()
+_loaded: set[tuple[str, ...]] = set()
 _lock = threading.RLock()
 
 
-def load_kernels(models: Iterable[str]) -> None:
-    """Load the kernels of `models` into this process; precompile what is missing.
+def load_kernels(scenes: Iterable[Scene]) -> None:
+    """Load the kernels that `scenes` need into this process; precompile what is missing.
 
-    For whoever runs several models in threads or times them: no run then waits for another's kernels.
+    For whoever runs several scenes in threads or times them: no run then waits for another's kernels.
     """
     with _lock:
-        for model in sorted(set(models) - set(WITHOUT_KERNELS) - _loaded):
-            _loaded.add(model)
-            precompile(model)
+        needed = {tuple(kernels_of(scene)): scene for scene in scenes}
+        new = {kernels: scene for kernels, scene in needed.items() if kernels and kernels not in _loaded}
+        precompile(*new.values())
+        for scene in new.values():
             with contextlib.suppress(SrbvalError):  # the run itself will say what is wrong
-                shortest_run(model)
+                shortest_run(scene.model, scene.solver.name)
+        _loaded.update(new)
 
 
-def shortest_run(model: str) -> None:
-    """Simulate just long enough to use every kernel of `model`."""
-    simulate(paper_scene(model=model, duration_s=SHORTEST_S, settle_s=0.0), step=Step.UNCHECKED)
+def shortest_run(model: str, solver: str) -> None:
+    """Simulate just long enough to use every kernel of the model and solver."""
+    scene = paper_scene(model=model, solver={"name": solver}, duration_s=SHORTEST_S, settle_s=0.0)
+    simulate(scene, step=Step.UNCHECKED)
+
+
+def compile_kernel(model: str, part: str) -> None:
+    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it."""
+    scene = paper_scene(model=model)
+    compile_in_this_process(scene)
+    if part == RING:
+        shortest_run(model, scene.solver.name)
+        return
+    parameters = level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    state = np.zeros(2 * state_layout(parameters).half)
+    if part == RATES:
+        rates(parameters, 0.0, state)
+    else:
+        take_steps(parameters, state, METHODS[part], step_s=scene.solver.step_s, intervals=range(0))
 
 
 if __name__ == "__main__":
     end_with_input()
+    gc.disable()  # a compiler makes millions of objects, of which few are rubbish
     for name in sys.argv[1:]:
-        compile_in_this_process(name)
-        shortest_run(name)
+        compile_kernel(*name.split("-"))

@@ -93,7 +93,7 @@ def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistic
     check_room(stats, folder)
     if step is not Step.UNCHECKED and level.parameters is not None:
         started = time.perf_counter()
-        precompile(scene.model)
+        precompile(scene)
         full_run(scene, stats.bearing).advance(0, 0)  # loads them
         stats.compile_s, started = time.perf_counter() - started, time.perf_counter()
         with np.errstate(all="ignore"):
@@ -165,7 +165,7 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
     scene = stats.scene
-    stats.compile_s += precompile(scene.model)
+    stats.compile_s += precompile(scene)
     run = full_run(scene, stats.bearing)
     model = run.model
     stats.balanced_share = static_share(scene, model, run.state[layout_of(run.state).ring])

@@ -108,10 +108,10 @@ def measure_cases(
     With a `store`, each answer is stored as soon as it is there: an interrupted measurement continues from these.
     """
     task = "measure the model hierarchy"
-    for model in models:
-        precompile(model)
+    warm_up = tuple(quick_grid()[0].scene(model, seconds=WARM_UP_S) for model in models)
+    precompile(*warm_up)
     with ProcessPoolExecutor(
-        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(tuple(models),)
+        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(warm_up,)
     ) as pool:
         found = [pool.submit(measure_case, case, models=models, seconds=seconds, store=store) for case in cases]
         try:
@@ -124,11 +124,11 @@ def measure_cases(
     return [future.result() for future in found]
 
 
-def _prepare_worker(models: Sequence[str]) -> None:
-    """Load the kernels that the models need, so that no run's time includes it."""
-    load_kernels(models)
-    for model in models:
-        attempt(quick_grid()[0].scene(model, seconds=WARM_UP_S))
+def _prepare_worker(scenes: Sequence[Scene]) -> None:
+    """Load the kernels that the scenes need, so that no run's time includes it."""
+    load_kernels(scenes)
+    for scene in scenes:
+        attempt(scene)
 
 
 def measure_case(

@@ -52,7 +52,12 @@ OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records ca
 # Parts of the examples; one without a number has 20 of 1,000.
 SHARES = {"kinematics": 160, "simulate": 120, "plan": 120, "analyse": 100, "campaign run": 80, "report": 6,
           "bearing list": 10, "study list": 2, "study page": 4, "doctor": 10, "campaign export": 30}  # fmt: skip
-ALWAYS = {"simulate": {"seconds", "model"}, "campaign export": {"segment_seconds"}, "report": {"files"}}
+ALWAYS = {
+    "simulate": {"seconds", "model"},
+    "campaign export": {"segment_seconds"},
+    "report": {"files"},
+    "data add": {"folder"},
+}
 RECORDS = ["record.csv"] * 5 + ["healthy.npy"] * 2 + ["tacho.npz"] * 3 + ["run.h5"] * 3 + ["text.csv", "nowhere.csv"]
 CALIBRATIONS = [str(path) for path in (package_folder() / "plan").glob("*.json")] + ["record.csv"]
 CHEAP = ["kinematic"] * 9 + ["impulse"] * 6 + ["planar"] * 4
@@ -68,7 +73,7 @@ WORDS: dict[str, Sequence[str]] = {  # by the option's name, or by its metavar
     "calibration": CALIBRATIONS, "reference": ["record.csv"], "white|RECORDING": ["white", "healthy.npy", "run.h5"],
     "output": ["out.h5", "out.toml", "out"], "OUT.png|svg|html": ["out.png", "out.svg", "out.html", "out.gif"],
     "URL": ["tcp://127.0.0.1:1"], "HOST:PORT": ["127.0.0.1:0"], "TEXT": ["222", "ball skf", "zzz"],
-    "KIND": ["kernels", "nothing"], "TARGET": ["records", "record.csv"],
+    "KIND": ["kernels", "nothing"], "FILE|DIR|NAME": ["records", "records/b.npy", "nowhere.csv"],
 }  # fmt: skip
 
 
@@ -142,20 +147,23 @@ def command_lines(draw: Callable[..., Any], command: str) -> list[str]:
 class Said(list[str]):
     """The text that a command would have printed had JSON not been asked for; of the same result."""
 
+    home: str  # of the register that all examples share
+
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Said]:
     """A folder with the files that `WORDS` names, to work in; what takes long fails there."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("place"))
-        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        text, cache = Said(), cache_use()  # the files of the cache are many
+        text.home = str(Path("home").absolute())
+        patch.setenv("SRBVAL_HOME", text.home)
         write_files()
         patch.setattr(arguments, "parser", functools.cache(arguments.parser))
 
         def guarded(*_: Any, **__: Any) -> None:
             raise NumericsError("this would take long")
 
-        text, cache = Said(), cache_use()  # the files of the cache are many
         patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
             patch.setattr(f"srbval.cli.{path.stem}.answer", functools.partial(answer_twice, text))
@@ -163,6 +171,12 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Said]:
             if importlib.util.find_spec(function.split(".")[0]):  # Sphinx is an extra
                 patch.setattr(function, guarded)
         yield text
+
+
+@pytest.fixture(autouse=True)
+def _one_register(_own_home: None, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All examples share a register, in which the first have left what others find."""
+    monkeypatch.setenv("SRBVAL_HOME", said.home)
 
 
 def answer_twice(text: Said, options: argparse.Namespace, document: Any, show: Any, **more: Any) -> int:

@@ -6,6 +6,7 @@ import signal
 import struct
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -19,8 +20,9 @@ ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """
 import hashlib, srbval
 from srbval.models.jit import compile_in_this_process
-compile_in_this_process("planar")
-run = srbval.simulate(srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+scene = srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"})
+compile_in_this_process(scene)
+run = srbval.simulate(scene)
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
 """
 
@@ -55,7 +57,7 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 @pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
 def test_no_kernel_carries_a_copy_of_another() -> None:
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
-    jit.precompile("full", "line", "planar", "slices")
+    jit.precompile(*(paper_scene(model=model) for model in ("full", "line", "planar", "slices")))
     stored = [path.read_bytes() for path in jit.kernel_cache_folder().rglob("*_kernel.*.nbc")]
     codes = [functions(content[content.index(ELF) :]) for content in stored]
     assert len(codes) >= 2
@@ -74,17 +76,18 @@ def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
 
 def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(jit, "_requested", set())
-    monkeypatch.setattr(jit, "_marker", lambda model: tmp_path / model)
-    jit.precompile("no-such-model-at-all", "nor-this-one")
+    monkeypatch.setattr(jit, "_marker", lambda kernel: tmp_path / kernel)
+    jit.precompile(replace(paper_scene(), model="no such model"))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Numba would not find them: the run itself would have to compile."""
-    jit.precompile("planar")
-    assert jit.is_compiled("planar")
+    scene = paper_scene(model="planar")
+    jit.precompile(scene)
+    assert jit.is_compiled(scene)
     monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
-    assert not jit.is_compiled("planar")
+    assert not jit.is_compiled(scene)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -92,7 +95,7 @@ def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Pat
     """However that ends: nobody would look after it."""
     marker = {"SRBVAL_TEST": str(tmp_path)}
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
-    code = "from srbval.models.jit import precompile; precompile('full')"
+    code = "import srbval; from srbval.models.jit import precompile; precompile(srbval.paper_scene(), jobs=1)"
     waiting = subprocess.Popen([sys.executable, "-c", code], env=env)
     until(lambda: len(marked(marker)) == 2)
     waiting.kill()

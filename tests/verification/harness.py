@@ -125,7 +125,7 @@ def implicit_response(
 ) -> Callable[[FloatArray], FloatArray]:
     """The x of (M + `weight_s` D) x = M a for accelerations a, as the model finds it at state `y`; both [S]."""
     totals, factors = np.zeros(col.TOTALS), np.zeros((col.FACTOR_ROWS, BORDER))
-    right_hand_side(t, y, model, np.zeros_like(y), totals, np.zeros((0, 0, 0)), WITH_DAMPING)
+    right_hand_side(t, y, model, np.zeros_like(y), totals, None, WITH_DAMPING)
     factor(weight_s, model, totals, factors)
 
     def response(acceleration: FloatArray) -> FloatArray:

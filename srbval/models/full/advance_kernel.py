@@ -1,100 +1,119 @@
-"""Kernel: steps of the full model by any method, with the outputs averaged over each interval."""
+"""Kernels: steps of the full model, with the outputs averaged over each interval.
+
+One for each family of methods, as a run needs only one of them compiled.
+"""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
-from srbval.models.full.motion_kernel import right_hand_side
 from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
-from srbval.models.jit import exactly_rounded, kernel
-from srbval.models.solvers.methods import ROSENBROCK, RUNGE_KUTTA
-
-
-class Recorder(NamedTuple):
-    """Where outputs go: `out`, one row per interval, see `outputs`.
-
-    Every `per_detail` intervals (0: never) roller `spins`, [k, 2 M] [rad/s], and contact `loads`, [k, 2, 2 M, 3] [N],
-    are taken at the interval's start.
-    """
-
-    out: FloatArray
-    per_detail: int
-    spins: FloatArray
-    loads: FloatArray
+from srbval.models.jit import exactly_rounded, inlined, kernel, kernel_part
+from srbval.models.solvers.methods import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 
 @exactly_rounded
-def time_of_step(number, step):
-    """Time at which a step begins [s], the same to the last digit for every method."""
-    return number * step
+def time_of_step(first_step, number, step):
+    """Time at which a step begins [s], `number` after the first one: the same to the last digit for every method."""
+    return (first_step + number) * step
 
 
 @kernel
-def advance(y, ahead, first_step, step, steps_per_output, method, model, work, recorder):
-    """Advance `y` in place over the recorder's output intervals, from step number `first_step`.
+def advance_runge_kutta(y, first_step, step, steps_per_output, method, model, work, out):
+    """Advance `y` in place over the output intervals of `out`, one row for each, from step number `first_step`.
 
-    `ahead`, [size]: what a leapfrog remembers of the step before; zeros at the start of a run. `work`: see
-    `WorkingSpace`. Powers are weighted as the method weights its stages, so that energy closes to the method's order.
+    `method`: `Coefficients`; `work`: see `WorkingSpace`; columns of `out`: see `outputs`. Powers are weighted as the
+    method weights its stages, so that energy closes to the method's order.
     """
-    half = y.shape[0] // 2
-    rollers = (half - 6) // 2
-    at = state_indices(rollers, half)
-    out, per_detail = recorder.out, recorder.per_detail
-    mean = work.mean
     interval = step * steps_per_output
     for i in range(out.shape[0]):
-        if per_detail > 0 and i % per_detail == 0:
-            t = time_of_step(first_step + i * steps_per_output, step)
-            detail = i // per_detail
-            right_hand_side(t, y, model, work.rates[0], work.totals, recorder.loads[detail], None)
-            for j in range(rollers):
-                recorder.spins[detail, j] = y[at.spin + j]
-        v = at.ring_rate
-        v0, v1, v2, turned = y[v], y[v + 1], y[v + 2], y[at.cage + 2]
-        relative = 0.0
-        for m in range(at.relative_angle, half):
-            relative = y[m]
-        clear_mean(mean)
-        out[i, out_col.BODY_ENERGY] = mechanical_energy(y, model)
-        spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
-        out[i, out_col.SPRING_ENERGY] = 0.5 * model.housing_stiffness * spring
+        start = begin_interval(y, model, work.mean, out, i)
         for j in range(steps_per_output):
-            t = time_of_step(first_step + i * steps_per_output + j, step)
-            if method.family == RUNGE_KUTTA:
-                runge_kutta_step(y, t, step, method, model, work)
-            elif method.family == ROSENBROCK:
-                rosenbrock_step(y, t, step, method, model, work)
-            else:
-                leapfrog_step(y, t, step, method, model, work, ahead)
-        out[i, out_col.ACCELERATION_X] = (y[v] - v0) / interval
-        out[i, out_col.ACCELERATION_Y] = (y[v + 1] - v1) / interval
-        out[i, out_col.ACCELERATION_Z] = (y[v + 2] - v2) / interval
-        for m in range(3):
-            out[i, out_col.DISPLACEMENT_X + m] = y[at.ring + m]
-        for m in range(at.relative_angle, half):  # the mean of two cages
-            turned -= 0.5 * (y[m] - relative)
-        out[i, out_col.CAGE_SPEED] = (y[at.cage + 2] - turned) / interval
-        out[i, out_col.CAGE_TILT_X] = y[at.cage]
-        out[i, out_col.CAGE_TILT_Y] = y[at.cage + 1]
-        for m in range(3):
-            out[i, out_col.RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
-        out[i, out_col.DEEPEST] = mean[col.DEEPEST]
-        out[i, out_col.DRIVE_POWER] = mean[col.DRIVE_POWER] / steps_per_output
-        out[i, out_col.LOAD_POWER] = mean[col.LOAD_POWER] / steps_per_output
-        out[i, out_col.FRICTION_POWER] = mean[col.FRICTION_POWER] / steps_per_output
-        out[i, out_col.DAMPING_POWER] = mean[col.DAMPING_POWER] / steps_per_output
-        out[i, out_col.HOUSING_POWER] = mean[col.HOUSING_POWER] / steps_per_output
-        out[i, out_col.CONTACT_ENERGY] = mean[col.CONTACT_ENERGY]
+            t = time_of_step(first_step, i * steps_per_output + j, step)
+            runge_kutta_step(y, t, step, method, model, work)
+        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
 
 
 @kernel
+def advance_rosenbrock(y, first_step, step, steps_per_output, method, model, work, out):
+    """As `advance_runge_kutta`."""
+    interval = step * steps_per_output
+    for i in range(out.shape[0]):
+        start = begin_interval(y, model, work.mean, out, i)
+        for j in range(steps_per_output):
+            t = time_of_step(first_step, i * steps_per_output + j, step)
+            rosenbrock_step(y, t, step, method, model, work)
+        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
+
+
+@kernel
+def advance_leapfrog(y, first_step, step, steps_per_output, method, model, work, out):
+    """As `advance_runge_kutta`."""
+    interval = step * steps_per_output
+    for i in range(out.shape[0]):
+        start = begin_interval(y, model, work.mean, out, i)
+        for j in range(steps_per_output):
+            t = time_of_step(first_step, i * steps_per_output + j, step)
+            leapfrog_step(y, t, step, method, model, work)
+        end_interval(y, start, interval, steps_per_output, work.mean, out, i)
+
+
+ADVANCE = {RUNGE_KUTTA: advance_runge_kutta, ROSENBROCK: advance_rosenbrock, LEAPFROG: advance_leapfrog}
+
+
+@inlined
+def begin_interval(y, model, mean, out, i):
+    """Clear the mean over an output interval and enter the energies at its start.
+
+    Returned are the ring's velocity, x, y, z, the cage's angle and a second cage's relative angle there.
+    """
+    half = y.shape[0] // 2
+    at = state_indices((half - 6) // 2, half)
+    relative = 0.0
+    for m in range(at.relative_angle, half):
+        relative = y[m]
+    clear_mean(mean)
+    out[i, out_col.BODY_ENERGY] = mechanical_energy(y, model)
+    spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
+    out[i, out_col.SPRING_ENERGY] = 0.5 * model.housing_stiffness * spring
+    v = at.ring_rate
+    return y[v], y[v + 1], y[v + 2], y[at.cage + 2], relative
+
+
+@inlined
+def end_interval(y, start, interval, steps_per_output, mean, out, i):
+    """Enter the means over an output interval and the displacements at its end; `start`: see `begin_interval`."""
+    half = y.shape[0] // 2
+    at = state_indices((half - 6) // 2, half)
+    v0, v1, v2, turned, relative = start
+    v = at.ring_rate
+    out[i, out_col.ACCELERATION_X] = (y[v] - v0) / interval
+    out[i, out_col.ACCELERATION_Y] = (y[v + 1] - v1) / interval
+    out[i, out_col.ACCELERATION_Z] = (y[v + 2] - v2) / interval
+    for m in range(3):
+        out[i, out_col.DISPLACEMENT_X + m] = y[at.ring + m]
+    for m in range(at.relative_angle, half):  # the mean of two cages
+        turned -= 0.5 * (y[m] - relative)
+    out[i, out_col.CAGE_SPEED] = (y[at.cage + 2] - turned) / interval
+    out[i, out_col.CAGE_TILT_X] = y[at.cage]
+    out[i, out_col.CAGE_TILT_Y] = y[at.cage + 1]
+    for m in range(3):
+        out[i, out_col.RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
+    out[i, out_col.DEEPEST] = mean[col.DEEPEST]
+    out[i, out_col.DRIVE_POWER] = mean[col.DRIVE_POWER] / steps_per_output
+    out[i, out_col.LOAD_POWER] = mean[col.LOAD_POWER] / steps_per_output
+    out[i, out_col.FRICTION_POWER] = mean[col.FRICTION_POWER] / steps_per_output
+    out[i, out_col.DAMPING_POWER] = mean[col.DAMPING_POWER] / steps_per_output
+    out[i, out_col.HOUSING_POWER] = mean[col.HOUSING_POWER] / steps_per_output
+    out[i, out_col.CONTACT_ENERGY] = mean[col.CONTACT_ENERGY]
+
+
+@kernel_part
 def mechanical_energy(y, model):
     """Kinetic energy of rollers, cage and outer ring, and their energy in the field of gravity [J].
 

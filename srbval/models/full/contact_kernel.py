@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel_part
 
 # A patch in three parts of equal load: mean of its (x / half length)^2 weighed with the load, and half the range of it.
 MEAN_A, MEAN_B, MEAN_C = 0.016800224798641905, 0.12751682743387346, 0.45568294776748464
@@ -62,7 +62,7 @@ class Candidates(NamedTuple):
     last: int
 
 
-@kernel
+@kernel_part
 def contact_columns(law, candidates, space, start, stop, damping, patch):
     """Add the forces of `candidates` to the columns from `start` to `stop`.
 
@@ -110,7 +110,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
                 add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
 
 
-@kernel_part
+@inlined
 def law_of_point(law):
     """`PointLaw` of a `ContactLaw`."""
     critical = law.critical_velocity
@@ -122,7 +122,7 @@ def law_of_point(law):
     )  # fmt: skip
 
 
-@kernel_part
+@inlined
 def place_of_point(radial, tangential, axial, space, j):
     """A race's point relative to the centre of column `j`'s roller, slot axes [m]."""
     return (
@@ -132,7 +132,7 @@ def place_of_point(radial, tangential, axial, space, j):
     )
 
 
-@kernel_part
+@inlined
 def approach_and_slip(place, normal, space, j):
     """Velocity of the ring's point at a place relative to the roller's material there: along the normal, and across."""
     p_x, p_y, p_z = place
@@ -145,7 +145,7 @@ def approach_and_slip(place, normal, space, j):
     return u_n, u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
 
 
-@kernel_part
+@inlined
 def add_contact(place, normal, pressure, friction, space, j):
     """Add normal force and friction at a place to the sums of force and torque of column `j`."""
     p_x, p_y, p_z = place
@@ -162,7 +162,7 @@ def add_contact(place, normal, pressure, friction, space, j):
     space[col.T_Z + j] += p_x * g_y - p_y * g_x
 
 
-@kernel_part
+@inlined
 def penetration(law, p_x, p_y, p_z):
     """Depth of a point below the roller's surface [m] and the surface's outward normal there, slot axes.
 
@@ -178,7 +178,7 @@ def penetration(law, p_x, p_y, p_z):
     return law.profile_radius - distance, n_x, n_y, n_z
 
 
-@kernel_part
+@inlined
 def point_spring_and_damper(law, depth, u_n, share, damping):
     """Spring force of a point in contact, eq. (18) [N], its damping coefficient [N s/m], and the force that is stored.
 
@@ -208,14 +208,14 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
     return spring, smooth * law.damping, elastic
 
 
-@kernel_part
+@inlined
 def normal_force(spring, viscous, u_n):
     """Normal force, eq. (18), with the depth rate -`u_n` [N]: a contact never pulls."""
     normal = spring - viscous * u_n
     return normal if normal > 0.0 else 0.0
 
 
-@kernel_part
+@inlined
 def point_friction(law, normal, q_x, q_y, q_z):
     """Friction of a point that slips by q: force over slip [N s/m], force [N] and power lost [W].
 
@@ -232,7 +232,7 @@ def point_friction(law, normal, q_x, q_y, q_z):
     return drag, drag * q_x, drag * q_y, drag * q_z, drag * square
 
 
-@kernel_part
+@inlined
 def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
     """Friction of a patch in three parts of equal load; see `point_friction` and `part_friction`."""
     reach = e_x * e_x + e_y * e_y + e_z * e_z
@@ -246,7 +246,7 @@ def patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot):
     return drag, g_x, g_y, g_z, g_x * q_x + g_y * q_y + g_z * q_z
 
 
-@kernel
+@kernel_part
 def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
     """Friction over mean slip of one part of a patch [N s/m].
 
@@ -271,7 +271,7 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
     return mu * normal
 
 
-@kernel_part
+@inlined
 def add_damping(viscous, drag, place, normal, space, j):
     """Add a point's secant damping, `drag` across the normal and `viscous` along it, to the sums of column `j`."""
     p_x, p_y, p_z = place
@@ -295,7 +295,7 @@ def add_damping(viscous, drag, place, normal, space, j):
     space[col.D_SS + j] += drag * (p_x * p_x + p_y * p_y)
 
 
-@kernel
+@kernel_part
 def elastic(law, damping):
     """The same law without friction, and with another `damping`."""
     return ContactLaw(

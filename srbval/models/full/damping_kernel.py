@@ -22,12 +22,12 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.full.second_cage_kernel import rate_about_roller, relative_border, relative_load
 from srbval.models.full.state import state_indices
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel_part
 
 BORDER = 6  # cage angular velocity, ring velocity, world axes
 
 
-@kernel
+@kernel_part
 def factor(weight, model, totals, factors):
     """Factor M / `weight` + D, D from the columns' damping sums: blocks into the rollers' slots, `factors` [6, 6].
 
@@ -134,7 +134,7 @@ def factor(weight, model, totals, factors):
     factor_relative(model.second_cage, own, factors)
 
 
-@kernel
+@kernel_part
 def factor_relative(second, own, factors):
     """Eliminate cage and ring from the equation of a second cage's relative rate, whose `own` entry this is."""
     if second is None:
@@ -150,7 +150,7 @@ def factor_relative(second, own, factors):
     factors[col.RELATIVE_OWN, 0] = 1.0 / own
 
 
-@kernel
+@kernel_part
 def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
     """Acceleration of the relative angle under its `load`, and of cage and ring, given those without it."""
     if second is None:
@@ -165,7 +165,7 @@ def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
     )  # fmt: skip
 
 
-@kernel_part
+@inlined
 def factor_border(factors):
     """Replace the lower triangle of a symmetric matrix by its Cholesky factor, the diagonal inverted."""
     for j in range(BORDER):
@@ -176,7 +176,7 @@ def factor_border(factors):
             factors[i, j] = left * factors[j, j] if i > j else 1.0 / math.sqrt(left)
 
 
-@kernel
+@kernel_part
 def solve(weight, model, totals, factors, rate):
     """Replace the accelerations a in `rate` by those of M a = (M + h D) x: x; the rest of `rate` is left alone.
 
@@ -247,7 +247,7 @@ def solve(weight, model, totals, factors, rate):
         rate[at.slide_rate + m] = relative
 
 
-@kernel_part
+@inlined
 def solve_border(factors, g0, g1, g2, g3, g4, g5):
     """Forward and backward substitution with the factor, whose diagonal is inverted, for one right-hand side."""
     g0 *= factors[0, 0]

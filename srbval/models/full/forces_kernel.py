@@ -15,13 +15,13 @@ from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic, place_of_point
 from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel_part
 
 CIRCLES = 3
 FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met their points before
 
 
-@kernel
+@kernel_part
 def evaluate_contacts(
     law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
 ):
@@ -64,13 +64,13 @@ def evaluate_contacts(
             flank_forces(model, roller, rotation[roller], on_race, window, space, start, damping)
 
 
-@kernel
+@kernel_part
 def roller_in(slot, rollers):
     """Number of the roller in a slot: the rows stand in turn there, one after the other in the state."""
     return slot // 2 + (slot % 2) * (rollers // 2)
 
 
-@kernel
+@kernel_part
 def normal_loads(model, rotation, groups, compacted, single, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
     space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
@@ -88,7 +88,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
                 loads[race, roller_in(slot, rotation.shape[0]), circle] = math.sqrt(square)
 
 
-@kernel
+@kernel_part
 def raised_points(model, roller, rotation, candidates, spare, space, column):
     """Fill the window `spare` of a race with candidates as a damaged roller meets them in the frame of `column`."""
     points, race, window, first, last = candidates
@@ -105,7 +105,7 @@ def raised_points(model, roller, rotation, candidates, spare, space, column):
         points[race, spare, col.POINT_SHARE, i] = points[race, window, col.POINT_SHARE, i]
 
 
-@kernel
+@kernel_part
 def lift_at(model, roller, rotation, x, y, z):
     """Height of a damaged roller's surface at a point in its slot axes [m], and its rise with the angle [m/rad].
 
@@ -128,7 +128,7 @@ def lift_at(model, roller, rotation, x, y, z):
     return lift, rise
 
 
-@kernel
+@kernel_part
 def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
     """Add the forces along the race of the flanks of a roller's defects to the sums of its `column`.
 

@@ -11,7 +11,7 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
 from srbval.models.full.second_cage_kernel import cage_angle, roller_angle, roller_cage_speed, turn_of_second
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
 EMPTY_SLOT_M = -1.0  # depth where no roller is
@@ -29,26 +29,26 @@ class CageTilt(NamedTuple):
     sin_y: float
 
 
-@kernel_part
+@inlined
 def cage_tilt(angle_x, angle_y):
     """The tilt at the first two gimbal angles [rad]."""
     return CageTilt(math.cos(angle_x), math.sin(angle_x), math.cos(angle_y), math.sin(angle_y))
 
 
-@kernel_part
+@inlined
 def cage_axes(tilt):
     """Rotation Rx(a) Ry(b) of the tilted cage, by columns: its axes x, y and z in world coordinates."""
     ca, sa, cb, sb = tilt
     return cb, sa * sb, -ca * sb, 0.0, ca, sa, sb, -sa * cb, ca * cb
 
 
-@kernel_part
+@inlined
 def tilted_about_x(tilt, w_y, w_z):
     """Components along z and y of the axes tilted about x alone, in which the second gimbal angle turns."""
     return tilt.cos_x * w_z - tilt.sin_x * w_y, tilt.cos_x * w_y + tilt.sin_x * w_z
 
 
-@kernel_part
+@inlined
 def slot_axes(axes, c, s, along, across):
     """Slot axes x, y and z of a roller in world coordinates, nine values.
 
@@ -102,13 +102,13 @@ class SurfaceHeights(NamedTuple):
     rollers: Any
 
 
-@kernel_part
+@inlined
 def race_limits(race, onwards):
     """`RaceLimits` of a race."""
     return RaceLimits(1.0 / race.spacing, 1.0 / race.clearance, race.own_middle, race.own_half, onwards)
 
 
-@kernel
+@kernel_part
 def read_rollers(y, at, half, space):
     """Copy slides, their rates and the spins of state `y` to the slots: both rows of `half` rollers in turn."""
     for i in range(half):
@@ -121,7 +121,7 @@ def read_rollers(y, at, half, space):
             slot += np.uint64(1)
 
 
-@kernel
+@kernel_part
 def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
     """Fill the frames of all `slots` and of their columns for state `y`; `count` points make a circle."""
     space = model.scratch.space
@@ -202,7 +202,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         )  # fmt: skip
 
 
-@kernel_part
+@inlined
 def count_candidates(search, race, depth, offset, lead, aside, angle, here, damaged, patch, space, column):
     """Fill a column's rows for the search: its depth, its position among the race's points, how many it may meet.
 
@@ -226,7 +226,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
     space[col.CANDIDATE_CODE + column] = OWN_POINTS if own else candidate_code(candidates)
 
 
-@kernel
+@kernel_part
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
     """How many points of each circle a roller's window must hold: all that may be in contact, `most` at most.
 
@@ -249,7 +249,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
     return count if depth_ahead > 0.0 and ahead + behind >= 0.0 else 0.0
 
 
-@kernel
+@kernel_part
 def candidate_code(candidates):
     """Code of a column's number of candidates: a sum over a lane group tells how many need one, two, three points."""
     return (
@@ -259,7 +259,7 @@ def candidate_code(candidates):
     )
 
 
-@kernel
+@kernel_part
 def add_heights(surface, rotation, count, space):
     """Bring the races of all columns nearer by the heights under them. `rotation` of the rollers [rad].
 
@@ -291,7 +291,7 @@ def add_heights(surface, rotation, count, space):
                 space[col.CANDIDATE_CODE + j] = candidate_code(candidates)
 
 
-@kernel
+@kernel_part
 def place_in_table(turns, size):
     """The entries before and behind an angle in a table of `size` around a body, and the share of the latter."""
     place = (turns - math.floor(turns)) * size

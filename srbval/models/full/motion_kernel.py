@@ -26,17 +26,23 @@ from srbval.models.full.search_kernel import (
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import state_indices
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel, kernel_part
 
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 
 @kernel
+def rates_and_loads(t, y, model, rate, totals, loads):
+    """The `right_hand_side` without damping sums, for Python."""
+    right_hand_side(t, y, model, rate, totals, loads, None)
+
+
+@kernel_part
 def right_hand_side(t, y, model, rate, totals, loads, damping):
     """Fill `rate` (shape of `y`) and `totals`, [col.TOTALS], for state `y` at time `t`.
 
-    `loads`, shape [2 races, 2 M, 3 circles] or empty: normal forces [N], filled where there is room. `damping`: None,
-    or `WITH_DAMPING` to have the columns' damping sums filled, see `damping_kernel`.
+    `loads`, shape [2 races, 2 M, 3 circles]: normal forces [N], filled unless it is None. `damping`: None, or
+    `WITH_DAMPING` to have the columns' damping sums filled, see `damping_kernel`.
     """
     n = model.slot_angle.shape[0]
     at = state_indices(n, y.shape[0] // 2)
@@ -178,11 +184,11 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.DRIVE_POWER] = -on_shaft * shaft
     ring_motion(t, y, at, model, (on_ring_x, on_ring_y, on_ring_z), rate, totals)
 
-    if loads.shape[0] > 0:
+    if loads is not None:
         normal_loads(model, rotation, groups, compacted, single, loads)
 
 
-@kernel_part
+@inlined
 def ring_motion(t, y, at, model, on_ring, rate, totals):
     """Fill the rates of the outer ring on the housing's spring and damper, and the powers of load and housing.
 
@@ -204,7 +210,7 @@ def ring_motion(t, y, at, model, on_ring, rate, totals):
     totals[col.HOUSING_POWER] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)
 
 
-@kernel
+@kernel_part
 def shaft_motion(t, drive):
     """Speed and angle of the shaft at time `t`: linear between the table's entries, constant outside."""
     table = drive.speed
@@ -219,7 +225,7 @@ def shaft_motion(t, drive):
     return table[1, i] + slope * since, table[2, i] + (table[1, i] + 0.5 * slope * since) * since
 
 
-@kernel
+@kernel_part
 def external_load(t, drive):
     """Radial and axial load at time `t`: linear between the table's entries, constant outside."""
     table = drive.load

@@ -13,10 +13,10 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.state import state_indices
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel_part
 
 
-@kernel
+@kernel_part
 def shaft_row(model, factors):
     """Fill the shaft's row of D, less its sign: rollers' parts into their slots, cages' into the row `SHAFT_ROW`.
 
@@ -45,7 +45,7 @@ def shaft_row(model, factors):
     factors[r, 0], factors[r, 1], factors[r, 2], factors[r, 3] = w0, w1, w2, relative
 
 
-@kernel
+@kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
     """Add to the torque and the powers of `totals` what x changes; see above.
 

@@ -13,13 +13,13 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import OWN_POINTS, SKIP_MARGIN_M, candidate_code
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel_part
 
 # Of a column, in units of a lane group's meeting one point of each circle: at 0.2 interference costs 8 % more.
 COPY_COST = 0.3
 
 
-@kernel
+@kernel_part
 def plan_contacts(slots, races, space, plan, count):
     """Fill the plan: number of lane groups, of compacted and of single columns, and the deepest penetration [m].
 
@@ -66,20 +66,20 @@ def plan_contacts(slots, races, space, plan, count):
     return groups, compacted, single, deepest_of(slots, space)
 
 
-@kernel
+@kernel_part
 def plan_group(plan, row, race, window, first):
     """Enter a lane group that meets a window's points."""
     plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
     plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
-@kernel
+@kernel_part
 def plan_copy(plan, row, column, points):
     """Enter a column to be copied and the number of points it needs; the place of its copy follows."""
     plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
 
 
-@kernel
+@kernel_part
 def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
     """Give the columns of a race that are compacted their places; each group the window of its neediest column."""
     for begin in range(first_copy, end_copy, col.LANES):
@@ -98,7 +98,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
     return groups
 
 
-@kernel
+@kernel_part
 def code_of_group(begin, space):
     """Sum of the codes of a lane group of columns, see `candidate_code`."""
     code = 0.0
@@ -107,7 +107,7 @@ def code_of_group(begin, space):
     return code
 
 
-@kernel
+@kernel_part
 def plan_single_columns(race, begin, single, races, space, plan, count):
     """Enter the columns with points of their own in a lane group that may have some; the number of `single` ones."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
@@ -132,7 +132,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
     return single
 
 
-@kernel
+@kernel_part
 def points_of_group(code, begin, space):
     """How many points of each circle a lane group had best meet where it stands, and how many its neediest column.
 
@@ -159,7 +159,7 @@ def points_of_group(code, begin, space):
     return best, points - 1
 
 
-@kernel
+@kernel_part
 def deepest_of(slots, space):
     """Greatest depth of all columns [m]; a row of sums that is not yet in use serves to compare both races at once."""
     for p in range(np.uint64(slots)):
@@ -174,7 +174,7 @@ def deepest_of(slots, space):
     return max(max(a, b), max(c, d))
 
 
-@kernel
+@kernel_part
 def angle_to_window(position, shift, spacing):
     """Cosine and sine of the angle from a roller to its window's middle point.
 
@@ -187,7 +187,7 @@ def angle_to_window(position, shift, spacing):
     return cosine, sine * turn
 
 
-@kernel
+@kernel_part
 def turn_to_window(original, copy, slot, shift, spacing, space):
     """Turn the axes of a column, or of its copy, to its window's middle point."""
     m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
@@ -198,7 +198,7 @@ def turn_to_window(original, copy, slot, shift, spacing, space):
     space[col.A_Z + copy], space[col.B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
 
 
-@kernel
+@kernel_part
 def prepare_columns(groups, slots, space, plan, spacing, damping):
     """Turn the columns of the lane groups that stand in their places to their windows; clear all columns' sums.
 
@@ -217,13 +217,13 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
             space[clear + col.INNER + p] = 0.0
 
 
-@kernel
+@kernel_part
 def spacing_of_windows(count, patch):
     """Angle between the points that columns turn to [rad]; 0: a `patch` follows its roller."""
     return 2.0 * math.pi / count if patch is None else 0.0
 
 
-@kernel
+@kernel_part
 def copy_column(original, copy, space, damping):
     """Copy a column but for the axes of `turn_to_window`, clear the copy's sums and put the column out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
@@ -234,7 +234,7 @@ def copy_column(original, copy, space, damping):
     space[col.O_X + original] = col.FAR_M
 
 
-@kernel
+@kernel_part
 def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
     """Copy the compacted and the single columns, each turned to its own window.
 
@@ -253,7 +253,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
         turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices), space)
 
 
-@kernel
+@kernel_part
 def scatter_sums(compacted, single, space, plan, damping):
     """Add the sums of the copied columns to those of the columns they were copied from."""
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
@@ -263,7 +263,7 @@ def scatter_sums(compacted, single, space, plan, damping):
         add_column(original, np.uint64(col.SINGLE + i * col.LANES), space, damping)
 
 
-@kernel
+@kernel_part
 def add_column(original, copy, space, damping):
     """Add the sums of a column's copy to its own."""
     for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):

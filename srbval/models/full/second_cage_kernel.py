@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel_part
 
 
 class SecondCage(NamedTuple):
@@ -22,7 +22,7 @@ class SecondCage(NamedTuple):
     axial: float
 
 
-@kernel
+@kernel_part
 def turn_of_second(y, at, second):
     """Cosine and sine of the angle of row 2's cage, its relative angle [rad] and rate [rad/s]; zeros without one."""
     if second is None:
@@ -31,7 +31,7 @@ def turn_of_second(y, at, second):
     return math.cos(turn), math.sin(turn), y[at.relative_angle], y[at.relative_rate]
 
 
-@kernel
+@kernel_part
 def cage_angle(second, cosine, sine, turned, side):
     """Cosine and sine of the angle of the cage that a roller on this `side` is in."""
     if second is None:
@@ -39,7 +39,7 @@ def cage_angle(second, cosine, sine, turned, side):
     return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
 
 
-@kernel
+@kernel_part
 def roller_angle(second, angle, turned, side):
     """The angle of a roller on this `side`, given that in row 1's cage [rad]."""
     if second is None:
@@ -47,7 +47,7 @@ def roller_angle(second, angle, turned, side):
     return angle + turned[2] if side < 0.0 else angle
 
 
-@kernel
+@kernel_part
 def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
     """Components x and z in slot axes of a roller's cage's angular velocity, given those of row 1's [rad/s]."""
     if second is None:
@@ -55,7 +55,7 @@ def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
     return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
 
 
-@kernel
+@kernel_part
 def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
     """Torque on the relative angle [N m], and those on both cages less what its rate takes; fills its inertia.
 
@@ -107,7 +107,7 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
     return torque, (g_x, g_y, g_z)
 
 
-@kernel
+@kernel_part
 def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
     """Torque on the cages and their inertia (xx, yy, zz, xy, xz, yz), the relative rate's equation eliminated."""
     if second is None:
@@ -123,7 +123,7 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
     )  # fmt: skip
 
 
-@kernel
+@kernel_part
 def fill_relative_rates(second, y, at, totals, torque, rate):
     """Fill the rates of the relative angle, those of the cages being known."""
     if second is None:
@@ -134,7 +134,7 @@ def fill_relative_rates(second, y, at, totals, torque, rate):
     rate[at.relative_rate] = (torque - taken) / totals[col.RELATIVE_AXIAL]
 
 
-@kernel
+@kernel_part
 def relative_border(second, weight, model, totals, factors):
     """Fill the row `RELATIVE_BORDER` of the factors with the relative rate's part of M / `weight` + D; its own entry.
 
@@ -176,7 +176,7 @@ def relative_border(second, weight, model, totals, factors):
     return own
 
 
-@kernel
+@kernel_part
 def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
     """Right-hand side of the cages and of the relative rate, with its accelerations and what the rollers took."""
     if second is None:
@@ -193,7 +193,7 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
     return g0 + a_x * ahead, g1 + a_y * ahead, g2 + a_z * ahead, g
 
 
-@kernel
+@kernel_part
 def rate_about_roller(second, w_z, relative, side, tilt_cosine):
     """A roller's cage's rate about the roller's axis, given that of row 1's cage."""
     if second is None:
@@ -201,7 +201,7 @@ def rate_about_roller(second, w_z, relative, side, tilt_cosine):
     return w_z + tilt_cosine * relative if side < 0.0 else w_z
 
 
-@kernel
+@kernel_part
 def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
     """Angular velocity of the cage of a roller on this `side`, given that of row 1's, world axes [rad/s]."""
     if second is None:
@@ -210,7 +210,7 @@ def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
     return omega_x + rate * axes[6], omega_y + rate * axes[7], omega_z + rate * axes[8]
 
 
-@kernel
+@kernel_part
 def relative_energy(second, turned, along):
     """Twice what the relative rate adds to the kinetic energy of row 2's cage [J]; `along`: both's rate [rad/s]."""
     if second is None:

@@ -27,7 +27,7 @@ from srbval.models.full.contact_kernel import (
     penetration,
     place_of_point,
 )
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
 ROOT_0, ROOT_1, ROOT_2, ROOT_3, ROOT_4 = (
@@ -70,7 +70,7 @@ class SliceTable(NamedTuple):
     inner_radius: float
 
 
-@kernel_part
+@inlined
 def ninth_root(x, inverse):
     """x^(1/9) for x above 1e-37, with its `inverse`: a first guess in single precision, whose roots take a fifth of the
     time, and two terms of the series of (y^9 / x)^(-1/9) about 1."""
@@ -82,7 +82,7 @@ def ninth_root(x, inverse):
     return y * (1.0 - off * (1.0 / 9.0 - off * (5.0 / 81.0)))
 
 
-@kernel_part
+@inlined
 def slice_spring(stiffness, depth, spread, bend, least):
     """Force [N], its slope over the depth [N/m] and twice the energy [J] of a slice, then part and middle of its load.
 
@@ -115,7 +115,7 @@ def slice_spring(stiffness, depth, spread, bend, least):
     return per * force, per * per_e * slope, per * e * energy, part, off
 
 
-@kernel_part
+@inlined
 def friction_of_slice(law, slip, more):
     """Coefficient of friction over the slip, mean over slips from `slip` less `more` to `slip` and `more` [s/m].
 
@@ -133,7 +133,7 @@ def friction_of_slice(law, slip, more):
     return (risen - fallen) / (2.0 * more * slip)
 
 
-@kernel
+@kernel_part
 def law_at_speed(law, slices, cage, shaft):
     """The law with the critical velocity of lubricated traction at these speeds [rad/s]; as it is without `slices`.
 
@@ -152,7 +152,7 @@ def law_at_speed(law, slices, cage, shaft):
     )  # fmt: skip
 
 
-@kernel
+@kernel_part
 def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
     """Add the forces of the slices from `first_third` to `end_third` of each contact to the columns of the plan."""
     for group in range(groups):
@@ -173,7 +173,7 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
         slice_columns(law, slices, race, window, first, end, space, start, start + 1, damping, away, on_roller)
 
 
-@kernel
+@kernel_part
 def find_openings(slices, single, plan, space, rotation, roller_radius, points, defects, rollers, spare_of):
     """Find the opening that each single column's roller stands over: its window, and how far it is.
 
@@ -207,7 +207,7 @@ def find_openings(slices, single, plan, space, rotation, roller_radius, points, 
                     space[col.POSITION + start] = away
 
 
-@kernel
+@kernel_part
 def face_roller(space, start, stop):
     """Turn the columns' axes from the slot's meridian to that of the ring through the roller's centre: the ring moves.
 
@@ -231,7 +231,7 @@ def face_roller(space, start, stop):
         space[col.SHIFT + j] = turn
 
 
-@kernel
+@kernel_part
 def touches(law, slices, race, i, space, start, stop):
     """Whether a slice of a sound race touches the roller of any of these columns."""
     point_law = law_of_point(law)
@@ -250,7 +250,7 @@ def touches(law, slices, race, i, space, start, stop):
     return deepest > 0.0
 
 
-@kernel_part
+@inlined
 def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
     """Sine of the angle at which a gap opens along its slice, and in which direction: the race's tangent, x and z."""
     r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
@@ -258,7 +258,7 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
     return n_x * r_z - n_z * r_x, r_z, -r_x
 
 
-@kernel
+@kernel_part
 def slice_columns(law, slices, race, window, first, last, space, start, stop, damping, away, on_roller):
     """Add the forces of a race's slices to the columns from `start` to `stop`; see `contact_columns`.
 
@@ -312,7 +312,7 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
                 add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
 
 
-@kernel_part
+@inlined
 def normal_of_race(radial, tangential, axial, space, j):
     """Normal into the race of a place on it, slot axes, from its components off the race in the column's frame."""
     return (
@@ -322,7 +322,7 @@ def normal_of_race(radial, tangential, axial, space, j):
     )
 
 
-@kernel
+@kernel_part
 def foot_of_slice(rows, race, window, i, away):
     """Where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 

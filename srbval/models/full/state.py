@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel_part
 
 CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, three displacements
 
@@ -37,7 +37,7 @@ def indices_of(rollers: int, half: int) -> StateIndices:
     )
 
 
-state_indices = kernel(indices_of)  # for kernels
+state_indices = kernel_part(indices_of)  # for kernels
 
 
 class StateLayout:

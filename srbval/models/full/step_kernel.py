@@ -15,7 +15,7 @@ from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.power_kernel import add_implicit_powers, shaft_row
 from srbval.models.full.state import state_indices
-from srbval.models.jit import kernel, kernel_part
+from srbval.models.jit import inlined, kernel_part
 
 
 class WorkingSpace(NamedTuple):
@@ -23,7 +23,8 @@ class WorkingSpace(NamedTuple):
 
     `rates`, [stages, size]; `trial` and `braked`, [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`,
     [col.TOTALS]: the factored border and the totals it belongs to; `totals` of the latest evaluation and their `mean`,
-    see `add_to_mean`, both [col.TOTALS]; `no_loads`: empty.
+    see `add_to_mean`, both [col.TOTALS]; `ahead`, [size]: what a leapfrog remembers of the step before, zeros at the
+    start of a run.
     """
 
     rates: FloatArray
@@ -33,11 +34,12 @@ class WorkingSpace(NamedTuple):
     totals: FloatArray
     mean: FloatArray
     frozen: FloatArray
-    no_loads: FloatArray
+    ahead: FloatArray
 
 
-def working_space(size: int, stages: int) -> WorkingSpace:
-    """Arrays for states of `size` values and a method of so many stages."""
+def working_space(memory: FloatArray, stages: int) -> WorkingSpace:
+    """Arrays for states of the size of `memory`, the leapfrog's, and a method of so many stages."""
+    size = len(memory)
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
         trial=np.zeros(size),
@@ -46,11 +48,11 @@ def working_space(size: int, stages: int) -> WorkingSpace:
         totals=np.zeros(col.TOTALS),
         mean=np.zeros(col.TOTALS),
         frozen=np.zeros(col.TOTALS),
-        no_loads=np.zeros((0, 0, 0)),
+        ahead=memory,
     )
 
 
-@kernel
+@kernel_part
 def clear_mean(mean):
     """Begin an output interval."""
     for m in range(col.TOTALS):
@@ -58,7 +60,7 @@ def clear_mean(mean):
     mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0
 
 
-@kernel
+@kernel_part
 def add_to_mean(totals, weight, mean, first):
     """Add `weight` times the totals to `mean`.
 
@@ -74,7 +76,7 @@ def add_to_mean(totals, weight, mean, first):
             mean[m] += weight * totals[m]
 
 
-@kernel_part
+@inlined
 def runge_kutta_step(y, t, step, method, model, work):
     """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean."""
     size = y.shape[0]
@@ -89,7 +91,7 @@ def runge_kutta_step(y, t, step, method, model, work):
             if weight != 0.0:
                 for m in range(size):
                     trial[m] += weight * rates[p, m]
-        right_hand_side(t + c[s] * step, trial, model, rates[s], totals, work.no_loads, None)
+        right_hand_side(t + c[s] * step, trial, model, rates[s], totals, None, None)
         add_to_mean(totals, powers[s], work.mean, s == 0)
     for s in range(stages):
         weight = step * b[s]
@@ -97,7 +99,7 @@ def runge_kutta_step(y, t, step, method, model, work):
             y[m] += weight * rates[s, m]
 
 
-@kernel_part
+@inlined
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean.
 
@@ -114,7 +116,7 @@ def rosenbrock_step(y, t, step, method, model, work):
         for p in range(s):
             for m in range(size):
                 trial[m] += a[s, p] * u[p, m]
-        right_hand_side(t + c[s] * step, trial, model, u[s], totals, work.no_loads, WITH_DAMPING)
+        right_hand_side(t + c[s] * step, trial, model, u[s], totals, None, WITH_DAMPING)
         if s == 0:
             factor(implicit * step, model, totals, factors)
             shaft_row(model, factors)
@@ -138,11 +140,11 @@ def rosenbrock_step(y, t, step, method, model, work):
             y[m] += b[s] * u[s, m]
 
 
-@kernel_part
-def leapfrog_step(y, t, step, method, model, work, ahead):
+@inlined
+def leapfrog_step(y, t, step, method, model, work):
     """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: `Coefficients`.
 
-    `ahead`, [size]: predicted change of the velocities up to where forces are linearised; renewed for the next
+    `ahead` of `work`: predicted change of the velocities up to where forces are linearised; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
     velocities; where no roller is damaged or wavy, no force depends on them and the predicted velocities serve. With
@@ -152,7 +154,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     size = y.shape[0]
     b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead
     first, second = work.rates[0], work.rates[1]
-    totals, factors, beyond, braked = work.totals, work.factors, work.trial, work.braked
+    totals, factors, beyond, braked, ahead = work.totals, work.factors, work.trial, work.braked, work.ahead
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (implicit * step)
     damaged = model.roller_defects.shape[0] > 0 or model.surface.rollers.shape[1] > 0
@@ -161,7 +163,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
         turn_rollers(y, 0.5 * step, model)
     for m in range(first_rate, end):
         y[m] += ahead[m]
-    right_hand_side(t + before * step, y, model, first, totals, work.no_loads, WITH_DAMPING)
+    right_hand_side(t + before * step, y, model, first, totals, None, WITH_DAMPING)
     factor(implicit * step, model, totals, factors)
     shaft_row(model, factors)
     if not damaged:
@@ -200,7 +202,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     drift(y, (1.0 - before) * step)
 
 
-@kernel
+@kernel_part
 def drift(y, step):
     """Move slides, cages and ring on for `step` [s] at their present velocities: the cage by the midpoint rule."""
     half = y.shape[0] // 2
@@ -221,7 +223,7 @@ def drift(y, step):
         y[m] += step * y[half + m]
 
 
-@kernel
+@kernel_part
 def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
     """Rates of the cage's three gimbal angles at its first two and its angular velocity, world axes [rad/s]."""
     tilt = cage_tilt(tilt_x, tilt_y)
@@ -230,7 +232,7 @@ def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
     return w_x - about * tilt.sin_y, rate_y, about
 
 
-@kernel
+@kernel_part
 def turn_rollers(y, step, model):
     """Turn the rollers on for `step` [s], relative to their slots as they stand in `y`."""
     half = y.shape[0] // 2

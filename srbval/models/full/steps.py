@@ -7,10 +7,11 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
-from srbval.models.full.advance_kernel import Recorder, advance
+from srbval.models.full.advance_kernel import ADVANCE
 from srbval.models.full.forces_kernel import CIRCLES
-from srbval.models.full.motion_kernel import right_hand_side
+from srbval.models.full.motion_kernel import rates_and_loads
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.state import layout_of
 from srbval.models.full.step_kernel import working_space
 from srbval.models.outputs import Outputs
 from srbval.models.solvers import Method
@@ -32,7 +33,7 @@ def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
     """Evaluate the equations of motion once."""
     rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
     loads = np.zeros((2, len(model.slot_angle), CIRCLES))
-    right_hand_side(time_s, state, model, rate, totals, loads, None)
+    rates_and_loads(time_s, state, model, rate, totals, loads)
     return Rates(rate=rate, totals=totals, load_n=loads)
 
 
@@ -53,14 +54,16 @@ def take_steps(
     `memory`, of the state's shape: what the method keeps from one call to the next, renewed in place; None at a start.
     """
     memory = np.zeros_like(state) if memory is None else memory
-    rollers = len(model.slot_angle)
-    details = -(-len(intervals) // intervals_per_detail) if intervals_per_detail else 0
+    rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)
+    starts = intervals[::length]
+    details = len(starts) if intervals_per_detail else 0
     out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((details, rollers))
     loads = np.zeros((details, 2, rollers, CIRCLES))
-    model = model._replace(law=model.law._replace(onset_s=method.coefficients.onset * step_s))
-    advance(
-        state, memory, intervals.start * steps_per_output, step_s, steps_per_output, method.coefficients, model,
-        working_space(len(state), len(method.coefficients.b)),
-        Recorder(out, intervals_per_detail, spins, loads),
-    )  # fmt: skip
+    coefficients, work = method.coefficients, working_space(memory, len(method.coefficients.b))
+    model = model._replace(law=model.law._replace(onset_s=coefficients.onset * step_s))
+    for number, first in enumerate(starts or (intervals.start,)):
+        step, rows = first * steps_per_output, out[number * length :][:length]
+        if number < details:
+            spins[number], loads[number] = state[layout_of(state).spin], rates(model, step * step_s, state).load_n
+        ADVANCE[coefficients.family](state, step, step_s, steps_per_output, coefficients, model, work, rows)
     return Outputs(out=out, spin_rad_s=spins, load_n=loads)

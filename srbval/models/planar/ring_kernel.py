@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from srbval.arrays import FloatArray
 from srbval.models import outputs as col
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel, kernel_part
 
 # State: displacement [m] and velocity [m/s].
 X, Y, V_X, V_Y = range(4)
@@ -55,7 +55,7 @@ class Motion(NamedTuple):
     radial: FloatArray
 
 
-@kernel
+@kernel_part
 def push(y, cage, shaft, spun, ring):
     """Force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 

@@ -195,9 +195,10 @@ def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dic
     paper = paper_cases(seconds)
     outer = next(case for case in paper if case.state is Fault.OUTER)
     cases = [*paper, load_zone_case(outer.scene)]
-    missing = [m for m in dict.fromkeys(case.scene.model for case in cases) if not is_compiled(m)]
+    missing = [case.scene for case in cases if not is_compiled(case.scene)]
     if missing:
-        with stage(progress, f"Compile the models ({', '.join(missing)}), once after installation"):
+        models = ", ".join(dict.fromkeys(scene.model for scene in missing))
+        with stage(progress, f"Compile the models ({models}), once after installation"):
             precompile(*missing, jobs=jobs)
     runs = run_cases(cases, jobs=jobs, progress=progress)
     return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
