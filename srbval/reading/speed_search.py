@@ -153,8 +153,8 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     A set point gives way to a speed estimated from the record, by shaft harmonics alone, in the band or in the whitened
     whole, or with the sidebands of the line then found, where that knows more (`estimate_speed`, `speed_by_comb`) and
-    lies within the tolerance; one outside is a finding (`outside_speed`). A line outside all windows counts only where
-    its sidebands by themselves give the speed at which it is one, within the tolerance too.
+    lies within the tolerance; one that contradicts it is a finding (`outside_speed`). A line outside all windows counts
+    only where its sidebands by themselves give the speed at which it is one, within the tolerance too.
     """
     if stated.source is not SpeedSource.NOMINAL:
         found = SpeedSearch(lines=_read(processed, bearing, stated), speed=stated)
@@ -164,7 +164,9 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
 
     def is_within(speed: ShaftSpeed | None) -> TypeGuard[ShaftSpeed]:
-        return speed is not None and abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
+        if speed is None or speed.ci95_hz >= stated.ci95_hz:  # knows no more than what is stated
+            return False
+        return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
     fits = estimate(stated, ()) or speed_by_comb(whitened_periodogram(processed, bearing, stated), stated)
     if is_within(fits):
@@ -177,12 +179,13 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         outside, lines = _outside_family(processed, bearing, found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
-        refined = None
+        # The sidebands belong to another shaft, or the line to another family than its place suggests.
+        outside, refined = (outside, None) if is_within(refined) else (None, refined)
     if is_within(refined):
         outside = None
         found = replace(found, lines=_read(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
     fits = refined or fits
-    if fits is None or is_within(fits):
+    if fits is None or abs(fits.value_hz - stated.value_hz) <= stated.ci95_hz + fits.ci95_hz:
         return replace(found, outside=outside)
     if found.speed is not stated:  # two speeds that contradict each other: neither is sure
         found = _at_trial_speeds(processed, bearing, stated)
@@ -263,9 +266,8 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     squares through the peaks of all terms that stand out, the scatter about the fit widening the interval (Birge's
     ratio), and `ALLOWANCE` for what scatter does not show. Cage slip moves the line and leaves the spacing of its
     sidebands alone: no kinematics is used. None where noise would do as well or another speed nearly as well
-    (`RIVAL_SHARE`), where fewer than four shaft terms show, or where the result is no more certain than the nominal
-    speed. It may lie outside the nominal speed's interval: the caller says so. A drift within the record is averaged,
-    not followed.
+    (`RIVAL_SHARE`), or where fewer than four shaft terms show. It may lie outside the nominal speed's interval, or be
+    less certain: the caller decides. A drift within the record is averaged, not followed.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
@@ -274,9 +276,7 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     if start is None:
         return None
     found = _fit(bare, line, start)
-    if found is None or found.ci95_hz >= nominal.ci95_hz or abs(found.value_hz - nominal.value_hz) > half:
-        return None
-    return found
+    return None if found is None or abs(found.value_hz - nominal.value_hz) > half else found
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:

@@ -283,8 +283,9 @@ def check_first_lines(command: str, code: int, document: dict[str, Any], text: S
         detected = sum(line["detected"] for line in document["lines"])
         assert detected == sum(row.endswith("  yes") for row in text)
         assert all((line["found_hz"] is None) == (not line["detected"]) for line in document["lines"])
-        called, naming = document["fault"]["called"], {"roller": "roll(er|ing)"}
-        assert called is None or re.search(rf": {naming.get(called, called)}[- ]", whole)
+        starts = {"named": ".* fault: ", "undecided": "Undecided", "nothing found": "Nothing found", None: "No fault"}
+        assert re.match(starts[document["fault"]["verdict"]], document["fault"]["headline"])
+        assert (document["fault"]["called"] is None) == (document["fault"]["verdict"] != "named")
     if command == "plan":
         assert document["met"] == (code == 0)
         assert whole.count("<-") == 1

@@ -158,23 +158,6 @@ def test_both_race_lines_close_on_the_number_of_rollers():
     assert closure.closed
 
 
-def test_numerical_libraries_use_one_thread_and_then_as_many_as_before(monkeypatch):
-    from threadpoolctl import threadpool_info, threadpool_limits
-
-    from srbval.reading import speed_search
-
-    def threads():
-        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-
-    within = set()
-    read = speed_search.read_lines
-    monkeypatch.setattr(speed_search, "read_lines", lambda *a, **k: within.update(threads()) or read(*a, **k))
-    with threadpool_limits(2):
-        analyse(recording(impulses(80.0)), bearing=BEARING)
-        assert within == {1}
-        assert threads() == {2}
-
-
 @pytest.mark.parametrize(
     ("changes", "options", "error", "says"),
     [
