@@ -69,7 +69,7 @@ class Meaning:
 
     def shown(self, error_pct: float) -> float:
         """An error in the unit that it is stated in."""
-        return error_pct if self.unit == "%" else db_of(error_pct)
+        return error_pct if self.unit == "%" else 20 * math.log10(1 + error_pct / 100)
 
     def text(self, error_pct: float) -> str:
         """The same in words."""
@@ -79,11 +79,6 @@ class Meaning:
 def pct_of(db: float) -> float:
     """By how much the greater of two amplitudes `db` apart exceeds the smaller [%]."""
     return 100 * (10 ** (db / 20) - 1)
-
-
-def db_of(pct: float) -> float:
-    """The reverse of `pct_of` [dB]."""
-    return 20 * math.log10(1 + pct / 100)
 
 
 def _pairs(own: Answer, right: Answer) -> list[tuple[float, float]]:

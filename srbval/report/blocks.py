@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 from srbval.report.figures.style import Drawing
@@ -287,11 +287,6 @@ class Report:
             if part.id in seen:
                 raise ValueError(f"report id {part.id!r} is used twice.")
             seen.add(part.id)
-
-    @property
-    def generated_text(self) -> str:
-        """Date and time of making, UTC, to the second."""
-        return self.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
 
     @property
     def has_appendix(self) -> bool:

@@ -8,6 +8,7 @@ file or a recording goes through `literal` first, so that it can never turn into
 import dataclasses
 import enum
 import re
+from datetime import UTC
 from typing import Any
 
 from srbval.report.blocks import (
@@ -83,7 +84,7 @@ def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendi
         "has_appendix": report.has_appendix,
         "title": printable(report.title),
         "subtitle": printable(report.subtitle),
-        "generated": report.generated_text,
+        "generated": report.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
         "verdict": _plain(report.verdict) if document is Document.MAIN else None,
         "sections": [
             {

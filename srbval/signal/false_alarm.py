@@ -106,16 +106,16 @@ def neg_log_rank(score: float, placebos: FloatArray, *, ties: bool = False) -> f
     Inside it is the `rank` among `placebos` [n]. The mean excess over the upper tenth's threshold is the tail's (a
     generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not
     checked). An extrapolation: it grades strong lines, it is no rate. With `ties`, for placebos that share lines, those
-    equal to the threshold belong to the tail.
+    equal to the threshold belong to the tail. Where all of the upper tenth are equal there is no tail, but the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
     ordered, count = np.sort(placebos), int(TAIL * placebos.size)
     threshold = float(ordered[-count - 1] if ties else np.quantile(ordered, 1 - TAIL))
-    if score <= threshold or math.isinf(threshold):
+    excess = (ordered[-count:] if ties else ordered[ordered > threshold]) - threshold
+    if score <= threshold or math.isinf(threshold) or not excess.any():
         return -math.log(rank(score, placebos))
-    upper = ordered[-count:] if ties else ordered[ordered > threshold]
-    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
+    return (score - threshold) / float(np.mean(excess)) - math.log(TAIL)
 
 
 def rank(score: float, placebos: FloatArray) -> float:

@@ -32,6 +32,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
     verdict = verdict_box(findings)
+    sources = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets))
     placed = (
         (10, records_section(findings)),
         (20, table6_section(findings)),
@@ -48,7 +49,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         (150, _runs(findings)),
         (160, SCENE.section(appendix=(SCENE.paragraph("intro"), KeyValues(pairs=flatten(findings.data["scene"]))))),
         (170, provenance_section(origin)),
-        (180, _references(findings)),
+        (180, REFERENCES.section(appendix=(Listing(sources),))),
         *((page.place, page.section(findings.results)) for page in pages),
     )
     data = joined_data(findings.data, (page.data(findings.results) for page in pages))
@@ -142,12 +143,6 @@ def provenance_section(origin: Mapping[str, Any]) -> Section:
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     command = str(flat.pop("command"))
     return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), appendix=(KeyValues(pairs=flat),))
-
-
-def _references(findings: Findings) -> Section:
-    """Papers first, then the data sets of the recordings that were read."""
-    items = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets))
-    return REFERENCES.section(appendix=(Listing(items),))
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:

@@ -1,6 +1,6 @@
 """Figures 11 to 14: the model and the rig, each pair on identical axes, and where their peaks lie."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +52,9 @@ def figures_section(findings: Findings) -> Section:
         for state, letters in PANEL_LETTERS.items()
         for side, letter in zip(sides, letters, strict=True)
     ]
-    burst = _highest_burst([*model.values(), *rig.values()])
-    brightest = _brightest(image for side in findings.scalograms.values() for image in side.values())
+    burst = HEAD_ROOM * max(float(abs(one.acceleration).max()) for side in sides.values() for one in side.values())
+    pixels = [image.amplitude.ravel() for side in findings.scalograms.values() for image in side.values()]
+    brightest = float(np.quantile(np.concatenate(pixels), COLOUR_QUANTILE))
     times = [_time_panel(f"fig11{c}", f"11{c}", state, sides[side][state], burst) for side, c, state in places]
     images = [
         _image_panel(f"fig14{c}", f"14{c}", state, sides[side][state], findings.scalograms[side][state], brightest)
@@ -201,11 +202,3 @@ def _again(model: Side, rig: Side, state: Fault) -> str:
     own, other = model[state].analysis, rig[state].analysis.recording
     file = Path(other.file).name if other.file and other.origin is Origin.MEASURED else ""
     return TEXTS.text("again", state=state, rpm=60 * own.speed.value_hz, model=own, file=file)
-
-
-def _highest_burst(records: Iterable[RecordView]) -> float:
-    return HEAD_ROOM * max(float(abs(record.acceleration).max()) for record in records)
-
-
-def _brightest(images: Iterable[Scalogram]) -> float:
-    return float(np.quantile(np.concatenate([image.amplitude.ravel() for image in images]), COLOUR_QUANTILE))
