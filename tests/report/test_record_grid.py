@@ -13,7 +13,6 @@ import scipy.signal
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import DataError
-from srbval.reading.analyse import analyse
 from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import LEAST_REVOLUTIONS
 from srbval.recordings import Origin, Recording
@@ -75,8 +74,9 @@ LONG = itertools.product((2000.0, 12_000.0, 102_400.0), (20.0, 60.0), (30.0, 120
 def test_page_and_pictures_of_an_extreme_record(made: tuple[float, float, float], tmp_path: Path) -> None:
     record, formats = outer_race(*made), ("html", "json")
     report_recordings([record], tmp_path, bearing=BEARING.name, model=False, formats=formats, appendix=True)
+    own = gathered(record)
     for name in ("one.png", "one.html"):
-        write_plot(analyse(record, bearing=BEARING, choose_on_record=True), tmp_path / name)
+        write_plot(own.analysis, tmp_path / name, verdict=own.verdict)
     assert {"report.html", "report.json", "one.png", "one.html"} <= {path.name for path in tmp_path.iterdir()}
 
 
