@@ -112,10 +112,10 @@ def neg_log_rank(score: float, placebos: FloatArray, *, ties: bool = False) -> f
         return math.nan
     ordered, count = np.sort(placebos), int(TAIL * placebos.size)
     threshold = float(ordered[-count - 1] if ties else np.quantile(ordered, 1 - TAIL))
-    excess = (ordered[-count:] if ties else ordered[ordered > threshold]) - threshold
-    if score <= threshold or math.isinf(threshold) or not excess.any():
+    upper = ordered[-count:] if ties else ordered[ordered > threshold]
+    if score <= threshold or math.isinf(threshold) or not (upper > threshold).any():
         return -math.log(rank(score, placebos))
-    return (score - threshold) / float(np.mean(excess)) - math.log(TAIL)
+    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
 
 
 def rank(score: float, placebos: FloatArray) -> float:

@@ -61,6 +61,8 @@ def test_out_of_reach_there_is_nothing() -> None:
     assert math.isnan(neg_log_rank(3.0, np.ones(3)))
     for ties in (False, True):  # placebos that share their strongest line have no tail
         assert neg_log_rank(30.0, np.repeat([1.0, 6.0], [60, 40]), ties=ties) == pytest.approx(math.log(101))
+    infinite = np.repeat([1.0, math.inf], [60, 40])
+    assert neg_log_rank(30.0, infinite, ties=True) == pytest.approx(math.log(101 / 41))
 
 
 GROUP_S, TURN_HZ, CAGE_HZ, STRIKES_HZ = 8.0, 14.3, 6.15, 99.6
