@@ -132,14 +132,14 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs, each compiled apart: the model's, with what the kernel does.
+    """Names of the kernels that the scene's run needs, each compiled apart: model, what the kernel does, cages.
 
     Of those with the full model's equations: their ``rates``, and the steps of the scene's solver.
     """
     if scene.model in WITHOUT_KERNELS:
         return []
     parts = (RING,) if scene.model == "planar" else (RATES, scene.solver.name)
-    return [f"{scene.model}-{part}" for part in parts]
+    return [f"{scene.model}-{part}-{scene.bodies.cages}" for part in parts]
 
 
 def _missing(scenes: Iterable[Scene]) -> list[str]:

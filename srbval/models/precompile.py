@@ -39,22 +39,23 @@ def load_kernels(scenes: Iterable[Scene]) -> None:
         precompile(*new.values())
         for scene in new.values():
             with contextlib.suppress(SrbvalError):  # the run itself will say what is wrong
-                shortest_run(scene.model, scene.solver.name)
+                shortest_run(scene.model, scene.solver.name, scene.bodies.cages)
         _loaded.update(new)
 
 
-def shortest_run(model: str, solver: str) -> None:
+def shortest_run(model: str, solver: str, cages: int) -> None:
     """Simulate just long enough to use every kernel of the model and solver."""
-    scene = paper_scene(model=model, solver={"name": solver}, duration_s=SHORTEST_S, settle_s=0.0)
+    changes = {"model": model, "solver": {"name": solver}, "bodies": {"cages": cages}}
+    scene = paper_scene(**changes, duration_s=SHORTEST_S, settle_s=0.0)
     simulate(scene, step=Step.UNCHECKED)
 
 
-def compile_kernel(model: str, part: str) -> None:
+def compile_kernel(model: str, part: str, cages: int) -> None:
     """Compile one kernel of a model, see `kernels_of`, by the shortest use of it."""
-    scene = paper_scene(model=model)
+    scene = paper_scene(model=model, bodies={"cages": cages})
     compile_in_this_process(scene)
     if part == RING:
-        shortest_run(model, scene.solver.name)
+        shortest_run(model, scene.solver.name, cages)
         return
     parameters = level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     state = np.zeros(2 * state_layout(parameters).half)
@@ -68,4 +69,5 @@ if __name__ == "__main__":
     end_with_input()
     gc.disable()  # a compiler makes millions of objects, of which few are rubbish
     for name in sys.argv[1:]:
-        compile_kernel(*name.split("-"))
+        model_, part_, cages_ = name.split("-")
+        compile_kernel(model_, part_, int(cages_))

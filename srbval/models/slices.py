@@ -119,7 +119,7 @@ def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
     for i, race in enumerate(races):
         highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
     return Races(
-        points=np.zeros((2, windows, col.POINT_ROWS, 0)), starts=np.zeros((2, windows, 4), dtype=np.int64),
+        points=None, starts=np.zeros((2, windows, 4), dtype=np.int64),
         window_of=np.array([race.window_of for race in races]), highest=highest, plain=1, height=height_m,
         outer=search[0], inner=search[1],
     )  # fmt: skip

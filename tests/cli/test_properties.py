@@ -7,6 +7,7 @@ number of random examples in all, 1,000 by default.
 import argparse
 import contextlib
 import functools
+import html
 import importlib.util
 import io
 import json
@@ -293,7 +294,7 @@ def check_first_lines(command: str, code: int, document: dict[str, Any], text: S
         assert f": {document['chosen']}" in whole
     if command == "report":
         page = Path(document["html"]).read_text(encoding="utf-8")
-        plain = " ".join(re.sub(r"<[^>]*>", "", page).replace("\u00a0", " ").split())
+        plain = " ".join(html.unescape(re.sub(r"<[^>]*>", "", page)).replace("\u00a0", " ").split())
         assert document["headline"]["text"] in plain
         assert json.loads(Path(document["json"]).read_text(encoding="utf-8"))["headline"] == document["headline"]
     for name in ("cases", "done", "results", "count", "segments"):

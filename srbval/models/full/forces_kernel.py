@@ -32,16 +32,31 @@ def evaluate_contacts(
     relative to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up,
     and the flanks of the defects push along the race. With slices, the openings under single columns are found then.
     """
-    races, space, plan = model.races, model.scratch.space, model.scratch.plan
-    if slices is not None:
-        if first_time is not None:
-            find_openings(
-                slices, single, plan, space, rotation, model.law.roller_radius, races.window_of.shape[2],
-                model.roller_defects, rotation.shape[0], model.spare_of,
-            )  # fmt: skip
-        evaluate_slices(law, slices, groups, single, space, plan, first_circle, end_circle, damping)
+    points = model.races.points
+    evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time)
+    evaluate_sliced(slices, law, rotation, model, groups, single, first_circle, end_circle, damping, first_time)
+
+
+@kernel_part
+def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
+    """`evaluate_contacts` where there are slices."""
+    if slices is None:
         return
-    points, starts = races.points, races.starts
+    space, plan = model.scratch.space, model.scratch.plan
+    if first_time is not None:
+        find_openings(
+            slices, single, plan, space, rotation, model.law.roller_radius, model.races.window_of.shape[2],
+            model.roller_defects, rotation.shape[0], model.spare_of,
+        )  # fmt: skip
+    evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
+
+
+@kernel_part
+def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
+    """`evaluate_contacts` where there are points."""
+    if points is None:
+        return
+    space, plan, starts = model.scratch.space, model.scratch.plan, model.races.starts
     for group in range(groups):
         race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
         first, end = starts[race, window, first_circle], starts[race, window, end_circle]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,12 +51,12 @@ class RaceSearch(NamedTuple):
 class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
-    `points` shape [2, W, col.POINT_ROWS, candidates], with a spare window for each damaged roller at the end; `starts`
-    [2, W, 4]; `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`: how many windows hold undisplaced
-    points; `height`: farthest point from the mid-plane [m].
+    `points` shape [2, W, col.POINT_ROWS, candidates], with a spare window for each damaged roller at the end, None if
+    contacts are slices; `starts` [2, W, 4]; `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`:
+    how many windows hold undisplaced points; `height`: farthest point from the mid-plane [m].
     """
 
-    points: FloatArray
+    points: Any
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
