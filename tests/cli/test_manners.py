@@ -1,6 +1,5 @@
 """What the command line says to a slip of the finger, and how it completes."""
 
-import argparse
 import json
 import shutil
 import subprocess
@@ -9,8 +8,6 @@ from pathlib import Path
 import pytest
 
 from srbval.cli import main
-from srbval.cli.arguments import parser
-from srbval.cli.installation_commands import actions_of
 
 SLIPS = {
     "analyze x.mat": "analyse",
@@ -32,27 +29,6 @@ def test_a_slip_is_answered_with_what_was_meant(slip: str, capsys: pytest.Captur
     assert said.count("\n") == 1
 
 
-def test_what_resembles_nothing_is_only_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["kinematics", "--xyzzy"]) == 2
-    assert "unknown: --xyzzy. See: srbval kinematics --help" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("value", ["nan", "-1", "1e400"])
-def test_no_function_is_named_to_the_user(value: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["kinematics", "--rpm", value]) == 2
-    said = capsys.readouterr().err
-    assert "must be positive" in said
-    assert "number_from" not in said
-    assert "_positive" not in said
-
-
-def test_every_command_and_action_takes_json() -> None:
-    commands = [a for a in actions_of(parser()) if isinstance(a, argparse._SubParsersAction)]
-    leaves = [p for c in commands for p in c.choices.values() if not p._subparsers]
-    assert len(leaves) > 15
-    assert all("--json" in p._option_string_actions for p in leaves)
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("shtab")
@@ -67,9 +43,3 @@ def test_completion(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[st
         asked = 'source c; COMP_WORDS=(srbval ana); COMP_CWORD=1; _shtab_srbval; echo "${COMPREPLY[@]}"'
         found = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True, check=True)
         assert found.stdout.split() == ["analyse"]
-
-
-def test_completion_without_its_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "shtab", None)
-    assert main(["completion", "bash"]) == 2
-    assert "-m pip install shtab" in capsys.readouterr().err

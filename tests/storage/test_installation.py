@@ -9,7 +9,7 @@ import pytest
 
 import srbval
 from srbval.errors import DataError
-from srbval.storage.installation import child_environment, git_revision, shipped_folder
+from srbval.storage.installation import child_environment, shipped_folder
 
 HERE = Path(srbval.__file__).parent
 
@@ -26,8 +26,3 @@ def test_a_child_process_imports_this_very_package(tmp_path: Path) -> None:
         env=os.environ | child_environment(), cwd=tmp_path, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert Path(found.stdout.strip()).parent == HERE
-
-
-def test_an_installed_copy_has_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("srbval.storage.installation.package_folder", lambda: tmp_path / "srbval")
-    assert git_revision() is None

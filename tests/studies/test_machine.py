@@ -1,11 +1,9 @@
 """The timed arithmetic computes what it should, so that no compiler can skip it."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from srbval.studies.machine import FACTOR, LENGTH, SUMMAND, calibrate, expected_sum, multiply_adds, processor_name
+from srbval.studies.machine import FACTOR, LENGTH, SUMMAND, calibrate, expected_sum, multiply_adds
 
 # The kernel may contract its products and reorder its sum: some hundred roundings of 1e-16 each.
 SUM_ROUNDING = 1e-12
@@ -27,10 +25,3 @@ def test_calibration_is_a_positive_time_of_the_right_sum() -> None:
     found = calibrate(repeats=2)
     assert found["right"]
     assert 0 < found["seconds"] <= found["median_s"]
-
-
-def test_processor_name(tmp_path: Path) -> None:
-    listing = tmp_path / "cpuinfo"
-    listing.write_text("processor\t: 0\nmodel name\t: Some Chip 9\n", encoding="utf-8")
-    assert processor_name(listing) == "Some Chip 9"
-    assert processor_name(tmp_path / "absent")
