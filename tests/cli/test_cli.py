@@ -147,14 +147,11 @@ def test_data_add_list_verify(capsys: pytest.CaptureFixture[str], tmp_path: Path
 
 BAD = [
     (("analyse", "nowhere.mat"), 3, "no such file"),
-    (("analyse", "empty.mat"), 3, "empty"),
     (("analyse", "text.mat"), 3, "text.mat"),
     (("analyse", "good.h5", "--band", "500", "15000"), 2, "Nyquist|10240"),
     (("analyse", "good.h5", "--band", "1500", "500"), 2, "band|Band"),
     (("simulate", "misspelt.toml", "-o", "out.h5"), 2, "did you mean 'shaft_speed'"),
-    (("simulate", "nowhere.toml", "-o", "out.h5"), 3, "no such file"),
     (("simulate", "--defect", "outter", "-o", "out.h5"), 2, "did you mean 'outer'"),
-    (("simulate", "--seconds", "-1", "-o", "out.h5"), 2, "positive"),
     (("simulate", "--dt", "2e-5", "-o", "out.h5"), 2, "whole number"),
     (("simulate", "-o", "no/such/folder/out.h5"), 3, "no such folder"),
     (("simulate", "--solver", "ode1", "--dt", "4.8828125e-05", "--seconds", "0.3", "-o", "out.h5"), 4, "failed"),
@@ -173,7 +170,6 @@ def test_bad_input(
 ) -> None:  # fmt: skip
     """One clear message, the right exit code, no file left behind."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "empty.mat").touch()
     (tmp_path / "text.mat").write_text("this is no MATLAB file\n")
     (tmp_path / "misspelt.toml").write_text('shaft_sped = "710 rpm"\n')
     (tmp_path / "good.h5").write_bytes(good_run.read_bytes())

@@ -103,4 +103,5 @@ def test_a_few_of_them_measured_anew() -> None:
     checks = check_cases(held_out()[::12], table, store=answer_store())
     assert checks
     assert all(c["within_twice"] for c in checks), [c for c in checks if not c["within_twice"]]
-    assert not [c for c in checks if c["broken_pct"]]
+    total = tallies(checks)[-1]
+    assert total["broken"] <= (1 - total["coverage"] + BELOW_STATED) * total["promises"], "as of the stored result"

@@ -93,7 +93,9 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "scenes", "count"), [(0.002, None, 4), (1.0, 4, 4)])
+@pytest.mark.parametrize(
+    ("share", "scenes", "count"), [(0.002, None, 4), pytest.param(1.0, 4, 4, marks=pytest.mark.long_form)]
+)
 def test_a_few_judged_for_real(share: float, scenes: int | None, count: int, tmp_path: Path) -> None:
     result = judge_runs(seed=5, share=share, scenes=scenes, store=replace(outcome_store(), folder=tmp_path), jobs=2)
     assert result["counts"]["runs"] == len(result["runs"]) >= count
