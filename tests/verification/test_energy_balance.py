@@ -63,8 +63,8 @@ RUNS: dict[str, dict[str, tuple[tuple[int, int], float, float]]] = {
     },
 }
 # At the paper's step, with its friction: share of the losses left over, 0.023 with play at 3000 rpm, by imex1 0.039 at
-# 710 rpm. The drive's mean power scatters by 1.6 % from step to step, since rollers rattle: three standard deviations of
-# a difference of two are 7 %, on any processor; the error looked for was 26 %.
+# 710 rpm. The mean drive power scatters by 1.6 % from step to step, as rollers rattle: three standard deviations of a
+# difference of two are 7 %, on any processor; the error looked for was 26 %.
 DEFAULT_S = 0.1
 LEFT = {"imex2": 0.03, "imex1": 0.05, "ros2": 0.05}
 DRIVE = 0.07
