@@ -151,7 +151,6 @@ BAD = [
     (("analyse", "good.h5", "--band", "500", "15000"), 2, "Nyquist|10240"),
     (("analyse", "good.h5", "--band", "1500", "500"), 2, "band|Band"),
     (("simulate", "misspelt.toml", "-o", "out.h5"), 2, "did you mean 'shaft_speed'"),
-    (("simulate", "--defect", "outter", "-o", "out.h5"), 2, "did you mean 'outer'"),
     (("simulate", "--dt", "2e-5", "-o", "out.h5"), 2, "whole number"),
     (("simulate", "-o", "no/such/folder/out.h5"), 3, "no such folder"),
     (("simulate", "--solver", "ode1", "--dt", "4.8828125e-05", "--seconds", "0.3", "-o", "out.h5"), 4, "failed"),
