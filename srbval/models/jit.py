@@ -22,6 +22,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from srbval.models.solvers.methods import FAMILIES, METHODS
 from srbval.processes.machine import usable_cores
 from srbval.storage.cache import KERNELS, cache_folder
 from srbval.storage.installation import child_environment, package_folder
@@ -71,7 +72,8 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
     first: the last digits of a run would depend on what its process had done before, and a rattling roller makes them
     grow.
     """
-    part: Callable[..., Any] = compiler().extending.register_jitable(no_cpython_wrapper=True, **(OPTIONS | more))(function)
+    options = OPTIONS | {"no_cpython_wrapper": True} | more
+    part: Callable[..., Any] = compiler().extending.register_jitable(**options)(function)
     return part
 
 
@@ -133,19 +135,19 @@ def is_compiled(*scenes: Scene) -> bool:
 def precompile(*scenes: Scene, jobs: int | None = None) -> float:
     """Make sure that the kernels that `scenes` need are in the cache before this process needs them; seconds it took.
 
-    `jobs` kernels are compiled at a time (default: one for each usable core), each by a process of its own. Nothing
-    happens where they are there already, where numba is switched off, and within the compiling process itself. If such
-    a process fails, whatever is missing is compiled here when it is used.
+    `jobs` processes compile at a time (default: one for each usable core), each its share of the kernels: neighbours
+    have functions in common. Nothing happens where they are there already, where numba is switched off, and within the
+    compiling process itself. If such a process fails, whatever is missing is compiled here when it is used.
     """
     with _lock:
         missing = [kernel for kernel in _missing(scenes) if kernel not in _requested]
         _requested.update(missing)
-        started, at_once = time.perf_counter(), jobs or usable_cores()
-        for first in range(0, len(missing), at_once):
-            with contextlib.suppress(OSError), contextlib.ExitStack() as running:
-                compilers = {kernel: running.enter_context(_compiler(kernel)) for kernel in missing[first:][:at_once]}
-                for kernel, compiler in compilers.items():
-                    if compiler.wait() == 0:
+        started, share = time.perf_counter(), -(-len(missing) // (jobs or usable_cores()))
+        with contextlib.suppress(OSError), contextlib.ExitStack() as running:
+            shares = [missing[first : first + share] for first in range(0, len(missing), share or 1)]
+            for kernels, compiler in [(one, running.enter_context(_compiler(one))) for one in shares]:
+                if compiler.wait() == 0:
+                    for kernel in kernels:
                         _marker(kernel).touch()
         return time.perf_counter() - started if missing else 0.0
 
@@ -153,11 +155,11 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
 def kernels_of(scene: Scene) -> list[str]:
     """Names of the kernels that the scene's run needs, each compiled apart: model, what the kernel does, cages.
 
-    Of those with the full model's equations: their ``rates``, and the steps of the scene's solver.
+    Of those with the full model's equations: their ``rates``, and the steps of the family of the scene's solver.
     """
-    if scene.model in WITHOUT_KERNELS:
+    if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
-    parts = (RING,) if scene.model == "planar" else (RATES, scene.solver.name)
+    parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].coefficients.family])
     return [f"{scene.model}-{part}-{scene.bodies.cages}" for part in parts]
 
 
@@ -167,10 +169,10 @@ def _missing(scenes: Iterable[Scene]) -> list[str]:
     return [kernel for kernel in dict.fromkeys(wanted) if not _marker(kernel).exists()]
 
 
-def _compiler(kernel: str) -> subprocess.Popen[bytes]:
-    """A process that compiles a kernel; it ends when its input does, so it does not outlive this one."""
+def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
+    """A process that compiles kernels; it ends when its input does, so it does not outlive this one."""
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "srbval.models.precompile", kernel],
+        [sys.executable, "-P", "-m", "srbval.models.precompile", *kernels],
         env=os.environ | child_environment(), stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip

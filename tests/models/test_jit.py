@@ -1,5 +1,6 @@
 """Kernels: compiled by another process, loaded by every run; their bits do not depend on what else is in memory."""
 
+import contextlib
 import hashlib
 import os
 import signal
@@ -10,9 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from filelock import FileLock, Timeout
 
 from srbval import paper_scene, simulate
-from srbval.models import jit
+from srbval.models import jit, precompile
 from srbval.storage.installation import child_environment
 from tests.marked import marked, until
 
@@ -88,6 +90,21 @@ def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.Monkey
     assert jit.is_compiled(scene)
     monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
     assert not jit.is_compiled(scene)
+
+
+def test_a_part_is_compiled_by_one_process_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Two that rewrite numba's index of one function at once, each for its model, would lose one of both entries."""
+    free = []
+
+    def compile_kernel(_: str, part: str, __: int) -> None:
+        for other in ("rates", "leapfrog"):
+            with contextlib.suppress(Timeout), FileLock(tmp_path / f"{other}.lock", timeout=0):
+                free.append((part, other))
+
+    monkeypatch.setattr(precompile, "kernel_cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(precompile, "compile_kernel", compile_kernel)
+    precompile.compile_kernels(["full-leapfrog-1", "line-rates-2"])
+    assert free == [("leapfrog", "rates"), ("rates", "leapfrog")]
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
