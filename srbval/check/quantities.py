@@ -13,9 +13,9 @@ from srbval.comparison.runs import run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
+from srbval.models.full_run import static_share
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.simulate import static_share
 from srbval.plan.measures import measure
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse

@@ -18,7 +18,7 @@ from srbval.scene import Scene
 if TYPE_CHECKING:
     import pandas
 
-    from srbval.models.step_error import StepError
+    from srbval.models.estimates import StepError
 
 
 class RunStatus(enum.StrEnum):

@@ -9,12 +9,13 @@ from typing import TypeVar
 import numpy as np
 
 from srbval.comparison.runs import Attempt, Ended, run_all
+from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import SLIDING
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_content
 from srbval.models.sensor import band_rms
 from srbval.models.simulate import Step
-from srbval.models.step_error import TOLERANCE, Estimate, block_means, differences
+from srbval.models.step_error import block_means, differences
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ

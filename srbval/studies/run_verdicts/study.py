@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from srbval.bearing import load_bearing
+from srbval.models.estimates import TOLERANCE
 from srbval.models.health import CAUTION, default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import METHODS, SOLVERS
-from srbval.models.step_error import TOLERANCE
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
