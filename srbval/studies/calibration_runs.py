@@ -167,9 +167,7 @@ def _healthy(scene: Scene) -> Recording | None:
 def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | None = None) -> Answered:
     """Run a scene and read its answers, increments over those of `healthy`, or fetch them from `store`."""
     if store is not None:
-        stored = store.load(
-            run_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])})
-        )
+        stored = store.load(run_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])}))
         if stored is not None:
             return stored
     started, worked = time.perf_counter(), time.process_time()
