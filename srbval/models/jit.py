@@ -56,7 +56,7 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
     count every array of a parameter tuple in and out at each call.
     """
-    numba = compiler()
+    numba = load_numba()
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_cache_folder())
@@ -76,7 +76,7 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
     grow.
     """
     options = OPTIONS | {"no_cpython_wrapper": True} | more
-    part: Callable[..., Any] = compiler().extending.register_jitable(**options)(function)
+    part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
     return part
 
 
@@ -85,37 +85,24 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Called from Python, it is compiled then.
     """
-    part: Callable[..., Any] = compiler().njit(inline="always", **OPTIONS)(function)
+    part: Callable[..., Any] = load_numba().njit(inline="always", **OPTIONS)(function)
     return part
 
 
-def exactly_rounded(function: Callable[..., Any]) -> Callable[..., Any]:
-    """As `kernel_part`, but each operation is rounded as written, whatever stands around the call."""
-    return kernel_part(function, fastmath=False)
-
-
 @cache
-def compiler() -> Any:
-    """Numba, told which processor it compiles for before it asks."""
-    import numba
-    import numba.extending
+def load_numba() -> Any:
+    """Numba, set to use vectors of 512 bits where this processor has them.
 
-    settings = vars(numba.config)
-    settings["CPU_FEATURES"] = settings["CPU_FEATURES"] or processor_features()
-    return numba
-
-
-@cache
-def processor_features() -> str:
-    """Features of this processor that kernels use; vectors of 512 bits where it has them.
-
-    By itself the compiler prefers half of that, for programs that use vectors now and then. A kernel does little else,
-    and a lane group fills one: 0.84 to 0.93 of the time.
+    By itself it prefers half of that, for programs that use vectors now and then. A kernel does little else, and a lane
+    group fills one: 0.84 to 0.93 of the time.
     """
+    import numba.extending
     from llvmlite import binding
 
-    found: str = binding.get_host_cpu_features().flatten()
-    return f"{found},-prefer-256-bit" if "+avx512f" in found.split(",") else found
+    settings, features = vars(numba.config), binding.get_host_cpu_features()
+    if features.get("avx512f") and not settings["CPU_FEATURES"]:
+        settings["CPU_FEATURES"] = f"{features.flatten()},-prefer-256-bit"
+    return numba
 
 
 @cache
@@ -138,21 +125,30 @@ def is_compiled(*scenes: Scene) -> bool:
 def precompile(*scenes: Scene, jobs: int | None = None) -> float:
     """Make sure that the kernels that `scenes` need are in the cache before this process needs them; seconds it took.
 
+    Where another process compiles, this one waits and then looks again.
+
     `jobs` processes compile at a time (default: one for each usable core), each its share of the kernels: neighbours
     have functions in common. Nothing happens where they are there already, where numba is switched off, and within the
     compiling process itself. If such a process fails, whatever is missing is compiled here when it is used.
     """
+    from filelock import FileLock
+
     with _lock:
         missing = [kernel for kernel in _missing(scenes) if kernel not in _requested]
+        if not missing:
+            return 0.0
         _requested.update(missing)
-        started, share = time.perf_counter(), -(-len(missing) // (jobs or usable_cores()))
+        started = time.perf_counter()
         with contextlib.suppress(OSError), contextlib.ExitStack() as running:
+            running.enter_context(FileLock(kernel_cache_folder() / "all.lock"))
+            missing = [kernel for kernel in missing if not _marker(kernel).exists()]  # of which others compiled some
+            share = -(-len(missing) // (jobs or usable_cores()))
             shares = [missing[first : first + share] for first in range(0, len(missing), share or 1)]
-            for kernels, compiler in [(one, running.enter_context(_compiler(one))) for one in shares]:
-                if compiler.wait() == 0:
+            for kernels, process in [(one, running.enter_context(_compiler(one))) for one in shares]:
+                if process.wait() == 0:
                     for kernel in kernels:
                         _marker(kernel).touch()
-        return time.perf_counter() - started if missing else 0.0
+        return time.perf_counter() - started
 
 
 def kernels_of(scene: Scene) -> list[str]:

@@ -10,7 +10,6 @@ import threading
 from collections.abc import Iterable
 
 import numpy as np
-from filelock import FileLock
 
 from srbval.bearing import load_bearing
 from srbval.errors import SrbvalError
@@ -69,6 +68,8 @@ def compile_kernel(model: str, part: str, cages: int) -> None:
 
 def compile_kernels(names: Iterable[str]) -> None:
     """Compile kernels by their names, one process a part: numba rewrites one index of it for all models."""
+    from filelock import FileLock
+
     for name in names:
         model, part, cages = name.split("-")
         with FileLock(kernel_cache_folder() / f"{part}.lock"):

@@ -111,7 +111,7 @@ def race_limits(race, onwards):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slides, their rates and the spins of state `y` to the slots: both rows of `half` rollers in turn."""
+    """Copy slides, their rates and spins of state `y` to the slots, both rows of `half` rollers in turn; no damage."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -119,28 +119,25 @@ def read_rollers(y, at, half, space):
             space[col.SLIDE + slot] = y[at.slide + j]
             space[col.SLIDE_RATE + slot] = y[at.slide_rate + j]
             space[col.SPIN + slot] = y[at.spin + j]
+            space[col.DAMAGE + slot] = space[col.DAMAGE + col.INNER + slot] = 0.0
             slot += np.uint64(1)
 
 
 @kernel_part
 def face_defects(defects, radius, rotation, space):
-    """Enter in both columns of each damaged roller the heights of those `defects` that may meet the race there [m].
+    """Add in both columns of each damaged roller the heights of those `defects` that may meet the race there [m].
 
     `rotation` of the rollers relative to their slots [rad]; the outer race is in front, the inner one behind.
     """
     half = rotation.shape[0] // 2
-    for d in range(-defects.shape[0], defects.shape[0]):
+    for d in range(defects.shape[0]):
         roller = int(defects[d, col.DEFECT_ROLLER])
         slot = 2 * (roller % half) + roller // half
         for race in range(2):
-            column = np.uint64(race * col.RACE + slot)
             away = rotation[roller] + defects[d, col.DEFECT_ANGLE] + race * math.pi
             away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
-            meets = abs(away) < FACING_RAD + 0.5 * defects[d, col.DEFECT_EXTENT] / radius
-            if d < 0:  # first time round
-                space[col.DAMAGE + column] = 0.0
-            elif meets:
-                space[col.DAMAGE + column] += abs(defects[d, col.DEFECT_HEIGHT])
+            if abs(away) < FACING_RAD + 0.5 * defects[d, col.DEFECT_EXTENT] / radius:
+                space[col.DAMAGE + np.uint64(race * col.RACE + slot)] += abs(defects[d, col.DEFECT_HEIGHT])
 
 
 @kernel_part

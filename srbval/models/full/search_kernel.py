@@ -112,12 +112,12 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
     """Enter the columns with points of their own in a lane group that may have some; the number of `single` ones."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
     for at in range(begin, begin + col.LANES):
-        column, row = np.uint64(at), (at - race * col.RACE) % 2
+        column, slot = np.uint64(at), at - race * col.RACE
         if space[col.CANDIDATE_CODE + column] < OWN_POINTS:
             continue
         nearest = int(space[col.POSITION + column] + 0.5)
         # a state that is no longer finite has no position: never an index outside the array
-        window = window_of[race, row, nearest if 0 <= nearest < count else 0]
+        window = window_of[race, slot % 2, nearest if 0 <= nearest < count else 0]
         damage = space[col.DAMAGE + column]
         if window < plain and not damage > 0.0:
             space[col.CANDIDATE_CODE + column] = candidate_code(space[col.CANDIDATES + column])

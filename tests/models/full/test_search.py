@@ -20,7 +20,7 @@ NO_CLEARANCE_M = 1e-30  # so that every roller within reach is given the widest 
 SAME = 1e-9
 NOTHING = 1e-6  # N, W or J beside values of hundreds
 SAME_STEPS, SAME_STEPS_SHARE = 1e-8, 1e-11  # the same after two steps; of the largest velocity
-DAMAGE = {"kind": "roller", "height": "0.05 mm", "extent": "2 mm"}
+DAMAGE = {"kind": "roller", "height": "0.05 mm", "extent": "8 mm"}
 SCENES: dict[str, dict[str, Any]] = {
     "play 0, outer": {"defect": {"kind": "outer"}},
     "interference, inner": {"defect": {"kind": "inner"}, "contact": {"roller_fit": "printed"}},
