@@ -23,7 +23,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from srbval.models.solvers.methods import FAMILIES, METHODS
+from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.machine import usable_cores
 from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
 from srbval.storage.installation import child_environment, package_folder

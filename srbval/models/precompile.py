@@ -18,7 +18,7 @@ from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import RATES, RING, compile_in_this_process, kernel_cache_folder, kernels_of, precompile
 from srbval.models.simulate import Step, simulate
-from srbval.models.solvers.methods import FAMILIES, METHODS
+from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
 from srbval.scene import Scene, paper_scene
 
