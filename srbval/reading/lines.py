@@ -390,8 +390,8 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
         noise = of_any(line.noise_false_alarm, trials)
         placebo, comb = (of_any(p, trials_of_rank or trials) for p in (line.placebo_false_alarm, line.comb_false_alarm))
         detected = line.detected and noise is not None and is_improbable(noise, placebo)
-        chances = {"noise_false_alarm": noise, "placebo_false_alarm": placebo, "comb_false_alarm": comb}
-        corrected.append(replace(line, **chances, detected=detected))
+        line = replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, comb_false_alarm=comb)
+        corrected.append(replace(line, detected=detected))
     own = {x.name for x in corrected if x.detected and x.is_first}
     # A sideband's name begins with its line's: ``BPFI-fr``.
     return tuple(x if x.name.replace("+", "-").split("-")[0] in own else _without_own_line(x) for x in corrected)

@@ -59,7 +59,8 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
     """White error of the times at which a sensor's signal completes a revolution [s]; 0 below `LEAST_TURNS` of them.
 
     What `speed_from_pulses` takes from its pulses: the second differences of the times of whole revolutions, variance
-    over 6. An upper bound: they also hold what the shaft does from one revolution to the next.
+    over 6. Too large where the shaft itself changes from one revolution to the next, too small where the sensor smooths
+    over more than one.
     """
     turns = np.abs(np.concatenate(([0.0], np.cumsum((speed_hz[1:] + speed_hz[:-1]) / 2) / rate_hz)))
     marks = np.interp(np.arange(math.floor(turns[-1]) + 1), turns, np.arange(turns.size) / rate_hz)

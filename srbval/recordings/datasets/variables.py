@@ -49,7 +49,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         if fs_hz is not None:  # over the whole record, whatever its own rate
             seconds = max(c.samples.size for c in channels.values()) / fs_hz
             speed_signal = SpeedSignal(values_hz=tachometer_hz, rate_hz=tachometer_hz.size / seconds)
-        speed = tachometer_speed(tachometer_hz, speed_signal and speed_signal.rate_hz)
+        speed = tachometer_speed(tachometer_hz, None if speed_signal is None else speed_signal.rate_hz)
     else:
         speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
     used = [rule for rule in description.channels if rule.name in channels]
