@@ -23,17 +23,18 @@ class Answer(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Largest error of the cage ratio that counts as none [%], why, and where that comes from."""
+    """Largest error of the cage ratio that counts as none [%], why, and where that comes from; the `risk` of an answer."""
 
     limit_pct: float
+    risk: float
     reason: str
     source: str
 
-    def answer(self, error_pct: float, uncertainty_pct: float | None) -> Answer:
-        """Met or missed where the whole interval of the error says so; without an interval nothing is resolved."""
-        if uncertainty_pct is None or abs(abs(error_pct) - self.limit_pct) <= uncertainty_pct:
+    def answer(self, p_beyond: float) -> Answer:
+        """What may be stated of an error that lies beyond the limit with this chance."""
+        if self.risk < p_beyond < 1 - self.risk:
             return Answer.NOT_RESOLVED
-        return Answer.MET if abs(error_pct) < self.limit_pct else Answer.MISSED
+        return Answer.MET if p_beyond <= self.risk else Answer.MISSED
 
 
 @dataclass(frozen=True, kw_only=True)
