@@ -23,7 +23,7 @@ class Answer(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Largest error of the cage ratio that counts as none [%], why, and where that comes from; the `risk` of an answer."""
+    """Largest error of the cage ratio that counts as none [%], why, where that comes from, and an answer's `risk`."""
 
     limit_pct: float
     risk: float

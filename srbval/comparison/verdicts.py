@@ -1,4 +1,4 @@
-"""Whether the model's cage ratio is within its tolerance of the rig's: met, missed or not resolved, and how sure that is.
+"""Whether the model's cage ratio is within its tolerance of the rig's: met, missed or not resolved, and how surely.
 
 The error is E = S - D (ASME V&V 20) of an endpoint: the mean over the records of the fastest speed, the slowest speed
 less that (the trend), and the records of the outer race less those of the inner. S has the distribution of the model's
@@ -11,8 +11,8 @@ still changes. Of E, `p_beyond` is the chance that it lies beyond the limit on e
     not resolved else, or where one input alone, over its range, gives both
 
 With the truth on the limit either wrong answer has at most the chance `risk`. An input that only widens E, a reading
-less precise than the one used and another form of the model do not count: a form has verdicts of its own. How often each
-answer is given is counted on simulated rigs by ``srbval study run verdict_power``, with this module's own functions.
+less precise than the one used and another form of the model do not count: a form has its own verdicts. How often each
+answer is given is counted on simulated rigs by ``srbval study run verdict_power``, with the functions of this file.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,8 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import STATED, TOLERANCE, Answer
-from srbval.comparison.cage_readings import CageMeans, CageReading, cage_means
+from srbval.comparison.cage_means import CageMeans, cage_means
+from srbval.comparison.cage_readings import CageReading
 
 QUANTILES = 128  # that stand for the rig's distribution
 HALF_WIDTH = 0.95  # of an error's distribution, for U
@@ -60,16 +61,21 @@ class Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class Headline:
-    """The verdicts, and whether the model as it is stated holds: no tolerance is missed, which is not to say it is met."""
+    """All verdicts, and what follows for the models as they are stated: that none is missed is not that all are met."""
 
     JSON_PROPERTIES: ClassVar = ("holds",)
 
     verdicts: tuple[Verdict, ...]
 
     @property
+    def stated(self) -> tuple[Verdict, ...]:
+        """Those on scenes as they are stated, not on other forms of a model."""
+        return tuple(one for one in self.verdicts if one.form == STATED)
+
+    @property
     def holds(self) -> bool:
-        """Of the scenes as they are stated."""
-        return all(one.verdict is not Answer.MISSED for one in self.verdicts if one.form == STATED)
+        """Whether no tolerance is missed by what is stated."""
+        return all(one.verdict is not Answer.MISSED for one in self.stated)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,20 +88,22 @@ class Endpoint:
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
-    """All that the records allow: no trend by one speed, no difference of races by one."""
+    """All that the records allow: no trend by one speed, no difference of races by one.
+
+    The weights are those of least squares with the effects of `cage_means`: a mean of each speed, and the races apart.
+    """
+    speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
+    races = np.array([(one.state is RACE_DEFECTS[0]) - float(one.state is RACE_DEFECTS[1]) for one in readings]) / 2
     slowest, fastest = means.rpm[0], means.rpm[-1]
-    at = {rpm: np.array([one.nominal_rpm == rpm for one in readings]) for rpm in means.rpm}
-    share = {rpm: own / np.count_nonzero(own) for rpm, own in at.items()}
-    yield Endpoint(name=f"{fastest:g} rpm", weights=share[fastest], rig=means.draws[:, -1])
+    mean = np.linalg.pinv(speeds).round(12)
+    yield Endpoint(name=f"{fastest:g} rpm", weights=mean[-1], rig=means.draws[:, -1])
     if slowest < fastest:
         name, trend = f"{slowest:g} less {fastest:g} rpm", means.draws[:, 0] - means.draws[:, -1]
-        yield Endpoint(name=name, weights=share[slowest] - share[fastest], rig=trend)
+        yield Endpoint(name=name, weights=mean[0] - mean[-1], rig=trend)
     if means.outer_less_inner is not None:
-        state = [np.array([one.state is race for one in readings]) for race in RACE_DEFECTS]
-        both = [rpm for rpm in means.rpm if all((at[rpm] & own).any() for own in state)]
-        outer, inner = (sum(at[r] & own / np.count_nonzero(at[r] & own) for r in both) / len(both) for own in state)
+        apart = np.linalg.pinv(np.column_stack((speeds, races)))[-1].round(12)
         codes = " less ".join(race.code for race in RACE_DEFECTS)
-        yield Endpoint(name=codes, weights=outer - inner, rig=means.outer_less_inner)
+        yield Endpoint(name=codes, weights=apart, rig=means.outer_less_inner)
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> tuple[Verdict, ...]:

@@ -11,8 +11,8 @@ import pytest
 import srbval.report.reports
 from srbval.bearing import Fault
 from srbval.cli import main
+from srbval.comparison.bias import Headline, RecordError
 from srbval.comparison.budget import TOLERANCE
-from srbval.comparison.headline import Headline, RecordError
 
 
 @pytest.mark.parametrize(("times", "code"), [(0.1, 0), (0.9, 0), (1.1, 0), (2.0, 1)])

@@ -1,177 +1,144 @@
-"""The study of the rig scene's inputs: what it runs, what it reckons, and its stored result."""
+"""The draws of the cage ratio: what is run, that all records share it, and the stored result."""
 
 import math
-from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from srbval.bearing import Fault
-from srbval.check.check import read_reference, reference_path
+from srbval.comparison.budget import FORMS, STATED
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step
-from srbval.scene import load_scene, rig_inputs
+from srbval.scene import Scene, changes_at, load_scene, rig_inputs, sobol, values_at
 from srbval.storage.stored_result import newest_result
-from srbval.studies.rig_inputs import study as calibrator
-from srbval.studies.rig_inputs.study import (
-    AGREE,
-    BEARING,
-    RECORDS,
-    RESOLVED,
-    UNDECIDED,
-    cage_ratio,
-    effect_rows,
-    rig_line,
-    scored,
-    share,
-    stored_line,
-    study_inputs,
-    summary_row,
-)
+from srbval.studies.cage_draws import study
+from srbval.studies.cage_draws.study import cage_ratio, finer, records, run_variant, variants
 
-ROUNDING = 1e-9
 # Between the runs of two machines: rounding grows while contacts open and close, as between perturbed starts.
 SAME_RATIO = 2e-6
-ALLOWED_PCT = 0.05  # of the cage ratio, between model and rig at 858 rpm: what the project asks of the rig scene
-READ = 1e-6  # of the cage ratio, between the reading of two machines
-OUTER = {"record": "OR 877", "line": "BPFO", "kind": "outer", "rpm": 858.940, "cage_ratio": 0.43082,
-         "standard_uncertainty": 3e-5}  # fmt: skip
-INNER = {"record": "IR 877", "line": "BPFI", "kind": "inner", "rpm": 854.888, "cage_ratio": 0.43068,
-         "standard_uncertainty": 6e-5}  # fmt: skip
-INPUTS = rig_inputs()
+BY_DEFECT = 1e-6  # of the rig's scene: a hole hardly changes what the cage does
+CANCELS = 20  # times less do the inputs of the scene `rig` move the trend than the ratio at one speed; 400 seen
+OUTER, INNER = "line_contact.outer_osculation", "line_contact.inner_osculation"
 
 
-def study(
-    line: dict[str, Any] = OUTER, *, off: float = 0.0, half_spread: float = 1e-4, drawn: float = 0.0
-) -> dict[str, Any]:
-    """One whose nominal ratio is `off` the rig's, with known effects: of two inputs alone, and `drawn` together."""
-    nominal = line["cage_ratio"] + off
-    effect = {"key": "a", "unit": "", "values": [0.0, 1.0, 2.0],
-              "cage_ratios": [nominal, nominal + 2 * half_spread, nominal + half_spread]}  # fmt: skip
-    return scored({
-        "of": line, "nominal": nominal, "finer": nominal, "starts": [nominal, nominal], "effects": [effect, effect],
-        "drawn": [nominal - drawn, nominal + drawn],
-    })  # fmt: skip
+class Ran:
+    """A run that ended well, or did not."""
+
+    def __init__(self, ratio: float, status: RunStatus = RunStatus.OK) -> None:
+        self.cage_ratio, self.status, self.reason = ratio, status, "energy does not close"
 
 
-def test_inputs_add_up_by_squares_and_effects_need_not_be_monotone() -> None:
-    found = study(half_spread=1e-4)
-    assert next(effect_rows(found))["half spread [% of the line]"] == pytest.approx(100 * 1e-4 / 0.43082, rel=ROUNDING)
-    parts = found["parts_pct"]
-    assert parts["inputs"] == pytest.approx(100 * math.sqrt(2) * 1e-4 / 0.43082, rel=ROUNDING)
-    assert parts["numerics"] == 0.0
-    assert parts["data"] == pytest.approx(100 * 2 * 3e-5 / 0.43082, rel=ROUNDING)
-    assert found["uncertainty_pct"] == pytest.approx(math.hypot(parts["inputs"], parts["data"]), rel=ROUNDING)
+def ran(monkeypatch: pytest.MonkeyPatch, found: Any) -> list[Scene]:
+    """`found` in place of every run, and the scenes that were asked for."""
+    scenes: list[Scene] = []
 
-
-def test_inputs_that_do_more_together_count_as_they_do_together() -> None:
-    found = study(half_spread=1e-4, drawn=1e-3)
-    together = found["parts_pct"]["inputs together"]
-    assert together == pytest.approx(0.95 * 100 * 1e-3 / 0.43082, rel=ROUNDING)  # of two draws, 2.5 to 97.5 %
-    assert found["uncertainty_pct"] == pytest.approx(math.hypot(together, found["parts_pct"]["data"]), rel=ROUNDING)
-
-
-def test_a_cage_that_turns_faster_raises_one_line_and_lowers_the_other() -> None:
-    outer, inner = study(OUTER, off=1e-4), study(INNER, off=1e-4)
-    assert outer["error_pct"] == pytest.approx(100 * 1e-4 / 0.43082, rel=ROUNDING)
-    assert inner["error_pct"] == pytest.approx(-100 * 1e-4 / (1 - 0.43068), rel=ROUNDING)
-
-
-@pytest.mark.parametrize(
-    ("off", "half_spread", "verdict"),
-    [(0.0, 1e-5, AGREE), (1e-3, 1e-5, RESOLVED), (0.0, 1e-3, UNDECIDED), (1e-3, 1e-3, UNDECIDED)],
-)
-@pytest.mark.parametrize("line", [OUTER, INNER], ids=["OR", "IR"])
-def test_verdicts(line: dict[str, Any], off: float, half_spread: float, verdict: str) -> None:
-    found = study(line, off=off, half_spread=half_spread)
-    assert found["verdict"] == summary_row(found)["verdict"] == verdict
-
-
-def test_what_has_no_interval_is_not_judged() -> None:
-    found = study(OUTER | {"standard_uncertainty": None})
-    assert (found["verdict"], found["uncertainty_pct"]) == (None, None)
-    assert "data" not in found["parts_pct"]
-
-
-def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the record's speed and defect; every value of every input is run, and every draw."""
-    scenes = []
-
-    class Ran:
-        status = RunStatus.OK
-        cage_ratio = 0.43
-
-    def run(scene: object, *, step: Step) -> Ran:
+    def run(scene: Scene, *, step: Step) -> Ran:
         assert step is Step.UNCHECKED
         scenes.append(scene)
-        return Ran()
+        return Ran(*found(scene))
 
-    monkeypatch.setattr(calibrator, "simulate", run)
-    found = study_inputs(INNER, INPUTS, drawn=2)
-    assert [row["input"] for row in effect_rows(found)] == [one.key for one in INPUTS]
-    assert len(scenes) == sum(one.points for one in INPUTS) + 2**2 + 2 + calibrator.STARTS
-    assert {(s.model, s.defect.kind, round(60 * s.shaft_hz, 3)) for s in scenes} == {  # type: ignore[attr-defined]
-        ("slices", Fault.INNER, 854.888)
+    monkeypatch.setattr(study, "simulate", run)
+    return scenes
+
+
+def test_one_roller_has_one_profile_radius() -> None:
+    """The inner osculation ends at the outer one's value, in every draw, and follows it when that is varied alone."""
+    inputs = rig_inputs()
+    drawn = [values_at(inputs, row) for row in sobol(len(inputs), 6)]
+    assert all(0.96 <= one[INNER] <= one[OUTER] <= 0.985 for one in drawn)
+    assert max(one[OUTER] - one[INNER] for one in drawn) > 0.01
+    shares = [0.0 if one.key == OUTER else one.nominal_share for one in inputs]
+    assert values_at(inputs, shares)[OUTER] == values_at(inputs, shares)[INNER] == 0.96
+    nominal = changes_at(inputs, [one.nominal_share for one in inputs])
+    assert load_scene("rig", nominal) == load_scene("rig")
+
+
+@pytest.mark.parametrize("variant", list(variants()), ids=lambda one: f"{one.scene}, {one.form}")
+def test_every_record_is_run_at_the_same_inputs(variant: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = ran(monkeypatch, lambda scene: (0.43 + 1e-9 * scene.shaft_speed_rad_s,))
+    found = run_variant(variant, records(), power=2)
+    of_each = 1 + 1 + sum(len(one.shares) for one in variant.inputs) + 4
+    assert len(scenes) == of_each * len(records())
+    assert {(one.defect.kind.value, round(60 * one.shaft_hz)) for one in scenes} >= {
+        (one["state"], round(one["shaft_rpm"])) for one in records()
     }
-    assert {found["nominal"], found["finer"], *found["drawn"]} == {0.43}
+    assert [effect["name"] for effect in found["effects"]] == [one.name for one in variant.inputs]
+    assert [len(one["drawn"]) for one in found["records"]] == [len(found["at"])] * len(records())
+    assert found["failed"] == 0
 
 
-def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Failed:
-        status = RunStatus.ENERGY_OPEN
-        reason = "energy does not close"
+def test_other_forms_are_apart_from_what_the_paper_states() -> None:
+    """Friction of an oil film begins where dry friction ends, and continuous contacts are no input."""
+    by_form = {one.form: one for one in variants() if one.scene == "paper"}
+    assert list(by_form) == [one.name for one in FORMS] == [STATED, "oil film", "continuous contacts"]
+    dry, film = (
+        next(one for one in by_form[form].inputs if one.name.startswith("critical velocity"))
+        for form in (STATED, "oil film")
+    )
+    assert dry.value(1.0) == pytest.approx(film.value(0.0)) == pytest.approx(0.03)
+    record = records()[0]
+    models = [one.scene_at(record, [None] * len(one.inputs)).model for one in by_form.values()]
+    assert models == ["full", "full", "slices"]
 
-    monkeypatch.setattr(calibrator, "simulate", lambda _, **__: Failed())
-    with pytest.raises(NumericsError, match=r"seed.*energy does not close"):
-        cage_ratio(OUTER, {"seed": 1})
+
+def test_a_failed_draw_is_left_out_of_all_records_and_a_failed_nominal_run_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = next(one for one in variants() if one.scene == "rig")
+    slow = min(one["shaft_rpm"] for one in records())
+
+    def breaks(scene: Scene, least_n: float) -> tuple[Any, ...]:
+        bad = scene.load.radial_n > least_n and round(60 * scene.shaft_hz, 2) == slow
+        return (0.43, RunStatus.ENERGY_OPEN if bad else RunStatus.OK)
+
+    ran(monkeypatch, lambda scene: breaks(scene, 125e3))
+    found = run_variant(rig, records(), power=4)
+    assert 0 < len(found["at"]) < 16
+    assert found["failed"] == 16 - len(found["at"]) + 1, "and the load's greatest value alone"
+    assert {len(one["drawn"]) for one in found["records"]} == {len(found["at"])}
+    ran(monkeypatch, lambda scene: breaks(scene, 0.0))
+    with pytest.raises(NumericsError, match="nominal run of rig"):
+        run_variant(rig, records(), power=1)
+
+
+def test_a_finer_run_has_half_the_step_and_more_of_each_contact() -> None:
+    for name in ("paper", "rig"):
+        scene = load_scene(name)
+        assert finer(scene).solver.step_s == scene.solver.step_s / 2
+    assert finer(load_scene("paper")).contact.points_per_circle == 2 * load_scene("paper").contact.points_per_circle
+    assert finer(load_scene("rig")).line_contact.slices > load_scene("rig").line_contact.slices
 
 
 @pytest.fixture(scope="module")
-def stored() -> list[dict[str, Any]]:
-    kept = newest_result("rig_inputs")
+def stored() -> dict[tuple[str, str], dict[str, Any]]:
+    kept = newest_result("cage_draws")
     if kept is None:
-        pytest.skip("no stored result; srbval study run rig_inputs makes one")
-    studies: list[dict[str, Any]] = kept.content["studies"]
-    return studies
+        pytest.skip("no stored result; srbval study run cage_draws makes one")
+    return {(one["scene"], one["form"]): one for one in kept.content["variants"]}
 
 
-def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for(stored: list[dict[str, Any]]) -> None:
-    """The whole study, run by ``srbval study run rig_inputs``; read again it keeps the runs, and says the same."""
-    assert [each["of"]["record"] for each in stored] == list(RECORDS)
-    for each in stored:
-        assert {e["key"]: tuple(e["values"]) for e in each["effects"]} == {one.key: one.values for one in INPUTS}
-        again = scored({**each, "of": rig_line(each["of"]["record"])})
-        assert again["error_pct"] == pytest.approx(each["error_pct"], abs=100 * READ)
-        assert again["verdict"] == each["verdict"]
-    for each in stored[:2]:
-        assert abs(100 * (each["nominal"] / each["of"]["cage_ratio"] - 1)) < ALLOWED_PCT
-        assert abs(each["error_pct"]) < each["uncertainty_pct"]
+def test_the_stored_result_has_every_variant_and_record(stored: dict[tuple[str, str], dict[str, Any]]) -> None:
+    assert list(stored) == [(one.scene, one.form) for one in variants()]
+    for one in stored.values():
+        assert [{key: r[key] for key in records()[0]} for r in one["records"]] == records()
+        assert all(math.isfinite(value) for record in one["records"] for value in record["drawn"])
 
 
-@pytest.mark.usefixtures("stored")
-@pytest.mark.parametrize("record", RECORDS)
-def test_the_stored_lines_are_those_of_the_reference_and_of_the_recordings(
-    record: str, recordings_dir: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As ``srbval check`` reads them, or those published; with the records that come with srbval and the whole ones."""
-    kept, (_, kind, published) = stored_line(record), RECORDS[record]
-    assert kept == pytest.approx(rig_line(record), abs=READ)
-    if published is None:
-        checked = read_reference(reference_path())[f"rig_order_{kind}"]
-        order = BEARING.rolling_elements * share(kind, kept["cage_ratio"])
-        assert order == pytest.approx(checked.value, abs=checked.tolerance)
-    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
-    assert kept == pytest.approx(rig_line(record), abs=READ)
+def test_what_the_rig_scene_shares_cancels(stored: dict[tuple[str, str], dict[str, Any]]) -> None:
+    """Between speeds; and the ratio does not depend on the defect, so that the healthy bearing's runs serve any."""
+    rig = stored["rig", STATED]["records"]
+    nominal = {(one["state"], one["nominal_rpm"]): one["nominal"] for one in rig}
+    assert nominal["outer", 877.0] == pytest.approx(nominal["healthy", 877.0], abs=BY_DEFECT)
+    drawn = {(one["state"], one["nominal_rpm"]): np.array(one["drawn"]) for one in rig}
+    trend = drawn["outer", 353.0] - drawn["outer", 877.0]
+    assert CANCELS * trend.std() < drawn["outer", 877.0].std()
 
 
 @pytest.mark.slow
-def test_some_of_it_measured_anew(stored: list[dict[str, Any]]) -> None:
-    for each in stored[1:3]:  # one of either race, at either speed
-        assert cage_ratio(each["of"], {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
-
-
-def test_the_scenes_own_step_is_fine_at_its_nominal_values() -> None:
-    """The study runs with a shorter one; the scene's own gives the same cage speed."""
-    step_s = load_scene("rig").solver.step_s
-    assert cage_ratio(OUTER, {"solver": {"step_s": step_s}}) == pytest.approx(cage_ratio(OUTER, {}), abs=SAME_RATIO)
+def test_some_of_it_run_anew(stored: dict[tuple[str, str], dict[str, Any]]) -> None:
+    for one in variants():
+        kept = stored[one.scene, one.form]["records"][-1]
+        assert cage_ratio(one.scene_at(kept, [None] * len(one.inputs))) == pytest.approx(
+            kept["nominal"], abs=SAME_RATIO
+        )

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.comparison.budget import Answer
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
@@ -96,14 +97,14 @@ def _assumptions(findings: Findings) -> Section:
 
 def _limits(findings: Findings) -> Section:
     """What nothing in this report says anything about."""
-    studies = findings.results.content("rig_inputs").get("studies", ())
+    missed = [one for one in findings.headline.stated if one.verdict is Answer.MISSED]
     second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
     passing = findings.data["point_passing"]
     rows = findings.matrix.comparisons
     predicted = findings.results.gathered.get("predictions", ())
     return LIMITS.section(
         LIMITS.listing(
-            "limits", passing=passing, second=second, studies=studies,
+            "limits", passing=passing, second=second, missed=missed,
             blind=_names(row for row in (*rows, *predicted) if row.used_for == "blind"), predicted=_names(predicted),
             axial=any(cell.axial_kn for cell in findings.matrix.cells if cell.comparisons),
         )

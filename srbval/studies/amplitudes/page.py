@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from srbval.comparison.headline import LEAST_RECORDS
+from srbval.comparison.bias import LEAST_RECORDS
 from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts

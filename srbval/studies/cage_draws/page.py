@@ -1,4 +1,4 @@
-"""The rig's own scene against the rig's records: the cage speed that follows from its inputs alone."""
+"""The model's cage ratio over its inputs: drawn together, and each alone."""
 
 from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
@@ -9,18 +9,20 @@ TEXTS = Texts.of_study(__package__)
 
 
 def section(results: StoredResults) -> Section:
-    """Errors against uncertainties of the cage speed; the effect of each input in the appendix."""
-    result = results.get("rig_inputs")
+    """What the scene of the rig is; in the appendix what every variant's draws and single inputs do."""
+    result = results.get("cage_draws")
     if result is None:
-        return TEXTS.section(TEXTS.paragraph("intro"), missing("rig_inputs"))
-    studies = result.content["studies"]
-    inputs = TEXTS.table("rig-inputs-table", studies[0]["effects"], study=studies[0])
-    return TEXTS.section(
-        TEXTS.paragraph("intro"), TEXTS.table("rig-scene-table", studies), appendix=(origin_of(result), inputs)
-    )
+        return TEXTS.section(TEXTS.paragraph("intro"), missing("cage_draws"))
+    variants = result.content["variants"]
+    tables = [
+        TEXTS.table("cage-inputs-table", one["effects"], id=f"cage-inputs-{number}", variant=one)
+        for number, one in enumerate(variants, start=1)
+    ]
+    draws = TEXTS.table("cage-draws-table", [(v, record) for v in variants for record in v["records"]])
+    return TEXTS.section(TEXTS.paragraph("intro"), appendix=(origin_of(result), draws, *tables))
 
 
 PAGE = Page(
-    name="rig_inputs", place=44, results=("rig_inputs",), section=section,
-    data=lambda results: {"rig_scene": results.content("rig_inputs").get("studies", [])},
+    name="cage_draws", place=44, results=("cage_draws",), section=section,
+    data=lambda results: {"cage_draws": results.content("cage_draws").get("variants", [])},
 )  # fmt: skip

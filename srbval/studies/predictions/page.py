@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.headline import biases
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.registry import listing
 from srbval.report.blocks import Section
