@@ -39,12 +39,13 @@ def table6_section(findings: Findings) -> Section:
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
+    verdicts = findings.headline.verdicts
     power = {
         (row["endpoint"], row["planted_pct"]): row["missed"]
         for row in findings.results.content("verdict_power").get("rows", ())
     }
     return TEXTS.section(
-        TEXTS.table("verdicts", findings.data["verdicts"], power=power, tone=ANSWER_TONE),
+        TEXTS.table("verdicts", verdicts, listed=verdicts, power=power, tone=ANSWER_TONE),
         TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
         TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
         at_rig,
