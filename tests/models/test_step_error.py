@@ -12,19 +12,15 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.models import full_run
+from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.outputs import Outputs
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.models.step_error import (
-    BLOCKS,
     CAGE,
-    FINER,
     LONGEST_S,
     MOST_FINER,
-    TOLERANCE,
-    Estimate,
-    StepError,
     block_means,
     differences,
     step_error,
