@@ -22,6 +22,7 @@ from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.pipeline import process
+from srbval.recordings import SpeedSource
 
 KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
 
@@ -30,9 +31,9 @@ KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --ta
 class Diagnosis:
     """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
 
-    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: of
-    how many rigs records of known state were learnt from; `channel`: the one that shows the class best, whose `scores`
-    are given.
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; here healthy is as probable as all
+    else together. `rigs`: of how many rigs records of known state were learnt from; `channel`: the one that shows the
+    class best, whose `scores` are given.
     """
 
     state: str
@@ -53,18 +54,6 @@ class Diagnosis:
         return fault_of(self.best_class)
 
     @property
-    def group(self) -> str:
-        """How a rolling element shows where it shows as a group of lines, in words; else empty."""
-        part = next(p for p in self.scores.parts if p.fault is Fault.ROLLER)
-        if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
-            return ""
-        return (
-            f"The rolling element shows as a group of lines {part.spacing_hz:.2f} Hz apart, the cage frequency, about "
-            f"2xBSF, one of them at {part.found_hz:.2f} Hz. Where they stand depends on how elements turn outside the "
-            "load zone."
-        )
-
-    @property
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
@@ -73,10 +62,10 @@ class Diagnosis:
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
         said = (
-            f"By the record alone, beside records of known state of {self.rigs} rigs and with every state equally "
-            f"probable beforehand: {shares}; {answer}."
+            f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
+            f"probable beforehand as all else together: {shares}; {answer}."
         )
-        return " ".join(filter(None, (said, best, comb, self.group)))
+        return " ".join(filter(None, (said, best, comb)))
 
 
 def _label(name: str) -> str:
@@ -93,11 +82,16 @@ def fault_of(name: str) -> Fault | None:
 def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
     """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
 
-    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
+    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
+    the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
+    gave the estimate need not be this shaft. Each of these views is paid for (`FaultPosterior.log_likelihood`).
     """
     model, rigs = _model(without_rig)
-    views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
-    scores = [fault_scores(view) for view in views.values()]
+    views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
+    stated = analysis.recording.speed
+    if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
+        views += [(name, dataclasses.replace(view, speed=stated)) for name, view in views]
+    scores = [fault_scores(view) for _, view in views]
     features = [np.array(one.features) for one in scores]
     shares = model.probabilities(*features)
     found = most_probable(shares)
@@ -108,7 +102,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str
         log_likelihood=model.log_likelihood(*features),
         scores=scores[best],
         rigs=rigs,
-        channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
+        channel=views[best][0] if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
     )
 
 
