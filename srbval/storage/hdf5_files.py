@@ -70,7 +70,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
     """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
     Raises what `check_hdf5_name` raises, and `DataError` where the place cannot be written; its `check_written` ends
-    the block as soon as that is known.
+    the block as soon as that is known, its `summary` stands before the checksum.
     """
     import h5py
 
@@ -83,10 +83,10 @@ def new_hdf5(path: Path) -> Iterator[Any]:
         with _PatientFile(part, "w+") as raw:
             with h5py.File(raw, "w", track_order=True) as file:
                 file.attrs.update(ATTRIBUTES)
-                file.check_written = check
+                file.check_written, file.summary = check, b""
                 yield file
             check()
-        append_checksum(part)
+        append_checksum(part, file.summary)
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:

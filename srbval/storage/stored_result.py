@@ -16,7 +16,7 @@ from srbval.errors import DataError
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
-from srbval.storage.sources import content_version, sources_sha256
+from srbval.storage.sources import sources_sha256
 
 SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
@@ -60,19 +60,27 @@ def staleness(result: StoredResult, inputs: Mapping[str, str] | None = None) -> 
     """Why a result no longer holds, None where it does.
 
     Its inputs are compared with `inputs`, the SHA-256 of data by name, and those that come with the program
-    (``reports/...``, ``data_manifest/...``) with the files; other inputs are taken for unchanged.
+    (``reports/...``, ``data_manifest/...``) with the files; other inputs are taken for unchanged. A result that says
+    why it is `computed_once`, a prediction before a comparison or its outcome, is a document of its revision: later
+    sources do not change it, and what they would compute of records that are known by now is not that test.
     """
     content = result.content
     revision, module, known = content.get("git_revision"), content.get("computed_by"), content.get("inputs_sha256")
-    if not (isinstance(module, str) and isinstance(known, dict) and isinstance(content.get("sources_sha256"), str)):
-        return "it does not say by which sources it was computed"
     if isinstance(revision, str) and revision.endswith(DIRTY):
         return f"it was computed from a changed working tree, {revision}"
+    if content.get("computed_once"):
+        return _changed_input(known if isinstance(known, dict) else {}, inputs)
+    if not (isinstance(module, str) and isinstance(known, dict) and isinstance(content.get("sources_sha256"), str)):
+        return "it does not say by which sources it was computed"
     try:
         if sources_sha256(module) != content["sources_sha256"]:
             return f"the sources of {module} have changed since"
     except ModuleNotFoundError:
         return f"the module that computed it, {module}, is no more"
+    return _changed_input(known, inputs)
+
+
+def _changed_input(known: Mapping[str, str], inputs: Mapping[str, str] | None) -> str | None:
     now = dict(inputs or {}) | {name: _shipped_sha256(name) for name in known if SHIPPED_INPUT.fullmatch(name)}
     changed = [name for name, sha256 in known.items() if now.get(name, sha256) != sha256]
     return f"its input {changed[0]} has changed since" if changed else None
@@ -108,8 +116,3 @@ def _read(path: Path, name: str) -> StoredResult | None:
     fits = isinstance(content, dict) and content.get("kind") == name and content.get("schema_version") == SCHEMA_VERSION
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None
-
-
-def content_key(content: str, *, computed_by: str) -> str:
-    """Hash of `content` and of all code behind the module `computed_by`, 32 hexadecimal digits."""
-    return hashlib.sha256(f"{content_version(computed_by)} {content}".encode()).hexdigest()[:32]

@@ -10,20 +10,10 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
+from srbval.models.estimates import BLOCKS, TOLERANCE, Estimate, StepError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.models.step_error import (
-    BLOCKS,
-    CAGE,
-    MOST_FINER,
-    TOLERANCE,
-    Estimate,
-    StepError,
-    block_means,
-    differences,
-    step_error,
-    with_chosen_step,
-)
+from srbval.models.step_error import CAGE, MOST_FINER, block_means, differences, step_error, with_chosen_step
 from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
 
 RMS = "RMS in 500-1500 Hz"

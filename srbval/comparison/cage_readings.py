@@ -1,0 +1,139 @@
+"""The cage ratio of every record of the rig.
+
+How a record is read does not depend on what it shows. Everything is followed over shaft angle; harmonics of the shaft
+count neither as line nor as noise. The comb of a race's fault stands in the squared envelope, of that band of `BANDS`
+in which its first harmonic is the highest over the noise. Rollers that pass leave a comb of BPFO in the vibration
+itself, tens of narrow lines up to `BANDS`' upper end, in a healthy bearing and in one with a roller's fault too; it
+counts where it is as improbable as a line has to be, by noise and by its rank among placebos (`rank_among_placebos`).
+The fault's comb says whose cage it is: where both agree within their intervals the more precise one is taken, else that
+of the fault. The other one is kept as a check. A comb of passages without a fault's may be another cage's of the shaft,
+which carries four such bearings of two rows.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from srbval.bearing import RACE_DEFECTS, Bearing, Fault
+from srbval.reading.families import families_of, placebo_fundamentals, window_share
+from srbval.reading.pipeline import (
+    MEASURED_SPEEDS,
+    Tracking,
+    choose_tracking,
+    one_signal,
+    periodogram_of,
+    process,
+    tracked,
+)
+from srbval.recordings import Recording, ShaftSpeed
+from srbval.recordings.speed import RPM_PER_HZ
+from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
+from srbval.signal.false_alarm import rank_among_placebos
+
+# The paper's bands for the rig's signals and for the model's, and the one that spans both [Hz].
+BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
+BLOCK_TURNS = 2  # least of a block whose phase is followed, as for every line
+
+
+@dataclass(frozen=True, kw_only=True)
+class CageReading:
+    """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
+
+    `per_speed` is the ratio's change per relative error of the shaft speed, -c where a comb of BPFO was read and 1 - c
+    where one of BPFI was. `read_from` names the comb, `band_hz` the band that it stands in. `check` is the same by the
+    record's other comb, where that shows.
+    """
+
+    record: str
+    state: Fault
+    nominal_rpm: float
+    shaft_rpm: float
+    ratio: float
+    reading_u: float
+    speed_u: float
+    per_speed: float
+    read_from: str
+    band_hz: tuple[float, float]
+    check: "CageReading | None" = None
+
+
+def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[CageReading, ...]:
+    """Of each record, the slower first, that shows a comb; a record without a measured course of its speed does not."""
+    read = [one for recording in recordings if (one := cage_reading(recording, bearing)) is not None]
+    return tuple(sorted(read, key=lambda one: (one.nominal_rpm, one.state, one.record)))
+
+
+def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
+    """Of one record; None where no comb shows or no course of the shaft's speed was measured."""
+    speed, state = recording.speed, recording.state
+    if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
+        return None
+    tracking = choose_tracking(recording, bearing, speed)
+    if not tracking.used:
+        return None
+    of_fault = _by_fault(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
+    passages = _by_passages(recording, bearing, speed, tracking)
+    if of_fault is None or passages is None:
+        return of_fault or passages
+    apart = abs(of_fault.ratio - passages.ratio)
+    agree = apart <= NORMAL_95 * math.hypot(of_fault.reading_u, passages.reading_u)
+    if agree and passages.reading_u < of_fault.reading_u:
+        return replace(passages, check=of_fault)
+    return replace(of_fault, check=passages)
+
+
+def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
+    """By the comb of the record's own fault in the squared envelope."""
+    family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
+    found: list[tuple[LineReading, tuple[float, float]]] = []
+    for band_hz in BANDS:
+        record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
+        reading = read_comb(
+            record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
+            sideband_hz=family.sideband_hz, shortest_block_s=BLOCK_TURNS / speed.value_hz,
+        )  # fmt: skip
+        if reading is not None and reading.detected:
+            found.append((reading, band_hz))
+    if not found:
+        return None
+    reading, band_hz = max(found, key=lambda one: one[0].snr[0])
+    return _made(recording, bearing, speed, reading, f"{family.name} comb, envelope", band_hz)
+
+
+def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
+    """By the multiples of BPFO in the vibration: forced lines follow the shaft, so that no envelope is needed first."""
+    band_hz = BANDS[-1]
+    families = families_of(bearing, speed.value_hz)
+    family = next(f for f in families if f.name == Fault.OUTER.line)
+    signal = one_signal(recording)
+    vibration = tracked(signal - signal.mean(), recording.fs_hz, 0.0, tracking)
+    record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
+    reading = read_comb(
+        record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
+        harmonics=math.floor(band_hz[1] / family.kinematic_hz), shortest_block_s=BLOCK_TURNS / speed.value_hz,
+    )  # fmt: skip
+    if reading is None:
+        return None
+    placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
+    rank = rank_among_placebos(record, family.kinematic_hz, reading.half_window_hz, len(reading.snr), placebo_hz)
+    if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
+        return None
+    return _made(recording, bearing, speed, reading, f"{family.name} multiples, vibration", band_hz)
+
+
+def _made(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, read_from: str,
+    band_hz: tuple[float, float],
+) -> CageReading:  # fmt: skip
+    hz_per_ratio = bearing.rolling_elements * speed.value_hz
+    share = reading.found_hz / hz_per_ratio
+    inner = read_from.startswith(Fault.INNER.line or "")
+    per_speed = share if inner else -share
+    return CageReading(
+        record=Path(recording.file or recording.name).name, state=recording.state or Fault.HEALTHY,
+        nominal_rpm=recording.nominal_rpm or RPM_PER_HZ * speed.value_hz, shaft_rpm=RPM_PER_HZ * speed.value_hz,
+        ratio=1 - share if inner else share, reading_u=reading.ci95_hz / NORMAL_95 / hz_per_ratio,
+        speed_u=abs(per_speed) * speed.ci95_hz / NORMAL_95 / speed.value_hz, per_speed=per_speed,
+        read_from=read_from, band_hz=band_hz,
+    )  # fmt: skip
