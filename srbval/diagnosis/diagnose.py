@@ -21,7 +21,9 @@ from srbval.diagnosis.fault_posterior import (
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
+from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
+from srbval.recordings import SpeedSource
 
 KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
 
@@ -30,9 +32,11 @@ KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --ta
 class Diagnosis:
     """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
 
-    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: of
-    how many rigs records of known state were learnt from; `channel`: the one that shows the class best, whose `scores`
-    are given.
+    Undecided too where the class is a part whose line contradicts the speed used, see `contradicts_speed`.
+
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; here healthy is as probable as all
+    else together. `rigs`: of how many rigs records of known state were learnt from; `channel`: the one that shows the
+    class best, whose `scores` are given.
     """
 
     state: str
@@ -53,30 +57,24 @@ class Diagnosis:
         return fault_of(self.best_class)
 
     @property
-    def group(self) -> str:
-        """How a rolling element shows where it shows as a group of lines, in words; else empty."""
-        part = next(p for p in self.scores.parts if p.fault is Fault.ROLLER)
-        if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
-            return ""
-        return (
-            f"The rolling element shows as a group of lines {part.spacing_hz:.2f} Hz apart, the cage frequency, about "
-            f"2xBSF, one of them at {part.found_hz:.2f} Hz. Where they stand depends on how elements turn outside the "
-            "load zone."
-        )
+    def _answer(self) -> str:
+        if self.state == UNDECIDED:
+            return "none is named, for its line is not there at the speed stated"
+        return f"named: {_label(self.state)}"
 
     @property
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
-        answer = "none is probable enough to be named" if self.state == UNDECIDED else f"named: {_label(self.state)}"
+        answer = "none is probable enough to be named" if decide(self.probabilities) == UNDECIDED else self._answer
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
         said = (
-            f"By the record alone, beside records of known state of {self.rigs} rigs and with every state equally "
-            f"probable beforehand: {shares}; {answer}."
+            f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
+            f"probable beforehand as all else together: {shares}; {answer}."
         )
-        return " ".join(filter(None, (said, best, comb, self.group)))
+        return " ".join(filter(None, (said, best, comb)))
 
 
 def _label(name: str) -> str:
@@ -89,26 +87,42 @@ def fault_of(name: str) -> Fault | None:
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
+def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
+    """Whether the comb of a `part` is its line only at a speed that is not the one used.
+
+    Its line is not detected at that speed, and either stands too far off for slip or the record's lines fit a speed
+    outside the tolerance of the set point: a finding, from which nothing is named.
+    """
+    if part is None or (line := analysis.line_of(part)).detected:
+        return False
+    return analysis.outside_speed is not None or line.explained_by == OTHER_LINE
+
+
 @one_thread()
 def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
     """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
 
-    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
+    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
+    the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
+    gave the estimate need not be this shaft. Each of these views is paid for (`FaultPosterior.log_likelihood`).
     """
     model, rigs = _model(without_rig)
-    views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
-    scores = [fault_scores(view) for view in views.values()]
+    views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
+    stated = analysis.recording.speed
+    if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
+        views += [(name, dataclasses.replace(view, speed=stated)) for name, view in views]
+    scores = [fault_scores(view) for _, view in views]
     features = [np.array(one.features) for one in scores]
     shares = model.probabilities(*features)
     found = most_probable(shares)
     best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
     return Diagnosis(
-        state=decide(shares),
+        state=UNDECIDED if contradicts_speed(analysis, fault_of(found)) else decide(shares),
         probabilities=shares,
         log_likelihood=model.log_likelihood(*features),
         scores=scores[best],
         rigs=rigs,
-        channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
+        channel=views[best][0] if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
     )
 
 

@@ -21,7 +21,7 @@ from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
-from srbval.models.hierarchy import check_known, geometry_of, level_of
+from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run_statistics import RunStatistics, load_share
@@ -64,10 +64,17 @@ class FullRun:
             steps_per_output=self.steps_per_output * times,
         )
 
+    def with_outputs(self, least_hz: float) -> "FullRun":
+        """The same run and steps with outputs at `least_hz` or more often, at each step if need be."""
+        steps = self.steps_per_output
+        divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
+        per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
+        rate_hz = self.output_rate_hz * (steps // per_output)
+        return replace(self, output_rate_hz=rate_hz, steps_per_output=per_output)
+
 
 def full_run(scene: Scene, bearing: Bearing) -> FullRun:
-    """The scene's run at its start, with its model and solver; `ConfigurationError` where there is no such thing."""
-    check_known("solver", scene.solver.name, tuple(METHODS))
+    """The scene's run at its start, with its model and one of the `METHODS`; raises what its parameters raise."""
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
