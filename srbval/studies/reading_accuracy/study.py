@@ -25,7 +25,15 @@ from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import chain_errors
-from srbval.studies.reading_accuracy.trials import NOISES, cells_of, chances_of, rates_of, summary, trials_of
+from srbval.studies.reading_accuracy.trials import (
+    NOISES,
+    by_length,
+    cells_of,
+    chances_of,
+    rates_of,
+    summary,
+    trials_of,
+)
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
@@ -45,7 +53,7 @@ class ReadingSettings:
     trials: int = 1000
     noise_records: int = 60_000
     weak_records: int = intervals.RECORDS
-    seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
+    seconds: tuple[float, ...] = (1.0, 2.0, 3.4, 10.0, 30.0)  # 12 to 355 revolutions
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
@@ -70,8 +78,10 @@ def run_reading_bench(
     report = functools.partial(progress, "false alarms")
     noise = pieces(noises, settings.noise_records, (seed, _NOISE_SEED), report=report)
     told = zip(NOISES, noise, strict=True)
+    accuracy = [summary(cell, found) for cell, found in zip(cells, read, strict=True)]
     return {
-        "accuracy": [summary(cell, found) for cell, found in zip(cells, read, strict=True)],
+        "accuracy": accuracy,
+        "by_length": list(by_length(accuracy)),
         "false_alarms": [row for name, found in told if found for row in rates_of(name, found)],
         "chains": chain_errors() if settings.chains else [],
         "transforms": [check_scalogram(name) for name in TRANSFORMS] if settings.chains else [],
