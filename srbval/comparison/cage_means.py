@@ -37,7 +37,7 @@ class CageMeans:
     `between_u` is the standard deviation between records, the median of its distribution, and `between_ci95` its 95 %
     interval; `covariance` is the means', [speeds, speeds], `draws` are of their joint distribution, [draws, speeds],
     and `outer_less_inner` of how much higher it is with a fault of the outer race than with one of the inner, [draws],
-    None where no records show that.
+    None where no records show that; for the means all records of a speed are alike.
     """
 
     JSON_PROPERTIES: ClassVar = ("difference",)

@@ -6,10 +6,12 @@ from typing import Any
 from srbval.comparison.comparison import Comparison
 from srbval.report.figures.style import (
     BLUE,
+    GREEN,
     INK,
     VERMILION,
     Drawn,
     new_axes,
+    new_figure,
     panel,
 )
 
@@ -74,3 +76,48 @@ def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
 
 def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
+
+
+STATES = "H", "OR", "IR", "B"  # codes of states, as the rig's records are named
+SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
+
+
+@panel
+def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
+    """Cage ratio at each nominal speed: records of the rig, their mean, the scenes' 95 % bands, kinematics.
+
+    A row has `of` (``record``, ``mean``, ``kinematics``, or a scene of `SCENES`), `nominal_rpm`, `ratio`, and `low` and
+    `high`, its 95 % interval; a record's `state` is the fault's code.
+    """
+    figure = new_figure((4.8, 3.3))
+    speeds = sorted({row["nominal_rpm"] for row in rows})
+    panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]
+    codes = [code for code in STATES if code in {row["state"] for row in rows}]
+    for rpm, axes in zip(speeds, panels, strict=True):
+        for row in (row for row in rows if row["nominal_rpm"] == rpm):
+            _draw_ratio(axes, codes, **row)
+        axes.set_xticks(range(len(codes) + 1), labels=[*codes, "mean"])
+        axes.set(xlim=(-0.6, len(codes) + 0.6), xlabel=f"Record of the rig, {rpm:g} rpm")
+        axes.ticklabel_format(axis="y", useOffset=False)
+    panels[0].set_ylabel("Cage speed over shaft speed")
+    handles = {label: handle for handle, label in zip(*panels[-1].get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles, loc="outside upper center", ncols=3, frameon=False, columnspacing=1.2)
+    return figure, {key: [row[key] for row in rows] for key in rows[0]}
+
+
+def _draw_ratio(
+    axes: Any, codes: Sequence[str], *, of: str, state: str, ratio: float, low: float, high: float, **_: float
+) -> None:
+    if of == "kinematics":
+        axes.axhline(ratio, color=INK, lw=1.2, ls=(0, (5, 2)), label="kinematics")
+    elif of in SCENES:
+        name, colour, hatch = SCENES[of]
+        axes.axhspan(low, high, facecolor=colour, edgecolor=colour, alpha=0.25, lw=0, hatch=hatch)
+        axes.axhline(ratio, color=colour, lw=1.4, label=name)
+    else:
+        place, name = (len(codes), "rig, mean") if of == "mean" else (codes.index(state), "rig, record")
+        marker, face = ("D", "white") if of == "mean" else ("s", VERMILION)
+        axes.errorbar(
+            place, ratio, yerr=[[ratio - low], [high - ratio]], fmt=marker, ms=5.5, mfc=face, mec=VERMILION, mew=1.2,
+            ecolor=VERMILION, elinewidth=1.4, capsize=3.5, zorder=5, label=name,
+        )  # fmt: skip
