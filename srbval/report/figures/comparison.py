@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from srbval.bearing import Fault
 from srbval.comparison.comparison import Comparison
 from srbval.report.figures.style import (
     BLUE,
@@ -78,7 +79,6 @@ def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
 
 
-STATES = "H", "OR", "IR", "B"  # codes of states, as the rig's records are named
 SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
 
 
@@ -92,7 +92,8 @@ def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     figure = new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
     panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]
-    codes = [code for code in STATES if code in {row["state"] for row in rows}]
+    shown = {row["state"] for row in rows}
+    codes = [fault.code for fault in Fault if fault.code in shown and fault.code]
     for rpm, axes in zip(speeds, panels, strict=True):
         for row in (row for row in rows if row["nominal_rpm"] == rpm):
             _draw_ratio(axes, codes, **row)
