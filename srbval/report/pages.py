@@ -1,7 +1,7 @@
 """What stored results add to the report: pages, which studies bring along and the report only arranges."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
@@ -11,10 +11,9 @@ from srbval.storage.stored_result import StoredResult, newest_result
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResults(Mapping[str, StoredResult]):
-    """The newest stored result of each name, and by name what pages gathered for themselves."""
+    """The newest stored result of each name."""
 
     stored: Mapping[str, StoredResult]
-    gathered: Mapping[str, Any] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> StoredResult:
         return self.stored[name]
@@ -35,9 +34,7 @@ class Page:
     """A section of the report that is made of stored `results` alone.
 
     `place` orders the sections, see `assemble`; pages whose sections have one id follow each other within one section.
-    `data` gives further keys of ``report.json``, of which lists are joined to those of the same key. `gather` computes,
-    before anything is drawn, what the page says of the recordings registered here; it is found under the page's `name`
-    in `StoredResults.gathered`.
+    `data` gives further keys of ``report.json``, of which lists are joined to those of the same key.
     """
 
     name: str
@@ -45,14 +42,12 @@ class Page:
     results: tuple[str, ...]
     section: Callable[[StoredResults], Section]
     data: Callable[[StoredResults], Mapping[str, Any]] = lambda _: {}
-    gather: Callable[[StoredResults], Any] | None = None
 
 
 def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
-    """The newest results that `pages` are made of, and those of further `names`, with what the pages gather of them."""
+    """The newest results that `pages` are made of, and those of further `names`."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
-    found = StoredResults(stored={name: result for name in wanted if (result := newest_result(name)) is not None})
-    return replace(found, gathered={page.name: page.gather(found) for page in pages if page.gather})
+    return StoredResults(stored={name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
 def in_order(placed: Iterable[tuple[float, Section]]) -> tuple[Section, ...]:

@@ -41,7 +41,7 @@ WAVE_DRAWS = 6  # seeds of the waves
 # Waves that give H 877's level: not measured, see `theory/surface.md`.
 WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
-FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
+FAST, SLOW = 877.0, 353.0  # nominal rpm
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value

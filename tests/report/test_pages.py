@@ -1,13 +1,12 @@
 """Pages that studies bring: without a result they say how to make one, with it they are whole, failures included."""
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from srbval.report.blocks import Callout, Figure, Section, Table
-from srbval.report.pages import Page, StoredResults, in_order, joined_data, results_of
+from srbval.report.pages import StoredResults, in_order, joined_data, results_of
 from srbval.report.write import report_data
 from srbval.studies.harness import pages
 
@@ -23,9 +22,7 @@ def test_without_a_result_a_page_says_how_to_make_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_with_its_results_a_page_has_tables_and_figures_that_draw(name: str, tmp_path: Path) -> None:
-    page = dataclasses.replace(PAGES[name], gather=None)
-    if PAGES[name].gather:
-        pytest.skip("shows what is registered, too")
+    page = PAGES[name]
     results = results_of([page])
     if set(page.results) - set(results):
         pytest.skip("not every result is stored")
@@ -53,9 +50,3 @@ def test_figures_are_listed_from_the_tree(report: Any) -> None:
         ("fig11b", "figures/fig11b.svg", "figures/fig11b.csv", True),
         ("fig12a", "figures/fig12a.svg", "figures/fig12a.csv", False),
     ]
-
-
-def test_a_page_gathers_before_it_words() -> None:
-    page = Page(name="x", place=1, results=(), section=lambda found: Section(id="x", title=found.gathered["x"]),
-                gather=lambda _: "found")  # fmt: skip
-    assert page.section(results_of([page])).title == "found"

@@ -18,6 +18,7 @@ from srbval.report.blocks import Callout, Listing
 from srbval.report.findings import findings as gathering
 from srbval.report.findings.findings import Findings, cautions
 from srbval.report.findings.records import record_kurtogram
+from srbval.report.pages import StoredResults
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.records import MOST_NAMED, records_section, two_combs
 from tests.readme_table import in_readme, readme_table
@@ -121,12 +122,12 @@ def test_what_is_not_known_follows_from_what_was_compared(with_rig: Made) -> Non
 
     found = with_rig.findings
     row = dataclasses.replace(found.matrix.comparisons[0], record="there/OR_353.mat", used_for="blind")
-    compared = dataclasses.replace(found.results, gathered={"predictions": (row,)})
     assert "No record compared here was unknown" in limits(found)
-    assert "predictions" not in limits(found)
-    text = limits(dataclasses.replace(found, results=compared))
+    assert "no open record of the rig can be blind any more" in limits(found)
+    matrix = dataclasses.replace(found.matrix, cells=(dataclasses.replace(found.matrix.cells[0], comparisons=(row,)),))
+    text = limits(dataclasses.replace(found, matrix=matrix, results=StoredResults(stored={})))
     assert "Unknown to the project before they were compared: OR_353.mat." in text
-    assert "Stored predictions are compared with OR_353.mat" in text
+    assert "Predictions" not in text
 
 
 def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig: Made) -> None:

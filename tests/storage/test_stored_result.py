@@ -55,8 +55,12 @@ def test_a_result_holds_until_its_sources_or_inputs_change(root: Path, monkeypat
     assert "X_709rpm" in (staleness(result, {"X_709rpm": "bad"}) or "")
     shipped.write_text("2")
     assert "data_manifest/a.csv" in (staleness(result) or "")
+    once = StoredResult(path=result.path, content=result.content | {"computed_once": "blind"})
+    assert "data_manifest/a.csv" in (once.stale or "")  # what it is of must stay
+    shipped.write_text("1")
     monkeypatch.setattr(stored_result, "sources_sha256", lambda _: "other")
     assert "sources of srbval.errors" in (staleness(result) or "")
+    assert staleness(once) is None  # it documents one revision: the sources of a later one do not matter
 
 
 @pytest.mark.parametrize(

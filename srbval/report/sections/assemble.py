@@ -5,7 +5,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
 from srbval.report.blocks import Badge, Command, KeyValues, Listing, Report, Section, Value
@@ -100,19 +99,14 @@ def _limits(findings: Findings) -> Section:
     second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
     passing = findings.data["point_passing"]
     rows = findings.matrix.comparisons
-    predicted = findings.results.gathered.get("predictions", ())
     return LIMITS.section(
         LIMITS.listing(
             "limits", passing=passing, second=second, studies=studies,
-            blind=_names(row for row in (*rows, *predicted) if row.used_for == "blind"), predicted=_names(predicted),
+            blind=list(dict.fromkeys(Path(row.record).name for row in rows if row.used_for == "blind")),
+            outcome=findings.results.content("prediction_outcome"),
             axial=any(cell.axial_kn for cell in findings.matrix.cells if cell.comparisons),
         )
     )  # fmt: skip
-
-
-def _names(rows: Iterable[Comparison]) -> list[str]:
-    """The records of some comparisons, each once."""
-    return list(dict.fromkeys(Path(row.record).name for row in rows))
 
 
 def _failures(findings: Findings) -> Section:

@@ -1,10 +1,15 @@
-"""Amplitudes of the rig's own scene behind a fitted path against the rig's records, from the stored study."""
+"""Amplitudes of the rig's own scene behind a fitted path against the rig's records, from the stored study.
+
+Before them the outcome of the predictions that were stored before three records were compared: ``prediction_outcome``,
+computed once by the revision that it names (`storage.stored_result.staleness` says why it is never computed again).
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.headline import LEAST_RECORDS
-from srbval.report.blocks import Section
+from srbval.report.blocks import Block, Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.studies.appendix_page import missing, origin_of
@@ -17,9 +22,9 @@ Row = Mapping[str, Any]
 
 def section(results: StoredResults) -> Section:
     """How many amplitudes are near and why the others are not; each row, share and bias in the appendix."""
-    result = results.get("amplitudes")
+    result, (predicted, rows) = results.get("amplitudes"), _outcome(results)
     if result is None:
-        return TEXTS.section(TEXTS.paragraph("amplitudes"), missing("amplitudes"))
+        return TEXTS.section(*predicted, TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=rows)
     content = result.content
     shares = content["shares"]
     over = sorted((row for row in content["over_angle"] if row["band"] == BAND), key=lambda row: float(row["level_db"]))
@@ -28,16 +33,31 @@ def section(results: StoredResults) -> Section:
     bias = [*content["bias"], *results.content("waterfall").get("bias", [])]
     withheld = [row for row in content["comparisons"] if row["used_for"] == "withheld" and row["rig_present"]]
     return TEXTS.section(
+        *predicted,
         TEXTS.paragraph("amplitudes"),
         TEXTS.table("amplitudes-near", list(_by_kind(shares))),
         TEXTS.paragraph("why", least=over[0], most=over[-1], depth=depth),
         appendix=(
+            *rows,
             origin_of(result),
             TEXTS.table("amplitude-shares", shares),
             TEXTS.table("amplitude-bias", bias, least_records=LEAST_RECORDS),
             TEXTS.table("amplitude-rows", withheld),
         ),
     )
+
+
+def _outcome(results: StoredResults) -> tuple[Sequence[Block], Sequence[Block]]:
+    """What became of the stored predictions, failures first, and every row of it; nothing without that result."""
+    content = results.content("prediction_outcome")
+    if not content:
+        return (), ()
+    present = [row for row in content["comparisons"] if row["rig_present"]]
+    said = TEXTS.paragraph(
+        "outcome", outcome=content, depths=[row for row in present if row["kind"] == DEPTH],
+        cages=[row for row in present if row["quantity"] == CAGE_RATIO.name],
+    )  # fmt: skip
+    return [said], [TEXTS.table("outcome-rows", content["comparisons"], outcome=content)]
 
 
 def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
@@ -49,8 +69,14 @@ def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
 
 def data(results: StoredResults) -> Row:
     """What ``report.json`` holds of it."""
-    content = results.content("amplitudes")
-    return {"amplitudes": content.get("shares", [])} | {key: content.get(key, []) for key in ("comparisons", "bias")}
+    content, outcome = results.content("amplitudes"), results.content("prediction_outcome")
+    return {
+        "amplitudes": content.get("shares", []),
+        "bias": content.get("bias", []),
+        "comparisons": [*content.get("comparisons", []), *outcome.get("comparisons", [])],
+        "prediction_outcome": {key: value for key, value in outcome.items() if key != "comparisons"},
+    }
 
 
-PAGE = Page(name="amplitudes", place=44.2, results=("amplitudes", "waterfall"), section=section, data=data)
+RESULTS = ("amplitudes", "waterfall", "prediction_outcome")
+PAGE = Page(name="amplitudes", place=44.2, results=RESULTS, section=section, data=data)

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.compared_quantities import CAGE_RATIO
+from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.headline import biases
@@ -28,11 +28,11 @@ from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import levels, pattern
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
+from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
 from srbval.studies.harness import Study, StudyResult, input_hashes
-from srbval.studies.predicted_rows import values_of_record
 from srbval.studies.rig_amplitudes import (
     BEARING,
     NUMERICS,
@@ -120,9 +120,19 @@ def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> di
 
 
 def of_rig(state: Fault, healthy: Recording) -> dict[str, QuantityValue]:
-    """The same of the rig's records."""
-    read = values_of_record(measured(state, 877.0), healthy, state, BEARING)
-    return read | {HEALTHY: levels(healthy, None)[LEVEL]}
+    """The same of the rig's record; where its line is not detected at the kinematic order, without a cage ratio."""
+    record = measured(state, 877.0)
+    found = analyse(record, bearing=BEARING)
+    line, speed = found.line_of(state), found.speed
+    found_hz = line.found_hz if line.detected and line.found_hz else line.kinematic_hz
+    order = found_hz / speed.value_hz
+    read = levels(record, healthy) | pattern(record, BEARING, state, order) | {HEALTHY: levels(healthy, None)[LEVEL]}
+    if line.detected and line.ci95_hz is not None and state in RACE_DEFECTS:
+        width = order * math.hypot(line.ci95_hz / found_hz, speed.ci95_hz / speed.value_hz)
+        read[CAGE_RATIO.name] = QuantityValue(
+            value=cage_of(state, order, BEARING.rolling_elements), ci95=width / BEARING.rolling_elements
+        )
+    return read
 
 
 def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue]]) -> Iterator[Comparison]:
