@@ -14,7 +14,7 @@ def verdict_box(findings: Findings) -> VerdictBox:
     """First on the page: all from the verdicts."""
     data, found = findings.data, findings.headline
     rpm = list(dict.fromkeys(f"{row['nominal_rpm']:g}" for row in data["cage_ratios"]))
-    picture = TEXTS.figure("cage-ratio", cage_ratio_plot(data["cage_ratios"]), rows=data["cage_ratios"], speeds=rpm)
+    picture = TEXTS.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), rows=data["cage_ratios"], speeds=rpm)
     answers = [one.verdict for one in found.stated]
     return TEXTS.verdict(
         next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
@@ -32,7 +32,7 @@ def cage_ratio_section(findings: Findings) -> Section:
     tests = data["joint_tests"]
     return TEXTS.section(
         TEXTS.listing("reasons", found=findings.headline, tests=tests, stated=STATED),
-        TEXTS.table("verdicts", data["verdicts"], power=power, tone=ANSWER_TONE),
+        TEXTS.table("verdicts", data["verdicts"], rows=data["verdicts"], power=power, tone=ANSWER_TONE),
         TEXTS.table("cage-readings", data["cage_readings"]),
         appendix=(
             TEXTS.table("second-look", data["second_look"]),

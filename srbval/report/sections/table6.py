@@ -4,29 +4,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.comparison.budget import Answer
-from srbval.report.blocks import Block, Section, Tone, VerdictBox
+from srbval.report.blocks import Block, Section, Tone
 from srbval.report.figures.comparison import deviation_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
 
-TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
+TEXTS, SPEED = Texts("table6"), Texts("speed_and_slip")
 LISTED = 4  # so many measured records are named one by one
-ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
-
-
-def verdict_box(findings: Findings) -> VerdictBox:
-    """The answer in plain words, first on the page: all from the comparisons."""
-    found = findings.headline
-    answers = {one.verdict for one in found.stated}
-    worst = next((a for a in (Answer.MISSED, Answer.NOT_RESOLVED, Answer.MET) if a in answers), None)
-    return VERDICT.verdict(
-        ANSWER_TONE[worst] if worst else Tone.WARNING,
-        found=found,
-        judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
-        readings=findings.cage_readings,
-    )
 
 
 def table6_section(findings: Findings) -> Section:
@@ -39,12 +24,7 @@ def table6_section(findings: Findings) -> Section:
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
-    power = {
-        (row["endpoint"], row["planted_pct"]): row["missed"]
-        for row in findings.results.content("verdict_power").get("rows", ())
-    }
     return TEXTS.section(
-        TEXTS.table("verdicts", findings.data["verdicts"], power=power, tone=ANSWER_TONE),
         TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
         TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
         at_rig,
