@@ -87,7 +87,9 @@ def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep the user's manifest and recordings out of the tests, and the tests out of the user's manifest."""
     monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
-    monkeypatch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+    home = tmp_path_factory.mktemp("home")
+    monkeypatch.setenv("SRBVAL_HOME", str(home))
+    monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: home / kind)
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -124,3 +124,12 @@ class SphericalRollerGeometry(Limited):
             self.inner_centre_axial_m - distance * math.sin(self.tilt_rad),
         )
         return (self.raceway_radius_m - distance) + (self.raceway_radius_m - centre)
+
+    def outer_ring_mass_kg(self, density_kg_m3: float) -> float:
+        """Mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
+
+        V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
+        """
+        half, outer = self.width_m / 2, self.outer_diameter_m / 2
+        volume = 2 * math.pi * ((outer**2 - self.raceway_radius_m**2) * half + half**3 / 3)
+        return density_kg_m3 * volume

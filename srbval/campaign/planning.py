@@ -17,7 +17,7 @@ from srbval.models.solvers import METHODS
 from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
-from srbval.storage.stored_result import content_key
+from srbval.storage.content_store import content_key
 
 FILE_BYTES = 16_384  # size of a result file without signals
 COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included

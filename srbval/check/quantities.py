@@ -9,13 +9,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.comparison.runs import run_all
+from srbval.comparison.runs import Attempt, run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
+from srbval.models.full_run import static_share
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.simulate import static_share
+from srbval.models.run_store import stored_run
 from srbval.plan.measures import measure
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse
@@ -41,8 +42,11 @@ def _with_defect(base: Scene, kind: Fault) -> Scene:
 
 def _run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
     """Run every scene, one per core at a time; None where a run failed or found no start."""
-    load_kernels(scenes.values())
-    return run_all(scenes, lambda _, tried, __: tried.run if tried.ok else None, task="runs", progress=progress)
+
+    def read(_: str, tried: Attempt, __: float) -> Run | None:
+        return tried.run if tried.ok else None
+
+    return run_all(scenes, read, task="runs", make=stored_run, progress=progress)
 
 
 def _measures_of(run: Run | None) -> dict[str, float]:

@@ -55,13 +55,19 @@ def _run(given: list[str]) -> int:
         from srbval.cli.arguments import parser
 
         importlib.import_module("srbval.cli.output")  # which says that it was interrupted
+    from srbval.storage.content_store import stored_results
+
     options = parser().parse_args(given)
     if options.command is None:
         parser().print_help(sys.stderr)
         raise ConfigurationError("name a command, for example: srbval report")
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
     module, function = options.run.split(":")
-    code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)
+    with stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
+        code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)
+        if read_utc:
+            told = read_utc[0] if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}, {len(read_utc)} results"
+            print(f"srbval: read from the cache of {told}; --fresh computes again", file=sys.stderr)
     sys.stdout.flush()
     return code
 

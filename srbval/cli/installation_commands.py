@@ -14,7 +14,8 @@ from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay, stage
-from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
+from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
+from srbval.storage.content_store import LIMIT_BYTES
 from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
@@ -35,6 +36,9 @@ def check_installation(options: argparse.Namespace) -> int:
         print()
         rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in found["cache"]]
         print_table(("cache", "files", "MB", "folder"), rows)
+        if found["cache"]:
+            limit = f"{SCENE_RESULTS} up to {LIMIT_BYTES / MEGABYTE:,.0f} MB, then what was not used for longest goes"
+            print(f"All of it can be made again. Kept: {limit}. To delete: srbval doctor --clear-cache KIND")
         for use in cleared or ():
             left = f"; {use.left} files that are not srbval's were left" if use.left else ""
             print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")

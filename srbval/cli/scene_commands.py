@@ -13,12 +13,14 @@ from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run import RunStatus
-from srbval.models.simulate import Step, simulate, simulate_to_file
+from srbval.models.run_store import stored_summary
+from srbval.models.simulate import Step
 from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
-from srbval.storage.hdf5_files import check_hdf5_name
+from srbval.storage.files import check_suffix
+from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
 
 # Attributes of a run that are printed under their own names.
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
-          "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "reason",
-          "not_validated")  # fmt: skip
+          "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "stored_utc",
+          "reason", "not_validated")  # fmt: skip
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
@@ -67,16 +69,13 @@ def run_scene(options: argparse.Namespace) -> int:
     """
     output = Path(options.output) if options.output else None
     if output is not None:
-        check_hdf5_name(output)
+        check_suffix(output, *HDF5)
     scene, planned = _planned(scene_of(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     scene, step = _with_step(scene, options)
     with ProgressDisplay() as progress:
-        result = (
-            simulate(scene, step=step, progress=progress) if output is None
-            else simulate_to_file(scene, output, step=step, progress=progress)
-        )  # fmt: skip
+        result = stored_summary(scene, output, step=step, progress=progress)
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     scene = result.scene

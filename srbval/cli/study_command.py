@@ -13,6 +13,7 @@ from srbval.progress.tables import text_rows
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.pages import results_of
 from srbval.report.write import write_report
+from srbval.storage.content_store import stored_results
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import load_study, make_result, pages, study_names
 
@@ -38,9 +39,10 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
+    parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
-    with ProgressDisplay() as progress:
+    with ProgressDisplay() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
         )

@@ -16,13 +16,14 @@ from srbval.comparison.compared_quantities import mean_of_starts, values_of_mode
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.runs import side_by_side
 from srbval.errors import NumericsError, SrbvalError
-from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
+from srbval.models.run_store import run_content, stored_run
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, paper_scene
+from srbval.storage.content_store import ContentStore
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 TURNS = 30.0  # length of a run in shaft turns: that of a rig record of 2 s
@@ -33,6 +34,7 @@ DETAIL_HZ = {Fault.ROLLER: 1024.0}
 CONVERGED_POINTS = 2000
 # Loads of the starts differ by up to this share: a change that no quantity may hang on, but a chaotic run does.
 STARTS, START_SHARE = 8, 1e-5
+VALUES = ContentStore(kind="start", computed_by=__name__)  # of further starts, what `mean_of_starts` takes of them
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,9 +74,12 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
     ]  # fmt: skip
 
 
-def run_case(case: SimulationCase, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
-    """One run, see `simulate`; `progress` gets it as a task of its own. A failed one is a `NumericsError` naming it."""
-    run = simulate(case.scene, step=step, progress=lambda _, fraction: progress(f"Simulate {case.id}", fraction))
+def run_case(
+    case: SimulationCase, *, step: Step = Step.CHECKED, store: bool = True, progress: Progress = silent
+) -> Run:
+    """One run, see `stored_run`; `progress` gets it as a task. A failed one is a `NumericsError` naming it."""
+    make = stored_run if store else simulate
+    run = make(case.scene, step=step, progress=lambda _, fraction: progress(f"Simulate {case.id}", fraction))
     if not run.status.usable:
         raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
     return run
@@ -84,7 +89,6 @@ def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
     """Run all `cases`, see `side_by_side`; runs by the cases' ids. The first failed one is a `NumericsError`."""
-    load_kernels(case.scene for case in cases)
     by_id = {case.id: case for case in cases}
     scenes = {case.id: case.scene for case in cases}
     return side_by_side(
@@ -145,13 +149,18 @@ def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silen
         for number, one in enumerate((scene,) if state is Fault.HEALTHY else load_ensemble(scene), start=1)
     )
 
-    def made(case: SimulationCase, step: Step) -> AnalysedRun:
-        return analyse_run(case, run_case(case, step=step, progress=progress), rig.bearing)
+    def made(case: SimulationCase, step: Step, *, store: bool = True) -> AnalysedRun:
+        return analyse_run(case, run_case(case, step=step, store=store, progress=progress), rig.bearing)
 
     def values(case: SimulationCase) -> Mapping[str, QuantityValue]:
-        return made(case, Step.UNCHECKED).values
+        content = f"{run_content(case.scene)} {state} {rig.bearing}"
+        found = VALUES.load(content, dict)
+        if found is None:
+            read = made(case, Step.UNCHECKED, store=False).values
+            found = {name: (one.value, one.least, one.present) for name, one in read.items()}
+            VALUES.save(content, found)
+        return {name: QuantityValue(value=v, least=least, present=p) for name, (v, least, p) in found.items()}
 
-    load_kernels([scene])
     shown, further = pool.submit(made, first, Step.CHECKED), [pool.submit(values, case) for case in others]
     try:
         run = shown.result()

@@ -45,10 +45,12 @@ class Attempt(Ended):
     run: Run | None = None
 
 
-def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Run `scene` once; a failure becomes a failed attempt."""
+def attempt(
+    scene: Scene, *, step: Step = Step.UNCHECKED, make: Callable[..., Run] = simulate, progress: Progress = silent
+) -> Attempt:
+    """Run `scene` once, `make` being `simulate` or `stored_run`; a failure becomes a failed attempt."""
     try:
-        run = simulate(scene, step=step, progress=progress)
+        run = make(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
         return Attempt(scene=scene, status="refused", reason=str(error))
     return Attempt(scene=scene, status=run.status.value, reason=run.reason, run=run)
@@ -69,10 +71,11 @@ def run_all(
     *,
     task: str,
     step: Step = Step.UNCHECKED,
+    make: Callable[..., Run] = simulate,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Run all `scenes`, see `side_by_side`; a failed run is a result.
+    """Run all `scenes`, see `attempt` and `side_by_side`; a failed run is a result.
 
     `read` turns each attempt and its wall time [s], which the parallel runs disturb, into its result. It is called in
     the thread of the run as soon as it has ended, so that it can store the result.
@@ -80,7 +83,7 @@ def run_all(
 
     def one(key: Key, report: Progress) -> Result:
         started = time.perf_counter()
-        tried = attempt(scenes[key], step=step, progress=report)
+        tried = attempt(scenes[key], step=step, make=make, progress=report)
         return read(key, tried, time.perf_counter() - started)
 
     return side_by_side(scenes, one, task=task, jobs=jobs, progress=progress)

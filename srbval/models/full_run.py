@@ -4,20 +4,27 @@ The rollers are the lightest bodies on the stiffest springs, so the one that bou
 the step. Friction is left out of that: taken explicitly it chatters between bounds but does not diverge.
 """
 
+import math
+import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
+from srbval.models.balances import MomentumBalance
 from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
 from srbval.models.full.motion_kernel import shaft_motion
-from srbval.models.full.parameters import Parameters, geometry_of
+from srbval.models.full.parameters import Parameters
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.hierarchy import check_known, level_of
-from srbval.models.outputs import Outputs
+from srbval.models.health import default_solver
+from srbval.models.hierarchy import check_known, geometry_of, level_of
+from srbval.models.jit import precompile
+from srbval.models.outputs import Outputs, chunks
+from srbval.models.run_statistics import RunStatistics, load_share
 from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene
@@ -57,6 +64,14 @@ class FullRun:
             steps_per_output=self.steps_per_output * times,
         )
 
+    def with_outputs(self, least_hz: float) -> "FullRun":
+        """The same run and steps with outputs at `least_hz` or more often, at each step if need be."""
+        steps = self.steps_per_output
+        divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
+        per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
+        rate_hz = self.output_rate_hz * (steps // per_output)
+        return replace(self, output_rate_hz=rate_hz, steps_per_output=per_output)
+
 
 def full_run(scene: Scene, bearing: Bearing) -> FullRun:
     """The scene's run at its start, with its model and solver; `ConfigurationError` where there is no such thing."""
@@ -68,6 +83,38 @@ def full_run(scene: Scene, bearing: Bearing) -> FullRun:
         model=model, method=METHODS[scene.solver.name], state=state, memory=np.zeros_like(state),
         output_rate_hz=scene.output_rate_hz, steps_per_output=level.steps_per_output(scene),
     )  # fmt: skip
+
+
+def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
+    scene = stats.scene
+    stats.compile_s += precompile(scene)
+    run = full_run(scene, stats.bearing)
+    model = run.model
+    stats.balanced_share = static_share(scene, model, run.state[layout_of(run.state).ring])
+    stats.momentum = MomentumBalance(
+        mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
+        weight_n=-model.ring_mass * model.gravity,
+    )  # fmt: skip
+    methods = run.method, METHODS[default_solver()]
+    limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
+    stats.step_s, stats.step_limit_s, stats.default_limit_s = run.step_s, *limits
+    started = time.perf_counter()
+    run.advance(0, 0)
+    stats.compile_s += time.perf_counter() - started
+    per_detail = scene.outputs_per_detail
+    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
+        started = time.perf_counter()
+        steps = run.advance(first, count, per_detail if first >= settle else 0)
+        stats.wall_s += time.perf_counter() - started
+        yield first, steps
+
+
+def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
+    """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
+    load_n = float(model.drive.load[1, 0])
+    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
+    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:

@@ -17,12 +17,12 @@ import cmath
 import math
 from collections.abc import Sequence
 
-from srbval.models.full.parameters import STANDARD_GRAVITY
-from srbval.models.full.point_cloud import DEEPEST_M
+from srbval.models.estimates import FINER, TOLERANCE, Estimate
 from srbval.models.hierarchy import level_of
+from srbval.models.outputs import DEEPEST_M
 from srbval.models.run import RunStatus, RunSummary
-from srbval.models.step_error import FINER, TOLERANCE, Estimate
 from srbval.scene import LoadPath, RollerFit, paper_scene
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.scene.scene import step_text
 
 # Of the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
@@ -155,7 +155,7 @@ def _energy_gap(run: RunSummary) -> float:
 def _carried_n(run: RunSummary) -> float:
     """What presses the ring against rollers and spring: the mean radial load, with its own weight if that is more."""
     load = run.scene.load
-    weight_n = STANDARD_GRAVITY * run.scene.housing.mass_kg if load.gravity else 0.0
+    weight_n = STANDARD_GRAVITY_M_S2 * run.scene.housing.mass_kg if load.gravity else 0.0
     return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
 
 

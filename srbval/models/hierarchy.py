@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from srbval.bearing import Bearing
+from srbval.bearing import Bearing, SphericalRollerGeometry
 from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models import outputs as col
 from srbval.scene import Scene
@@ -29,7 +29,7 @@ class FidelityLevel:
 
     name: str
     title: str
-    place: str = "srbval.models.simulate:full_model"
+    place: str = "srbval.models.full_run:full_model"
     parameters: str | None = None
     columns: tuple[int, ...] = tuple(range(col.COUNT))
     own_solver: str | None = None
@@ -73,7 +73,19 @@ class FidelityLevel:
             raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
         return _imported(self.parameters)
 
+    @property
+    def check_step(self) -> Callable[..., Any]:
+        """The function that estimates the step's error or chooses a step, for models as of `make_parameters`."""
+        return _imported(STEP_CHECK)
 
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Names of the modules that a run of this level needs, and none of another does."""
+        places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
+        return tuple(place.split(":")[0] for place in places)
+
+
+STEP_CHECK = "srbval.models.step_error:check_step"  # of models with the full model's equations
 CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
@@ -147,6 +159,16 @@ def level_of(name: str) -> FidelityLevel:
     """The level of that name; `ConfigurationError` with the nearest one for an unknown name."""
     check_known("model", name, MODELS)
     return LEVELS[MODELS.index(name)]
+
+
+def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
+    """The bearing's geometry; `ConfigurationError` for a bearing without one."""
+    if bearing.geometry is None:
+        instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
+        raise ConfigurationError(
+            f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it: use --model {instead}."
+        )
+    return bearing.geometry
 
 
 def models_of(bearing: Bearing) -> tuple[str, ...]:

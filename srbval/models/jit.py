@@ -18,12 +18,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 from functools import cache
+from importlib import metadata
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.processes.machine import usable_cores
-from srbval.storage.cache import KERNELS, cache_folder
+from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
 from srbval.storage.installation import child_environment, package_folder
 from srbval.storage.sources import content_version
 
@@ -41,6 +42,8 @@ OPTIONS: dict[str, Any] = {
 }  # fmt: skip
 WITHOUT_KERNELS = ("kinematic", "impulse")
 RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
+
+WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # on numbers, of numba's settings
 
 _requested: set[str] = set()
 _lock = threading.RLock()
@@ -144,9 +147,7 @@ def kernels_of(scene: Scene) -> list[str]:
 
 def _missing(scenes: Iterable[Scene]) -> list[str]:
     """Kernels of the scenes that are not in the cache."""
-    import numba
-
-    wanted = () if vars(numba.config)["DISABLE_JIT"] else chain.from_iterable(map(kernels_of, scenes))
+    wanted = () if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else chain.from_iterable(map(kernels_of, scenes))
     return [kernel for kernel in dict.fromkeys(wanted) if not _marker(kernel).exists()]
 
 
@@ -165,13 +166,20 @@ def compile_in_this_process(scene: Scene) -> None:
 
 
 def _marker(kernel: str) -> Path:
-    """A file that stands in the cache when the kernel does, for this processor, numba and installation.
+    """A file that stands in the cache when the kernel does, for this machine and installation.
 
     Numba keeps kernels by the path of their source: those of another environment are compiled, but not found from here.
     """
-    import numba
+    digest = hashlib.sha256(f"{machine()} {package_folder()}".encode()).hexdigest()[:12]
+    return kernel_cache_folder() / f"compiled-{kernel}-{digest}"
+
+
+@cache
+def machine() -> str:
+    """What numbers depend on beside their sources: the processor, Python, libraries, settings of numba."""
     from llvmlite import binding
 
-    machine = (numba.__version__, sys.version, binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
-    digest = hashlib.sha256(repr((*machine, str(package_folder()))).encode()).hexdigest()[:12]
-    return kernel_cache_folder() / f"compiled-{kernel}-{digest}"
+    processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+    versions = [metadata.version(name) for name in ("numba", "llvmlite", "numpy", "scipy")]
+    settings = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith("NUMBA_") and k not in WITHOUT_EFFECT)
+    return repr((sys.version, processor, versions, settings))

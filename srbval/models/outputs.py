@@ -27,6 +27,7 @@ ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
 CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
 ENERGY = slice(13, 21)  # powers and energies, in the order of `run.EnergyFlow`
 
+DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 CHUNK_S = 0.02  # simulated time between two reports of progress
 CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
 

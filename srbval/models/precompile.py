@@ -13,9 +13,9 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.errors import SrbvalError
-from srbval.models.full.parameters import geometry_of, state_layout
+from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.hierarchy import level_of
+from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import RATES, RING, compile_in_this_process, kernels_of, precompile
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS

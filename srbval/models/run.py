@@ -18,7 +18,7 @@ from srbval.scene import Scene
 if TYPE_CHECKING:
     import pandas
 
-    from srbval.models.step_error import StepError
+    from srbval.models.estimates import StepError
 
 
 class RunStatus(enum.StrEnum):
@@ -61,7 +61,8 @@ class RunSummary:
 
     `step_error`: what the step leaves, None where it was not estimated; `step_limit_s`: see
     `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
-    error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`.
+    error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
+    `stored_utc`: when the run was made, where it was read from the cache: times that it took are of then.
     """
 
     scene: Scene
@@ -88,6 +89,7 @@ class RunSummary:
     check_wall_s: float = 0.0
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
+    stored_utc: str | None = None
 
     @property
     def seconds(self) -> float:
@@ -134,8 +136,8 @@ class Run(RunSummary):
     roller_force_n: FloatArray
     depth_m: FloatArray
     energy: EnergyFlow
-    spin_rad_s: FloatArray
-    load_n: FloatArray
+    spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    load_n: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 0, 3)))
     sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property

@@ -1,6 +1,7 @@
 """Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
 
-Written chunk by chunk into a file aside that takes its place only when the run ended well.
+Written chunk by chunk into a file aside that takes its place only when the run ended well. Before the file's checksum
+stands the run's summary, so that this program finds all of a run again, bit for bit: `read_summary`, `read_run`.
 """
 
 import contextlib
@@ -8,6 +9,7 @@ import dataclasses
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -17,12 +19,14 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.models.run import Run, RunSummary, bearing_of_run
+from srbval.models.estimates import Estimate, StepError
+from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 ROWS = 4096  # of a chunk on disk
 SENSOR = "acceleration_sensor_m_s2"
+NOT_KEPT = ("scene", "step_error", "stored_utc")  # of a summary in its file
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
 VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_text(encoding="utf-8"))
 
@@ -64,6 +68,7 @@ class RunWriter:
                 for dimension, scale in enumerate(DETAIL_DIMENSIONS.get(name, ("time_s",))):
                     dataset.dims[dimension].attach_scale(self._file[scale])
         self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary)})
+        self._file.summary = _summary_text(summary)
         self.finished = True
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
@@ -109,6 +114,44 @@ def write_run(run: Run, path: Path) -> None:
     with run_writer(path, run.scene) as writer:
         writer.append(vars(run))
         writer.finish(run)
+
+
+def _summary_text(run: RunSummary) -> bytes:
+    """The summary as JSON with infinities, less the scene but for its step."""
+    kept = {name: getattr(run, name) for name in RunSummary.__dataclass_fields__ if name not in NOT_KEPT}
+    error = run.step_error and dataclasses.asdict(run.step_error)
+    own = {"chosen_step_s": run.scene.solver.step_s, "step_error": error}
+    return json.dumps(kept | own | {"stored_utc": datetime.now(UTC).isoformat(timespec="seconds")}).encode()
+
+
+def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
+    """The summary of a run of `scene` from the JSON in its file; what is missing or strange there is a `LookupError`,
+    `TypeError` or `ValueError`.
+    """
+    kept = dict(table)
+    solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
+    if error is not None:
+        error = StepError(**error | {"estimates": tuple(Estimate(**one) for one in error["estimates"])})
+    course, status = tuple(kept.pop("cage_course")), RunStatus(kept.pop("status"))
+    scene = dataclasses.replace(scene, solver=solver)
+    return RunSummary(**kept, scene=scene, step_error=error, cage_course=course, status=status)
+
+
+def read_run(path: Path, summary: RunSummary) -> Run:
+    """The run in a run file of `summary`; `OSError` or `LookupError` for another file."""
+    import h5py
+
+    with h5py.File(path) as file:
+        found = {name: file[name][:] if name in file else np.full(summary.samples, np.nan) for name in VARIABLES}
+        stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR}
+        details = {name: file[own][:] for name, own in stored.items() if own in file}
+    arrays: dict[str, Any] = {}
+    for name, variable in VARIABLES.items():
+        arrays.setdefault(variable.get("array", name), []).append(found[name])
+    signals: dict[str, Any]
+    signals = {name: columns[0] if len(columns) == 1 else np.stack(columns, axis=1) for name, columns in arrays.items()}
+    energy = EnergyFlow(**{name: signals.pop(name) for name in EnergyFlow.__dataclass_fields__})
+    return Run(**vars(summary), **signals, energy=energy, **details)
 
 
 def scene_dict(scene: Any) -> dict[str, Any]:

@@ -9,12 +9,11 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
 from srbval.models.balances import EnergyBalance, MomentumBalance
-from srbval.models.full.point_cloud import DEEPEST_M
+from srbval.models.estimates import StepError
 from srbval.models.health import assess
 from srbval.models.hierarchy import level_of
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.sensor import BandLevels, SensorFilter, along_sensor
-from srbval.models.step_error import StepError
 from srbval.scene import Scene
 
 
@@ -67,7 +66,7 @@ class RunStatistics:
 
     def lost(self, out: FloatArray) -> bool:
         """Do these rows show that the run is beyond recovery, so that going on would be a waste?"""
-        return not self._all_finite(out) or float(out[:, col.DEEPEST].max()) > DEEPEST_M
+        return not self._all_finite(out) or float(out[:, col.DEEPEST].max()) > col.DEEPEST_M
 
     def _all_finite(self, out: FloatArray) -> bool:
         return bool(np.all(np.isfinite(out[..., level_of(self.scene.model).columns])))

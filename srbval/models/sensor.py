@@ -5,8 +5,6 @@ from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-import scipy.fft
-import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
@@ -29,8 +27,10 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
     `samples` are means over their intervals, as a run's accelerations are: what that takes from high frequencies is put
     back, so that runs of different output rate can be compared. Hann window; brick-wall band.
     """
+    from scipy.fft import rfft
+
     window = hann(samples.size)
-    lines = np.asarray(scipy.fft.rfft((samples - samples.mean()) * window))
+    lines = np.asarray(rfft((samples - samples.mean()) * window))
     frequency = np.arange(lines.size) * fs_hz / samples.size
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     power = np.abs(lines[inside]) ** 2 / np.sinc(frequency[inside] / fs_hz) ** 2
@@ -39,7 +39,9 @@ def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) ->
 
 def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     """Squares of `samples`, [n], in a band, by a Butterworth band-pass without phase, [n]; ends are its transients."""
-    squares: FloatArray = scipy.signal.sosfiltfilt(_sections(fs_hz, band_hz), samples) ** 2
+    from scipy.signal import sosfiltfilt  # takes half a second to load, and who reads a stored run needs none
+
+    squares: FloatArray = sosfiltfilt(_sections(fs_hz, band_hz), samples) ** 2
     return squares
 
 
@@ -51,7 +53,9 @@ def hann(length: int) -> FloatArray:
 
 @cache
 def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    sections: FloatArray = scipy.signal.butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
+    from scipy.signal import butter
+
+    sections: FloatArray = butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
     return sections
 
 
@@ -69,12 +73,14 @@ class BandLevels:
 
     def add(self, along: FloatArray) -> None:
         """Count accelerations along the sensor's axis in, [n], in m/s2."""
+        from scipy.signal import sosfilt
+
         self.samples += len(along)
         for name, band_hz in BANDS_HZ.items():
             if band_hz[1] < 0.5 * self.fs_hz:
                 sections = _sections(self.fs_hz, band_hz)
                 state = self._states.get(name, np.zeros((len(sections), 2)))
-                filtered, self._states[name] = scipy.signal.sosfilt(sections, along, zi=state)
+                filtered, self._states[name] = sosfilt(sections, along, zi=state)
                 self.squares[name] = self.squares.get(name, 0.0) + float(filtered @ filtered)
 
     def rms(self) -> dict[str, float]:
@@ -107,9 +113,11 @@ class SensorFilter:
         """The sensor's acceleration over the next samples of the ring's along its axis, [n] each, in m/s2."""
         if self.path is None:
             return along
+        from scipy.signal import lfilter
+
         found = self.path.direct * along
         for place, (numerator, denominator) in enumerate(self._resonators):
-            part, self._states[place] = scipy.signal.lfilter(numerator, denominator, along, zi=self._states[place])
+            part, self._states[place] = lfilter(numerator, denominator, along, zi=self._states[place])
             found += part
         return found
 

@@ -4,7 +4,6 @@ import enum
 import math
 import os
 import shutil
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,22 +15,16 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.balances import MomentumBalance
-from srbval.models.full.parameters import Parameters, geometry_of
-from srbval.models.full.state import layout_of
-from srbval.models.full_run import elastic_limit_s, full_run
-from srbval.models.health import default_solver
-from srbval.models.hierarchy import level_of
-from srbval.models.jit import WITHOUT_KERNELS, precompile
-from srbval.models.outputs import Outputs, chunks
+from srbval.models.hierarchy import geometry_of, level_of
+from srbval.models.jit import WITHOUT_KERNELS
+from srbval.models.outputs import Outputs
 from srbval.models.run import EnergyFlow, Run, RunSummary
 from srbval.models.run_file import run_writer
-from srbval.models.run_statistics import RunStatistics, load_share
-from srbval.models.solvers import METHODS
-from srbval.models.step_error import step_error, with_chosen_step
+from srbval.models.run_statistics import RunStatistics
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.storage.hdf5_files import check_hdf5_name
+from srbval.storage.files import check_suffix
+from srbval.storage.hdf5_files import HDF5
 
 COPIES = 3  # of the signals that are in memory at once when they are put together
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
@@ -73,7 +66,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
     written, `ConfigurationError` where the file's name is that of another format than HDF5.
     """
-    check_hdf5_name(path)
+    check_suffix(path, *HDF5)
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for part in _recorded(stats, progress):
@@ -92,16 +85,7 @@ def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistic
         geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
     check_room(stats, folder)
     if step is not Step.UNCHECKED and level.parameters is not None:
-        started = time.perf_counter()
-        precompile(scene)
-        full_run(scene, stats.bearing).advance(0, 0)  # loads them
-        stats.compile_s, started = time.perf_counter() - started, time.perf_counter()
-        with np.errstate(all="ignore"):
-            if step is Step.AUTO:
-                stats.scene, stats.step_error = with_chosen_step(scene, stats.bearing)
-            else:
-                stats.step_error = step_error(scene, stats.bearing)
-        stats.check_wall_s = time.perf_counter() - started
+        level.check_step(stats, choose=step is Step.AUTO)
     return stats
 
 
@@ -160,35 +144,3 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
             yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
         if lost:
             return
-
-
-def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
-    scene = stats.scene
-    stats.compile_s += precompile(scene)
-    run = full_run(scene, stats.bearing)
-    model = run.model
-    stats.balanced_share = static_share(scene, model, run.state[layout_of(run.state).ring])
-    stats.momentum = MomentumBalance(
-        mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
-        weight_n=-model.ring_mass * model.gravity,
-    )  # fmt: skip
-    methods = run.method, METHODS[default_solver()]
-    limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
-    stats.step_s, stats.step_limit_s, stats.default_limit_s = run.step_s, *limits
-    started = time.perf_counter()
-    run.advance(0, 0)
-    stats.compile_s += time.perf_counter() - started
-    per_detail = scene.outputs_per_detail
-    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
-        started = time.perf_counter()
-        steps = run.advance(first, count, per_detail if first >= settle else 0)
-        stats.wall_s += time.perf_counter() - started
-        yield first, steps
-
-
-def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
-    """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
-    load_n = float(model.drive.load[1, 0])
-    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry

@@ -10,154 +10,50 @@ geometric mean of the blocks, which knows the level between knocks.
 """
 
 import math
-from dataclasses import dataclass, replace
+import time
+from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
 from srbval.models.balances import EnergyBalance
+from srbval.models.estimates import BLOCKS, FINER, Estimate, StepError
 from srbval.models.full_run import FullRun, elastic_limit_s, full_run
 from srbval.models.hierarchy import level_of
+from srbval.models.jit import precompile
+from srbval.models.run_statistics import RunStatistics
 from srbval.models.sensor import along_sensor, band_squares
 from srbval.scene import BANDS_HZ, Scene
 
 BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
 CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
-TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 # Added to the means that are compared, the squares of a band's: what matters to nobody. Accelerometers of industrial
 # make show 1e-4 m/s2 of noise in such a band and more; rollers that touch nothing leave 1e-11, which is rounding.
 LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, W
-SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
-CERTAIN = 0.025  # probability, to either side, that chance alone puts an error beyond its tolerance
-LEAST_FREEDOM = 0.1  # of Student's t: a single block says nothing
 LEAST_BLOCKS = 4  # that carry a band's power: with fewer, knocks do, and blocks are compared one by one
-ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
-FINER = 4
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
-GAIN = 0.5  # least part of an error that remains with a quarter of the step, where finer steps gain nothing
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
+LONGEST_S = 1.0  # of a piece: of a slow shaft it holds fewer passages
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
-BLOCKS = 8  # of a piece; the scatter is the larger of what they say and what pairs of them say: a cage's speed wanders
-LEAST_S = 0.02  # of a piece that has two bands
+LEAST_S = 0.02  # of a piece whose bands are compared
 
 
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """An estimated relative error, with sign, and its standard error from `blocks`; `kind` is a key of `TOLERANCE`."""
-
-    kind: str
-    of: str
-    error: float
-    scatter: float
-    blocks: float = float(BLOCKS)
-
-    @property
-    def beyond(self) -> bool:
-        """Is it larger than the tolerance, by more than `SIGNIFICANT` standard errors?"""
-        return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
-
-    def certainly_beyond(self, limit: float) -> bool:
-        """Is it larger than `limit`, by more than chance does in `CERTAIN` of cases?"""
-        errors = -float(stdtrit(max(self.blocks - 1, LEAST_FREEDOM), CERTAIN))
-        return not abs(self.error) <= limit + errors * self.scatter
-
-    @property
-    def certain(self) -> bool:
-        """Is it certainly larger than the tolerance?"""
-        return self.certainly_beyond(TOLERANCE[self.kind])
-
-    @property
-    def open(self) -> bool:
-        """Is it neither certainly beyond its tolerance nor certainly within?"""
-        return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
-
-    def __str__(self) -> str:
-        return (
-            f"{self.of} {100 * self.error:+.2g} % (standard error {100 * self.scatter:.1g} %, "
-            f"limit {100 * TOLERANCE[self.kind]:g} %)"
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class StepError:
-    """Estimated errors that the step leaves in mean cage speed, in the RMS of each band, and in drive power.
-
-    `energy`: part of the energy balance's gap, in the losses, that finer steps would close; NaN where it is not known.
-    `stalled`: finer steps were tried and have the same errors.
-    """
-
-    step_s: float
-    estimates: tuple[Estimate, ...]
-    energy: float = math.nan
-    stalled: bool = False
-
-    @property
-    def beyond(self) -> bool:
-        """Is any of them beyond its tolerance, by more than chance?"""
-        return any(estimate.beyond for estimate in self.estimates)
-
-    @property
-    def certain(self) -> tuple[Estimate, ...]:
-        """What is beyond it, however chance may have it."""
-        return tuple(estimate for estimate in self.estimates if estimate.certain)
-
-    @property
-    def open(self) -> tuple[Estimate, ...]:
-        """What is not established."""
-        return tuple(estimate for estimate in self.estimates if estimate.open)
-
-    def gains(self, coarser: "StepError") -> bool:
-        """Has any of the errors that were beyond tolerance with `coarser` steps become less by more than `GAIN`?"""
-        return any(
-            abs(own.error) < GAIN * abs(theirs.error)
-            for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
-            if theirs.beyond
-        )
-
-    @property
-    def lost(self) -> bool:
-        """Is an error as large as the thing itself? The piece then began from a state that the step made up."""
-        return not all(abs(estimate.error) < 1 for estimate in self.estimates)
-
-    def with_steps(self, finer: float) -> "StepError":
-        """The same with so many times finer steps."""
-        return StepError(
-            step_s=self.step_s / finer, energy=self.energy / finer,
-            estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
-        )  # fmt: skip
-
-    def with_coarser(self, coarser: "StepError") -> "StepError":
-        """Each estimate's mean with what the `coarser` pair of steps says, `FINER` times less, by their variances.
-
-        To what is carried over half of itself is added as its scatter: the order is not that sure.
-        """
-        expected = {e.of: e for e in coarser.with_steps(FINER).estimates}
-        return replace(self, estimates=tuple(_mean(e, expected.get(e.of, e)) for e in self.estimates))
-
-    def to_dict(self) -> dict[str, float]:
-        """In per cent by kind, the band with the largest error for the RMS, and its standard error."""
-        found = {}
-        for kind in TOLERANCE:
-            worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=None)
-            found[f"{kind}_pct"] = math.nan if worst is None else 100 * worst.error
-            found[f"{kind}_scatter_pct"] = math.nan if worst is None else 100 * worst.scatter
-        return found
-
-
-def _mean(own: Estimate, expected: Estimate) -> Estimate:
-    if expected is own:
-        return own
-    variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2
-    if not (0 < variance < math.inf and 0 < of_expected < math.inf):
-        return own
-    share = of_expected / (variance + of_expected)
-    error = share * own.error + (1 - share) * expected.error
-    return replace(own, error=error, scatter=math.sqrt(share * variance))
+def check_step(stats: RunStatistics, *, choose: bool) -> None:
+    """Note in `stats` the step's error, or `choose` a step for it, and what that took; kernels are loaded before."""
+    scene, started = stats.scene, time.perf_counter()
+    precompile(scene)
+    full_run(scene, stats.bearing).advance(0, 0)
+    stats.compile_s, started = time.perf_counter() - started, time.perf_counter()
+    with np.errstate(all="ignore"):
+        if choose:
+            stats.scene, stats.step_error = with_chosen_step(scene, stats.bearing)
+        else:
+            stats.step_error = step_error(scene, stats.bearing)
+    stats.check_wall_s = time.perf_counter() - started
 
 
 def step_error(scene: Scene, bearing: Bearing) -> StepError:
@@ -216,12 +112,17 @@ def _steady(scene: Scene) -> Scene:
 
 
 class _Piece:
-    """A short piece of a run from one settled state, with the run's step and with finer ones, each run once."""
+    """A short piece of a run from one settled state, with the run's step and with finer ones, each run once.
+
+    Its length does not depend on the output rate: where that is too low for `BLOCKS`, outputs are taken more often.
+    Bands are compared only where the run's own outputs have them and the piece is long enough for them.
+    """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:
         passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
-        length_s = max(LEAST_S, min(scene.duration_s, max(PIECE_S, PASSAGES * passage_s)))
-        self.rate_hz, self.run = scene.output_rate_hz, run
+        length_s = min(scene.duration_s, max(PIECE_S, min(PASSAGES * passage_s, LONGEST_S)))
+        self.run = run = run.with_outputs(2 * BLOCKS / length_s)
+        self.rate_hz, self.bands_below_hz = run.output_rate_hz, 0.5 * scene.output_rate_hz * (length_s >= LEAST_S)
         self.settle, self.length = round(scene.settle_s * self.rate_hz), max(2 * BLOCKS, round(length_s * self.rate_hz))
         run.advance(0, self.settle)
         self.known: dict[int, tuple[float, BlockMeans]] = {}
@@ -233,27 +134,30 @@ class _Piece:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
                 out, energy = out[round(SETTLED * self.length) :], EnergyBalance()
                 energy.add(out)
-                self.known[times] = (
-                    energy.imbalance(1 / self.rate_hz),
-                    block_means(
-                        self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER]
-                    ),
-                )
+                means = block_means(
+                    self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER],
+                    bands_below_hz=self.bands_below_hz,
+                )  # fmt: skip
+                self.known[times] = energy.imbalance(1 / self.rate_hz), means
         (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
         step_s = self.run.step_s / finer
         found = StepError(step_s=step_s, estimates=differences(means, right), energy=gap - remains)
         return replace(found.with_steps((FINER - 1) / FINER), step_s=step_s)
 
 
-def block_means(fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray) -> BlockMeans:
-    """Means of `BLOCKS` equal parts of a run of [n] samples; a band that does not lie below half the rate is left out.
+def block_means(
+    fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray, *,
+    bands_below_hz: float = math.inf,
+) -> BlockMeans:  # fmt: skip
+    """Means of `BLOCKS` equal parts of a run of [n] samples.
 
-    Left out too where an acceleration is not finite.
+    A band is left out that does not lie below half the rate and below `bands_below_hz`, all where an acceleration is
+    not finite.
     """
     found = {CAGE: cage_rad_s, DRIVE_POWER: drive_w}
     along = along_sensor(acceleration_m_s2)
     for name, band_hz in BANDS_HZ.items():
-        if band_hz[1] < 0.5 * fs_hz and np.all(np.isfinite(along)):
+        if band_hz[1] < min(0.5 * fs_hz, bands_below_hz) and np.all(np.isfinite(along)):
             found[f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)
     whole = len(along) // BLOCKS * BLOCKS
     return {name: values[:whole].reshape(BLOCKS, -1).mean(axis=1) for name, values in found.items()}

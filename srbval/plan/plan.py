@@ -6,8 +6,7 @@ from typing import ClassVar
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.full.parameters import geometry_of
-from srbval.models.hierarchy import LEVELS, FidelityLevel, level_of
+from srbval.models.hierarchy import LEVELS, FidelityLevel, geometry_of, level_of
 from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours

@@ -16,8 +16,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.recording import Origin, SourceFacts
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
-STANDARD_GRAVITY_M_S2 = 9.80665
 N_PER_KN = 1e3
 UNKNOWN = "unknown"
 

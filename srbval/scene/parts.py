@@ -13,6 +13,7 @@ from srbval.bearing.geometry import LEAST_OSCULATION
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
+STANDARD_GRAVITY_M_S2 = 9.80665
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
 CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may overflow
 

@@ -17,7 +17,8 @@ KERNELS, RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 # Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
 KERNEL_FILES = re.compile(r".+\.nb[ic](\.tmp\.[0-9a-f]+)?|compiled-[a-z]+-[a-z0-9]+-[12]-[0-9a-f]{12}")
-RESULT_FILES = re.compile(r".+-[0-9a-f]{32}\.json|" + UNFINISHED.pattern)
+STORED_FILES = re.compile(r".+-[0-9a-f]{32}\.(json|result|h5)")
+RESULT_FILES = re.compile(f"{STORED_FILES.pattern}|{UNFINISHED.pattern}")
 NAMED_RESULT = re.compile(r"[a-z_]+\.json")  # ours where it begins with our schema and its own name
 RESULT_START = re.compile(rb'\{\s*"schema_version": \d+,\s*"kind": "([a-z_]+)"')
 

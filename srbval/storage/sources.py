@@ -29,10 +29,13 @@ DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
 @cache
-def content_version(*modules: str, package: Path = PACKAGE) -> str:
-    """Hash of all sources that `modules` depend on, byte by byte, 16 hexadecimal digits; names are dotted."""
+def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> str:
+    """Hash of all sources that `modules` depend on, byte by byte, 16 hexadecimal digits; names are dotted.
+
+    Without `lazy` what is named as "module:name" does not count.
+    """
     digest = hashlib.sha256()
-    for source in sorted(sources_of(*modules, package=package)):
+    for source in sorted(sources_of(*modules, package=package, lazy=lazy)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -55,7 +58,7 @@ def sources_sha256(module: str, package: Path = PACKAGE) -> str:
     return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 
-def sources_of(*modules: str, package: Path = PACKAGE) -> set[Path]:
+def sources_of(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> set[Path]:
     """Source files of `modules` and of everything they import within `package`, directly or not.
 
     Data files beside a module count where it names them in quotes. Not the package's own ``__init__``: it only lends
@@ -71,7 +74,7 @@ def sources_of(*modules: str, package: Path = PACKAGE) -> set[Path]:
         source = waiting.pop()
         if source not in found:
             found.add(source)
-            waiting += _used_by(source, known) if source.suffix == ".py" else ()
+            waiting += _used_by(source, known, lazy) if source.suffix == ".py" else ()
     return found
 
 
@@ -90,10 +93,12 @@ def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
     return [known[part] for part in itertools.accumulate(name.split("."), "{}.{}".format) if part in known]
 
 
-def _used_by(source: Path, known: dict[str, Path]) -> list[Path]:
-    """Files that a module uses: the modules it imports, by a statement or as "module:name"; data files beside it."""
+def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
+    """Files that a module uses: those it imports, by a statement or, if `lazy`, as "module:name"; data beside it."""
     text = source.read_text(encoding="utf-8")
-    files = [file for name in {*PLACE.findall(text), *_imported(text)} for file in _run_by(name, known)]
+    files = [
+        file for name in {*(PLACE.findall(text) if lazy else ()), *_imported(text)} for file in _run_by(name, known)
+    ]
     return files + [path for name in DATA_FILE.findall(text) if (path := source.with_name(name)).is_file()]
 
 

@@ -16,7 +16,7 @@ from srbval.errors import DataError
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
-from srbval.storage.sources import content_version, sources_sha256
+from srbval.storage.sources import sources_sha256
 
 SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
@@ -116,8 +116,3 @@ def _read(path: Path, name: str) -> StoredResult | None:
     fits = isinstance(content, dict) and content.get("kind") == name and content.get("schema_version") == SCHEMA_VERSION
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None
-
-
-def content_key(content: str, *, computed_by: str) -> str:
-    """Hash of `content` and of all code behind the module `computed_by`, 32 hexadecimal digits."""
-    return hashlib.sha256(f"{content_version(computed_by)} {content}".encode()).hexdigest()[:32]

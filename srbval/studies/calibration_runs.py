@@ -16,7 +16,7 @@ from srbval.comparison.runs import attempt
 from srbval.models.hierarchy import level_of
 from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
-from srbval.models.run_file import scene_content
+from srbval.models.run_store import run_content
 from srbval.plan.questions import MEANING, Answer, Question, answers, asked_of, error_pct
 from srbval.plan.table import (
     BASES,
@@ -34,7 +34,7 @@ from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
-from srbval.studies.harness import ContentStore
+from srbval.storage.content_store import ContentStore
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01
@@ -167,9 +167,7 @@ def _healthy(scene: Scene) -> Recording | None:
 def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | None = None) -> Answered:
     """Run a scene and read its answers, increments over those of `healthy`, or fetch them from `store`."""
     if store is not None:
-        stored = store.load(
-            scene_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])})
-        )
+        stored = store.load(run_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])}))
         if stored is not None:
             return stored
     started, worked = time.perf_counter(), time.process_time()
@@ -183,7 +181,7 @@ def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | 
         wall_per_simulated_s=share * tried.run.wall_s / (tried.run.seconds + scene.settle_s) if tried.run else None,
     )  # fmt: skip
     if store is not None:
-        store.save(scene_content(scene), fresh)
+        store.save(run_content(scene), fresh)
     return fresh
 
 

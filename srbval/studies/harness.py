@@ -12,23 +12,23 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.cache import RESULTS, SCENE_RESULTS, cache_folder
+from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
-from srbval.storage.json_files import read_json, to_json, write_json
+from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, content_key, file_sha256
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, file_sha256
 from srbval.studies.machine import this_machine
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.recordings.registry import RegisteredRecording
     from srbval.report.pages import Page
 
-T = TypeVar("T")
 FOLDER = Path(__file__).parent
 TYPES = ("count", "finite", "jobs", "positive", "seed")  # of options; `srbval.cli.arguments` has these and more
 
@@ -111,6 +111,8 @@ def make_result(
     The revision of the program is the one at the beginning: a study may take hours. `options.output` names a file to
     store to in place of the user's cache.
     """
+    if options.output:
+        check_suffix(Path(options.output), "JSON", (".json",))
     revision = git_revision()
     found = load_study(name).run(options, progress)
     content: dict[str, Any] = {"machine": this_machine()} | to_json(found.content)
@@ -184,33 +186,6 @@ def rows_text(content: Mapping[str, Any]) -> str:
         for key, value in to_json(content).items()
     )
     return "{" + ",\n".join(items) + "}\n"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContentStore:
-    """Results of single scenes of one `kind`, which the module `computed_by` computes, a small file each.
-
-    A result's file is named by what it was computed from, as text, and by the version of the code that computes it:
-    what is found is what would be computed now. They lie in `folder`, by default in the user's cache.
-    """
-
-    kind: str
-    computed_by: str
-    folder: Path = field(default_factory=lambda: cache_folder(SCENE_RESULTS))
-
-    def load(self, content: str, read: Callable[[dict[str, Any]], T]) -> T | None:
-        """What `read` makes of the result computed from `content`; None where there is none or it makes nothing."""
-        try:
-            return read(read_json(self._path(content)))
-        except (DataError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
-            return None
-
-    def save(self, content: str, table: Any) -> None:
-        """Store the result computed from `content`; `DataError` where the folder cannot be written."""
-        write_json(self._path(content), table)
-
-    def _path(self, content: str) -> Path:
-        return self.folder / f"{self.kind}-{content_key(content, computed_by=self.computed_by)}.json"
 
 
 def input_hashes(*read: RegisteredRecording | StoredResult | Path | None) -> dict[str, str]:

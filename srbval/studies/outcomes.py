@@ -9,18 +9,19 @@ from typing import TypeVar
 import numpy as np
 
 from srbval.comparison.runs import Attempt, Ended, run_all
+from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import SLIDING
 from srbval.models.run import RunStatus
-from srbval.models.run_file import scene_content
+from srbval.models.run_store import run_content
 from srbval.models.sensor import band_rms
 from srbval.models.simulate import Step
-from srbval.models.step_error import TOLERANCE, Estimate, block_means, differences
+from srbval.models.step_error import block_means, differences
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import from_json
-from srbval.studies.harness import ContentStore
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
@@ -80,7 +81,7 @@ def outcomes(
     progress: Progress,
 ) -> dict[Key, RunOutcome]:
     """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
-    content = {key: f"{scene_content(scene)} {step}" for key, scene in scenes.items()}
+    content = {key: run_content(scene, step) for key, scene in scenes.items()}
     found = {key: store.load(text, partial(from_json, RunOutcome)) for key, text in content.items()}
 
     def read(key: Key, tried: Attempt, wall_s: float) -> RunOutcome:

@@ -8,12 +8,13 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.errors import DataError
+from srbval.models.estimates import Estimate, StepError
+from srbval.models.full_run import full_model
 from srbval.models.health import assess
 from srbval.models.run import Run, RunStatus, RunSummary
 from srbval.models.run_file import write_run
 from srbval.models.run_statistics import RunStatistics, load_direction
-from srbval.models.simulate import Step, full_model, simulate, simulate_to_file
-from srbval.models.step_error import Estimate, StepError
+from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.recordings import load_recording
 from srbval.scene import RollerFit, paper_scene
 

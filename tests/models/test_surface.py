@@ -20,10 +20,10 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import SurfaceHeights
-from srbval.models.full.parameters import Parameters, geometry_of, state_layout
+from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.steps import rates
 from srbval.models.full.surface import felt_share
-from srbval.models.hierarchy import MODELS, level_of
+from srbval.models.hierarchy import MODELS, geometry_of, level_of
 from srbval.models.simulate import Step, simulate
 from srbval.scene import load_scene
 

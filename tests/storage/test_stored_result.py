@@ -9,7 +9,7 @@ from srbval.errors import DataError
 from srbval.storage import stored_result
 from srbval.storage.stored_result import StoredResult, file_sha256, newest_result, staleness
 from srbval.studies import harness
-from srbval.studies.harness import ContentStore, store_result
+from srbval.studies.harness import store_result
 
 ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval study run waves", "revision": "abc"}
 
@@ -82,22 +82,3 @@ def test_a_changed_working_tree_keeps_its_results_to_itself(root: Path) -> None:
     assert not path.exists()
     assert newest_result("waves").path == root / "cache/results/waves.json"  # type: ignore[union-attr]
     assert stored(revision="abc-dirty", path=root / "elsewhere.json").path.exists()
-
-
-def test_what_was_saved_is_loaded_until_the_code_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    store = ContentStore(kind="scene", computed_by="srbval.errors", folder=tmp_path / "store")
-    assert store.load("a scene", dict) is None
-    store.save("a scene", {"x": 1.5})
-    assert store.load("a scene", dict) == {"x": 1.5}
-    assert store.load("another", dict) is None
-    assert store.load("a scene", lambda table: table["missing"]) is None
-    monkeypatch.setattr(stored_result, "content_version", lambda _: "newer")
-    assert store.load("a scene", dict) is None
-
-
-@pytest.mark.parametrize("text", ["", "{", "[1]", "5", "[" * 100_000, "1" * 5000, '{"x": NaN}', "\xff"])
-def test_a_damaged_store_file_is_as_good_as_none(text: str, tmp_path: Path) -> None:
-    store = ContentStore(kind="scene", computed_by="srbval.errors", folder=tmp_path)
-    store.save("a scene", {"x": 1.5})
-    next(tmp_path.glob("scene-*.json")).write_bytes(text.encode("latin-1"))
-    assert store.load("a scene", lambda table: table["x"]) is None

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from srbval.bearing import load_bearing
+from srbval.models.estimates import BLOCKS
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
 from srbval.models.run import USABLE
 from srbval.models.solvers import SOLVERS
-from srbval.models.step_error import BLOCKS
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,

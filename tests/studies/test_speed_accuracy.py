@@ -14,9 +14,9 @@ from srbval.cli import main
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE
 from srbval.report.pages import StoredResults
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import SCHEMA_VERSION, StoredResult
-from srbval.studies.harness import ContentStore
 from srbval.studies.scenes import bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import study as bench
 from srbval.studies.speed_accuracy.page import PAGE

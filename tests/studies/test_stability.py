@@ -18,14 +18,15 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.cli import main
 from srbval.errors import ConfigurationError
+from srbval.models.estimates import BLOCKS, TOLERANCE
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, geometry_of
+from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import elastic_limit_s, without_friction
-from srbval.models.hierarchy import level_of
+from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import longest_step, spectral_radius, step_map
-from srbval.models.step_error import BLOCKS, KINDS, TOLERANCE
+from srbval.models.step_error import KINDS
 from srbval.report.pages import StoredResults
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.json_files import to_json

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.bearing import CIRCLES, Bearing, Fault, SphericalRollerGeometry
+from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import ContactLaw
@@ -28,9 +28,9 @@ from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.state import StateLayout
 from srbval.models.full.surface import surface_heights
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 IntArray = NDArray[np.int64]
-STANDARD_GRAVITY = 9.80665  # m/s2
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 
 
@@ -151,7 +151,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         roller_transverse=roller_transverse,
         cage_axial=cage_axial,
         cage_transverse=cage_axial / 2,
-        ring_mass=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
+        ring_mass=geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg,
         law=ContactLaw(
             profile_radius=geometry.raceway_radius_m,
             roller_radius=diameter / 2,
@@ -165,7 +165,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         ),
         housing_stiffness=scene.housing.stiffness_n_m if sprung else 0.0,
         housing_damping=scene.housing.damping_ns_m,
-        gravity=-STANDARD_GRAVITY if scene.load.gravity else 0.0,
+        gravity=-STANDARD_GRAVITY_M_S2 if scene.load.gravity else 0.0,
         drive=_drive(scene),
         races=_races(scene, geometry, diameter / 2, int(np.count_nonzero(damage))),
         roller_defects=defects,
@@ -193,30 +193,9 @@ def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: f
     return mass, axial, axial / 2 + density * math.pi * float(np.sum(radius**2 * z**2 * dz))
 
 
-def outer_ring_mass_kg(geometry: SphericalRollerGeometry, density_kg_m3: float) -> float:
-    """Mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
-
-    V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
-    """
-    half = geometry.width_m / 2
-    outer, sphere = geometry.outer_diameter_m / 2, geometry.raceway_radius_m
-    volume = 2 * math.pi * ((outer**2 - sphere**2) * half + half**3 / 3)
-    return density_kg_m3 * volume
-
-
 def state_layout(model: Parameters) -> StateLayout:
     """Layout of the model's state."""
     return StateLayout(len(model.slot_angle), 1 if model.second_cage is None else 2)
-
-
-def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
-    """The bearing's geometry; `ConfigurationError` for a bearing without one."""
-    if bearing.geometry is None:
-        instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
-        raise ConfigurationError(
-            f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it: use --model {instead}."
-        )
-    return bearing.geometry
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:

@@ -11,11 +11,11 @@ from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
+from srbval.models.outputs import DEEPEST_M
 from srbval.scene import Defect, DefectShape
 
 IntArray = NDArray[np.int64]
 
-DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 MOST_POINTS = 500_000  # of a circle
 MOST_BYTES = 2e8  # of candidate points of both races; a scene of the paper's has 200 kB
 SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis

@@ -10,7 +10,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
-from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of, outer_ring_mass_kg
+from srbval.models.hierarchy import geometry_of
 from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
@@ -20,6 +20,7 @@ from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
 from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
 from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same of other bearings, whose modes are higher and defects shorter
@@ -114,7 +115,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         plain = plain_table(element, sum(abs(d.height_m) for d in scene.defects))
         rollers, of_rows = geometry.rollers_per_row, 2
         radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
-        mass = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg
+        mass = geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for race in [race for kind, race in KINDS if kind is defect.kind]:
@@ -129,7 +130,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
-        weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
+        weight=-mass * STANDARD_GRAVITY_M_S2 if scene.load.gravity else 0.0,
         direction_x=direction_x, direction_y=direction_y, rollers=rollers,
         rows=float(of_rows),
         plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,

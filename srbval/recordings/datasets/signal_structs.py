@@ -15,9 +15,10 @@ from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
-from srbval.recordings.reading import N_PER_KN, STANDARD_GRAVITY_M_S2, Channel, Reading
+from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4

@@ -49,7 +49,7 @@ def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
     """How a case's run went; `step_s` is None where the model has a solver of its own.
 
-    `numerics`: estimated errors that the step leaves [%], see `step_error.StepError.to_dict`, None where not estimated.
+    `numerics`: estimated errors that the step leaves [%], see `estimates.StepError.to_dict`, None where not estimated.
     `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
     """
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver

@@ -32,7 +32,7 @@ def cage_ratio_section(findings: Findings) -> Section:
     tests = data["joint_tests"]
     return TEXTS.section(
         TEXTS.listing("reasons", found=findings.headline, tests=tests, stated=STATED),
-        TEXTS.table("verdicts", data["verdicts"], rows=data["verdicts"], power=power, tone=ANSWER_TONE),
+        TEXTS.table("verdicts", data["verdicts"], listed=data["verdicts"], power=power, tone=ANSWER_TONE),
         TEXTS.table("cage-readings", data["cage_readings"]),
         appendix=(
             TEXTS.table("second-look", data["second_look"]),

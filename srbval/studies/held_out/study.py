@@ -20,10 +20,11 @@ from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import CalibrationScene, CalibrationTable, Entry
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
 from srbval.studies.calibration_runs import answer_store, drawn, measure_cases
-from srbval.studies.harness import ContentStore, Study, StudyResult
+from srbval.studies.harness import Study, StudyResult
 
 SEED = 5  # of the scenes, not that of those between the calibration's
 # Tolerances at which each prediction is put to the test.

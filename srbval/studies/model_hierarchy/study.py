@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
 from srbval.progress import Progress, silent
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.studies.calibration_runs import (
     REFINEMENT,
@@ -17,7 +18,7 @@ from srbval.studies.calibration_runs import (
     quick_grid,
     summary,
 )
-from srbval.studies.harness import ContentStore, Study, StudyResult, printed_columns
+from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 
 

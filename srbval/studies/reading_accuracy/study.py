@@ -20,7 +20,8 @@ from typing import Any, TypeVar
 from srbval.processes.machine import one_thread, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.studies.harness import ContentStore, Study, StudyResult
+from srbval.storage.content_store import ContentStore
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import chain_errors

@@ -17,16 +17,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from srbval.bearing import load_bearing
+from srbval.models.estimates import TOLERANCE
 from srbval.models.health import CAUTION, default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import METHODS, SOLVERS
-from srbval.models.step_error import TOLERANCE
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.scene.similar import is_length, similar_parts
-from srbval.studies.harness import ContentStore, Study, StudyResult
+from srbval.storage.content_store import ContentStore
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import machine_before
 from srbval.studies.outcomes import RunOutcome, outcome_store, outcomes
 from srbval.studies.scenes import PAPER_STEP_S, RPM, bench_scene

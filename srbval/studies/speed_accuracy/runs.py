@@ -21,11 +21,11 @@ from srbval.arrays import FloatArray
 from srbval.comparison.runs import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE, RunStatus
-from srbval.models.run_file import scene_content
+from srbval.models.run_store import run_content
 from srbval.plan.measures import Measures, measure
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.studies.harness import ContentStore
+from srbval.storage.content_store import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, bench_scene
 
 WARM_UP_S = 0.002
@@ -159,13 +159,13 @@ def references(
             **{f"own_{key}": value for key, value in own.items()},
         }  # fmt: skip
         if good:
-            store.save(scene_content(scene), found[name])
+            store.save(run_content(scene), found[name])
     return {name: found[name] for name in scenes}
 
 
 def _stored(name: str, solver: str, settings: BenchSettings, store: ContentStore) -> Row | None:
     for power in range(FINEST, COARSEST - 1, -1):
-        content = scene_content(settings.compared(name, solver, PAPER_STEP_S / 2**power))
+        content = run_content(settings.compared(name, solver, PAPER_STEP_S / 2**power))
         found = store.load(content, lambda table: {key: table[key] for key in REFERENCE} | {"cached": True})
         if found is not None:
             return found

@@ -13,8 +13,9 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene, paper_scene
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
-from srbval.studies.harness import ContentStore, Study, StudyResult, printed_columns
+from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN, SCENES, base_of, check_names
 from srbval.studies.speed_accuracy.processes import measure_processes

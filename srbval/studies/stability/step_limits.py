@@ -15,11 +15,11 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, geometry_of
+from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import StateLayout, layout_of
 from srbval.models.full.steps import rates
 from srbval.models.full_run import held, without_friction
-from srbval.models.hierarchy import level_of
+from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene

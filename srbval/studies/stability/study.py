@@ -19,8 +19,9 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
+from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
-from srbval.studies.harness import ContentStore, Study, StudyResult
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import machine_before
 from srbval.studies.outcomes import MEASURED, RunOutcome, outcome_store, outcomes
 from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN

@@ -1,0 +1,123 @@
+"""Results that may be computed again at any time, found by what they were computed from: a small file each.
+
+A file is named by the content from which its result was computed, as text, and by the sources that compute it: what is
+found is what would be computed now. It ends with a checksum and is there whole or not at all; a damaged one is as good
+as none. Any number of processes may read and write at the same time. Where the folder grows beyond `LIMIT_BYTES`, what
+was not used for longest goes.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, TypeVar
+
+from srbval.errors import DataError, SrbvalError
+from srbval.storage.cache import SCENE_RESULTS, STORED_FILES, cache_folder
+from srbval.storage.files import UNFINISHED, atomic_write
+from srbval.storage.hdf5_files import append_checksum, checked_summary
+from srbval.storage.json_files import to_json
+from srbval.storage.sources import content_version
+
+T = TypeVar("T")
+FRESH = "SRBVAL_FRESH"  # environment variable, set by --fresh: nothing that is stored is read
+LIMIT_BYTES = 10**9
+LARGEST_BYTES = LIMIT_BYTES // 4  # of a result that is worth storing
+KEPT_SHARE = 0.9  # of the limit, what remains where it was exceeded
+ABANDONED_S = 86_400.0  # age at which a file that nobody finished is nobody's
+
+_read_utc: list[str] = []  # when what this process has read was made, ISO 8601
+
+
+@contextlib.contextmanager
+def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
+    """Within, nothing is read if `fresh`, in child processes too; when what was read was made, ISO 8601."""
+    before, _read_utc[:] = os.environ.get(FRESH, ""), []
+    os.environ[FRESH] = "1" if fresh else before
+    try:
+        yield _read_utc
+    finally:
+        os.environ[FRESH] = before
+
+
+def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
+    """Hash of `content` and of the code behind a module, see `content_version`, 32 hexadecimal digits."""
+    return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContentStore:
+    """Results of one `kind`, which the module `computed_by` computes, in `folder`, by default in the user's cache.
+
+    Of the models only what `computed_by` itself imports counts: `models.run_store.run_content` names a scene's own.
+    """
+
+    kind: str
+    computed_by: str
+    suffix: str = ".result"
+    folder: Path | None = None
+
+    def path(self, content: str) -> Path:
+        """File of the result that is computed from `content`."""
+        key = content_key(content, computed_by=self.computed_by, lazy=False)
+        return (self.folder or cache_folder(SCENE_RESULTS)) / f"{self.kind}-{key}{self.suffix}"
+
+    def load(self, content: str, read: Callable[[Any], T]) -> T | None:
+        """What `read` makes of the JSON stored for `content`; None where there is none or it makes nothing."""
+        path = self.path(content)
+        if os.environ.get(FRESH):
+            return None
+        try:
+            stored = checked_summary(path)
+            found = None if stored is None else read(json.loads(stored))
+            made_s = path.stat().st_mtime
+            os.utime(path, (time.time(), made_s))  # the time of access says what is in use, also where none are kept
+        except (OSError, SrbvalError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
+            return None
+        if found is not None:
+            _read_utc.append(datetime.fromtimestamp(made_s, UTC).isoformat(timespec="seconds"))
+        return found
+
+    def save(self, content: str, table: Any) -> None:
+        """Store a result, anything that `to_json` knows; numbers that are not finite stay what they are."""
+        stored = json.dumps(table, default=to_json).encode()
+
+        def write(path: Path) -> None:
+            with atomic_write(path) as part:
+                append_checksum(part, stored)
+
+        self.keep(content, write)
+
+    def keep(self, content: str, write: Callable[[Path], None]) -> None:
+        """Let `write` write the result's file; nothing is stored where the folder cannot be written or is full."""
+        path = self.path(content)
+        with contextlib.suppress(DataError, OSError):
+            write(path)
+            make_room(path.parent)
+
+
+def make_room(folder: Path, limit_bytes: float = LIMIT_BYTES) -> None:
+    """Remove what was not used for longest where the files in `folder` are larger than the limit, and what is nobody's.
+
+    Those files alone are looked at whose names are a `ContentStore`'s.
+    """
+    found = {}
+    for entry in os.scandir(folder):
+        with contextlib.suppress(FileNotFoundError):  # another process removed it
+            about = entry.stat(follow_symlinks=False)
+            if UNFINISHED.fullmatch(entry.name) and time.time() - about.st_mtime > ABANDONED_S:
+                Path(entry).unlink()
+            elif STORED_FILES.fullmatch(entry.name):
+                found[Path(entry)] = about
+    left = sum(about.st_size for about in found.values())
+    if left > limit_bytes:
+        for path in sorted(found, key=lambda path: found[path].st_atime_ns):
+            if left <= KEPT_SHARE * limit_bytes:
+                return
+            path.unlink(missing_ok=True)
+            left -= found[path].st_size

@@ -1,0 +1,131 @@
+"""Runs that were made before: bit for bit what they were, and read as long as nothing changed that they follow from."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.cli import main
+from srbval.models.run import EnergyFlow, Run
+from srbval.models.run_store import RUNS, run_content, stored_run, stored_summary
+from srbval.models.simulate import Step
+from srbval.scene import Scene, load_scene, paper_scene
+from srbval.storage.installation import package_folder
+
+TIMES = ("wall_s", "compile_s", "check_wall_s", "stored_utc")
+LONG_FORM = {"duration": "20 ms", "settle": "0 s", "detail_rate_hz": 1024.0}
+PLANTED = {  # file, what stands there, what is written in its place: what depends on it
+    ("models/full/damping_kernel.py", "BORDER = 6", "BORDER = 7"): {"full", "line", "slices", "rig"},
+    ("models/planar/ring_kernel.py", "1.0 / 6.0", "1.0 / 7.0"): {"planar", "impulse"},  # which takes its resonance
+    ("models/kinematic.py", "CLICK_M_S2 = 1.0", "CLICK_M_S2 = 2.0"): {"kinematic", "planar", "impulse"},
+    ("scene/rig.toml", 'duration = "2 s"', 'duration = "3 s"'): {"rig"},
+    ("report/texts/limits.toml", "What is not known", "What is known"): set(),
+}
+WITHOUT_KERNELS = ("kinematic", "impulse")
+SCRIPT = """
+import json
+from srbval.models.hierarchy import MODELS
+from srbval.models.run_store import RUNS, run_content, stored_run
+from srbval.scene import load_scene, paper_scene
+scenes = {m: paper_scene(model=m, duration="50 ms", defect={"kind": "outer"}) for m in MODELS}
+scenes["rig"] = load_scene("rig")
+keys = {name: RUNS.path(run_content(scene)).name for name, scene in scenes.items()}
+read = {name: stored_run(scenes[name]).stored_utc is not None for name in ("kinematic", "impulse")}
+print(json.dumps({"keys": keys, "read": read}))
+"""
+
+
+def same(one: Run, other: Run) -> None:
+    for field in fields(Run):
+        ours, theirs = getattr(one, field.name), getattr(other, field.name)
+        if isinstance(ours, EnergyFlow):
+            for energy in fields(EnergyFlow):
+                assert np.array_equal(getattr(ours, energy.name), getattr(theirs, energy.name), equal_nan=True)
+        elif isinstance(ours, np.ndarray):
+            empty = not (ours.size or theirs.size)  # without details their shape says nothing
+            assert empty or np.array_equal(ours, theirs, equal_nan=True), field.name
+        elif field.name not in TIMES:
+            assert repr(ours) == repr(theirs), field.name
+
+
+@pytest.mark.parametrize(
+    ("scene", "step"),
+    [
+        (paper_scene(model="impulse", duration="0.2 s", defect={"kind": "inner"}), Step.CHECKED),
+        (load_scene("rig", {"model": "kinematic", "duration": "0.2 s", "sensor_path": "rig"}), Step.UNCHECKED),
+        (paper_scene(**LONG_FORM, defect={"kind": "roller"}), Step.AUTO),
+    ],
+)
+def test_a_stored_run_is_the_run(scene: Scene, step: Step, tmp_path: Path) -> None:
+    """Signals, details, the step that was chosen and what is known of its error; and its file is the run's file."""
+    made, read = (stored_run(scene, step=step) for _ in range(2))
+    assert made.stored_utc is None
+    assert read.stored_utc is not None
+    same(made, read)
+    assert [getattr(made, name) for name in TIMES[:3]] == [getattr(read, name) for name in TIMES[:3]]
+    assert type(made.step_error) is type(read.step_error)
+    summary = stored_summary(scene, tmp_path / "run.h5", step=step)
+    assert [getattr(summary, name) for name in TIMES] == [getattr(read, name) for name in TIMES]
+    assert (tmp_path / "run.h5").read_bytes() == RUNS.path(run_content(scene, step)).read_bytes()
+    assert stored_run(scene, step=Step.UNCHECKED).stored_utc is None or step is Step.UNCHECKED
+
+
+def test_a_damaged_run_is_made_again() -> None:
+    scene = paper_scene(model="impulse", duration="50 ms")
+    made, path = stored_run(scene), RUNS.path(run_content(scene, Step.CHECKED))
+    whole = path.read_bytes()
+    for place in np.random.default_rng(3).integers(0, len(whole), 20).tolist():
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        again = stored_run(scene)
+        assert again.stored_utc is None
+        same(made, again)
+
+
+def test_what_stands_beside_the_scene_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = paper_scene(model="impulse", duration="50 ms")
+    contents = {run_content(scene, step) for step in Step} | {run_content(paper_scene(model="impulse", seed=7))}
+    monkeypatch.setattr("srbval.models.run_store.machine", lambda: "another processor")
+    assert len(contents | {run_content(scene)}) == 5
+
+
+def test_the_user_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    command = ["simulate", "--model", "impulse", "--seconds", "0.1", "--json"]
+    told, stored = [], []
+    for more in ([], [], ["-o", str(tmp_path / "run.h5")], ["--fresh"]):
+        assert main([*command, *more]) == 0
+        printed = capsys.readouterr()
+        told.append(bool(re.search(r"read from the cache of 20.*; --fresh computes again", printed.err)))
+        stored.append(json.loads(printed.out)["stored_utc"] is not None)
+    assert told == stored == [False, True, True, False]
+
+
+def test_a_change_invalidates_what_depends_on_it_and_nothing_else(tmp_path: Path) -> None:
+    """A constant of a kernel, of a model, of a scene file and of a text is planted in a copy of the package."""
+    package = tmp_path / "copy" / "srbval"
+    shutil.copytree(package_folder(), package, ignore=shutil.ignore_patterns("__pycache__", "docs"))
+    environment = os.environ | {"PYTHONPATH": str(package.parent), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+
+    def found() -> dict[str, dict[str, Any]]:
+        command = [sys.executable, "-c", SCRIPT]
+        done = subprocess.run(command, env=environment, capture_output=True, cwd=tmp_path, check=True)
+        return dict(json.loads(done.stdout))
+
+    before = found()
+    assert before["read"] == dict.fromkeys(WITHOUT_KERNELS, False)
+    for (file, old, new), depends in PLANTED.items():
+        source = package / file
+        text = source.read_text(encoding="utf-8")
+        assert old in text
+        source.write_text(text.replace(old, new), encoding="utf-8")
+        after = found()
+        assert {name for name, key in after["keys"].items() if key != before["keys"][name]} == depends, file
+        assert after["read"] == {name: name not in depends for name in WITHOUT_KERNELS}, file
+        source.write_text(text, encoding="utf-8")
