@@ -1,17 +1,50 @@
-"""The verdict; Table 6 with uncertainties, at the paper's speed and at the recordings' own; speed or slip."""
+"""The answer on the cage speed and its reasons; Table 6 at the paper's speed and the recordings' own; speed or slip."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.report.blocks import Block, Section, Tone
-from srbval.report.figures.comparison import deviation_plot
+from srbval.comparison.budget import STATED, Answer
+from srbval.report.blocks import Block, Section, Tone, VerdictBox
+from srbval.report.figures.comparison import cage_ratio_plot, deviation_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
 
-TEXTS, SPEED = Texts("table6"), Texts("speed_and_slip")
+CAGE, TEXTS, SPEED = Texts("cage_ratio"), Texts("table6"), Texts("speed_and_slip")
 LISTED = 4  # so many measured records are named one by one
+ANSWER_TONE = {Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL, Answer.MET: Tone.GOOD}  # the worst first
+
+
+def verdict_box(findings: Findings) -> VerdictBox:
+    """First on the page: all from the verdicts."""
+    data, found = findings.data, findings.headline
+    rpm = list(dict.fromkeys(f"{row['nominal_rpm']:g}" for row in data["cage_ratios"]))
+    picture = CAGE.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), rows=data["cage_ratios"], speeds=rpm)
+    answers = [one.verdict for one in found.stated]
+    return CAGE.verdict(
+        next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
+        found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
+        fastest=f"{rpm[-1]} rpm", turning=[look for look in data["second_look"] if look.turned],
+        judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
+    )  # fmt: skip
+
+
+def cage_ratio_section(findings: Findings) -> Section:
+    """Reasons, verdicts with their power, readings; in the appendix the second look."""
+    data = findings.data
+    rows = findings.results.content("verdict_power").get("rows", ())
+    power = {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rows}
+    tests = data["joint_tests"]
+    return CAGE.section(
+        CAGE.listing("reasons", found=findings.headline, tests=tests, stated=STATED),
+        CAGE.table("verdicts", data["verdicts"], listed=data["verdicts"], power=power, tone=ANSWER_TONE),
+        CAGE.table("cage-readings", data["cage_readings"]),
+        appendix=(
+            CAGE.table("second-look", data["second_look"]),
+            CAGE.table("joint-tests", tests, endpoints=tests[0].endpoints if tests else ()),
+        ),
+    )
 
 
 def table6_section(findings: Findings) -> Section:
