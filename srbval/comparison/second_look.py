@@ -8,7 +8,7 @@ record's other comb, rests on that record.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,39 +18,17 @@ from srbval.comparison.budget import STATED
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.record_verdict import holm_adjusted
-from srbval.comparison.verdicts import Verdict, endpoints, of_model, verdicts
+from srbval.comparison.verdicts import endpoints, of_model, verdicts
 
 SEED = 4
+Row = dict[str, Any]
 
 
-@dataclass(frozen=True, kw_only=True)
-class JointTest:
-    """Of a `form` of a `scene`: mean errors of its `endpoints` [% of the rig's ratio], D^2 and its chance `p`.
+def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
+    """Of every variant of the stored study ``cage_draws``: mean errors [% of the rig's ratio], D^2, its chance `p`.
 
-    `p` is that of so large a D^2 if the model were right in all of them, `p_holm` that of each alone, after Holm.
+    `p` is that of so large a D^2 if the model were right in all endpoints, `p_holm` that of each alone, after Holm.
     """
-
-    scene: str
-    form: str
-    endpoints: tuple[str, ...]
-    errors_pct: tuple[float, ...]
-    d2: float
-    p: float
-    p_holm: tuple[float, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class SecondLook:
-    """Readings with one thing `changed`: what the rig's trend is then [%], and the verdicts that turn."""
-
-    changed: str
-    trend_pct: float
-    trend_ci95_pct: float
-    turned: tuple[Verdict, ...]
-
-
-def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[JointTest]:
-    """Of every variant of the stored study ``cage_draws``; none without it."""
     means = cage_means(readings)
     of = list(endpoints(readings, means))
     rig, rng = np.array([one.rig for one in of]), np.random.default_rng(SEED)
@@ -66,15 +44,18 @@ def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> I
         d2, about = float(mean @ own @ mean), errors - mean[:, None]
         as_large = np.count_nonzero(np.einsum("id,ij,jd->d", about, own, about) >= d2)
         beyond = np.minimum((errors > 0).sum(axis=1), (errors < 0).sum(axis=1))
-        yield JointTest(
-            scene=variant["scene"], form=variant["form"], endpoints=tuple(one.name for one in of),
-            errors_pct=tuple(mean.tolist()), d2=d2, p=(1 + int(as_large)) / (1 + rig.shape[1]),
-            p_holm=tuple(holm_adjusted(np.minimum(1.0, 2 * (1 + beyond) / (1 + rig.shape[1]))).tolist()),
-        )  # fmt: skip
+        yield {
+            "scene": variant["scene"], "form": variant["form"], "endpoints": [one.name for one in of],
+            "errors_pct": mean.tolist(), "d2": d2, "p": (1 + int(as_large)) / (1 + rig.shape[1]),
+            "p_holm": holm_adjusted(np.minimum(1.0, 2 * (1 + beyond) / (1 + rig.shape[1]))).tolist(),
+        }  # fmt: skip
 
 
-def second_looks(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[SecondLook]:
-    """With nothing changed, without each record, and with each record's other comb, for models as they are stated."""
+def second_looks(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
+    """With nothing changed, without each record, and with each record's other comb, for models as they are stated.
+
+    The rig's trend then [%], with its 95 % half width, and the verdicts that are others than with nothing changed.
+    """
     sets = {"nothing": readings}
     sets |= {f"without {one.record}": [other for other in readings if other is not one] for one in readings}
     sets |= {
@@ -88,7 +69,7 @@ def second_looks(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> 
             answers = {(one.scene, one.endpoint): one.verdict for one in rows}
         trend, half = trend_pct(cage_means(own))
         turned = [one for one in rows if one.verdict is not answers.get((one.scene, one.endpoint))]
-        yield SecondLook(changed=changed, trend_pct=trend, trend_ci95_pct=half, turned=tuple(turned))
+        yield {"changed": changed, "trend_pct": trend, "trend_ci95_pct": half, "turned": turned}
 
 
 def trend_pct(means: CageMeans) -> tuple[float, float]:

@@ -147,22 +147,22 @@ def test_the_joint_test_sees_what_no_endpoint_shows_and_holm_keeps_the_planted_o
     """A right model's chance is not small; a wrong trend's is, and stays after Holm, while the level's does not."""
     scattered = [replace(one, ratio=one.ratio * (1 + 1e-4 * k)) for one, k in zip(readings(), (1, -1) * 4, strict=True)]
     right, wrong = joint_tests(scattered, {"variants": [variant(), variant(slow_pct=0.3)]})
-    assert right.p > 0.2
-    assert wrong.p < 0.05
-    assert wrong.d2 > right.d2
-    assert wrong.errors_pct[TREND] == pytest.approx(0.3, abs=WITHIN)  # model less rig
-    assert wrong.p_holm[TREND] < 0.05 < wrong.p_holm[RACES]
-    assert right.endpoints == NAMES
+    assert right["p"] > 0.2
+    assert wrong["p"] < 0.05
+    assert wrong["d2"] > right["d2"]
+    assert wrong["errors_pct"][TREND] == pytest.approx(0.3, abs=WITHIN)  # model less rig
+    assert wrong["p_holm"][TREND] < 0.05 < wrong["p_holm"][RACES]
+    assert tuple(right["endpoints"]) == NAMES
 
 
 def test_a_second_look_names_the_record_that_a_verdict_rests_on():
     """One slow record is so high that the trend is missed; without it, or by its other comb, it is not."""
     plain = readings()
     high = replace(plain[1], ratio=RATIO * 1.012, check=plain[1])
-    looks = {one.changed: one for one in second_looks([plain[0], high, *plain[2:]], {"variants": [variant()]})}
+    looks = {one["changed"]: one for one in second_looks([plain[0], high, *plain[2:]], {"variants": [variant()]})}
     nothing, without = looks.pop("nothing"), looks[f"without {high.record}"]
-    assert not nothing.turned
-    assert nothing.trend_pct == pytest.approx(1.2 / 4, abs=WITHIN)
-    assert without.trend_pct == pytest.approx(0, abs=WITHIN)
-    turning = {name for name, one in looks.items() if any(v.endpoint == NAMES[TREND] for v in one.turned)}
+    assert not nothing["turned"]
+    assert nothing["trend_pct"] == pytest.approx(1.2 / 4, abs=WITHIN)
+    assert without["trend_pct"] == pytest.approx(0, abs=WITHIN)
+    turning = {name for name, one in looks.items() if any(v.endpoint == NAMES[TREND] for v in one["turned"])}
     assert turning == {f"without {high.record}", f"{high.record} by BPFO"}

@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.report.figures.bearing import bearing_scene
-from srbval.report.figures.comparison import cage_ratio_plot, deviation_plot
+from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices, figure_style
@@ -90,19 +90,6 @@ def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
     draw("acceleration", tmp_path)
     assert dict(mpl.rcParams) == before
     assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
-
-
-def test_the_deviation_plot_keeps_each_point_and_refuses_a_stand_in(tmp_path):
-    points = [
-        {"group": "Outer", "source": "paper, rig", "kind": "published", "deviation_pct": 0.207, "ci95_pct": None},
-        {"group": "Inner", "source": "model", "kind": "simulated", "deviation_pct": -0.16, "ci95_pct": 0.01},
-    ]
-    made = deviation_plot(points)(tmp_path, "d")
-    assert "+0.207" in made.picture.read_text("utf-8")
-    kept = [(r["source"], r["deviation_pct"], r["ci95_pct"]) for r in rows_of(made)]
-    assert kept == [("paper, rig", "0.207", ""), ("model", "-0.16", "0.01")]
-    with pytest.raises(KeyError, match="stand-in"):
-        deviation_plot([points[0] | {"kind": "stand-in"}])(tmp_path, "e")
 
 
 def test_the_scene_shows_rollers_load_and_defect(tmp_path):

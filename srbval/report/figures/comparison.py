@@ -16,47 +16,6 @@ from srbval.report.figures.style import (
     panel,
 )
 
-# kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
-MARKS = {
-    "published": ("D", "white", INK),
-    "simulated": ("o", BLUE, BLUE),
-    "measured": ("s", VERMILION, VERMILION),
-}
-ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
-
-
-@panel
-def deviation_plot(points: Sequence[Mapping[str, Any]]) -> Drawn:
-    """One row a point, grouped by defect, zero in the middle.
-
-    A point has a `group` (the defect's line), a `source` (whose value it is), its `kind`, a key of `MARKS` (a stand-in
-    is no comparison: it is refused by a KeyError), `deviation_pct`, and `ci95_pct`, the half width of its 95 %
-    interval, None where it is not known.
-    """
-    figure, axes = new_axes((WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * len(points)))
-    axes.axvline(0, color=INK, lw=0.9)
-    for row, point in enumerate(points):
-        _draw_point(axes, row, **point)
-        if row and point["group"] != points[row - 1]["group"]:
-            axes.axhline(row - 0.5, color="#9aa5b1", lw=0.8)
-    axes.set_yticks(range(len(points)), labels=[f"{p['group']} · {p['source']}" for p in points])
-    axes.set(ylim=(len(points) - 0.4, -0.6), xlabel="Deviation from the kinematic frequency, %")
-    axes.margins(x=0.12)
-    return figure, {key: [float("nan") if p[key] is None else p[key] for p in points] for key in points[0]}
-
-
-def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pct: float | None, **_: str) -> None:
-    marker, face, edge = MARKS[kind]
-    axes.errorbar(
-        deviation_pct, row, xerr=ci95_pct, marker=marker, ms=6, mfc=face, mec=edge, mew=1.2,
-        ecolor=edge, elinewidth=1.4, capsize=3.5, zorder=5,
-    )  # fmt: skip
-    uncertain = "" if ci95_pct is None else f" ± {ci95_pct:.3f}"
-    axes.annotate(
-        f"{deviation_pct:+.3f}{uncertain}", (1.0, row), xycoords=axes.get_yaxis_transform(),
-        xytext=(6, 0), textcoords="offset points", va="center", fontsize=7.5, annotation_clip=False,
-    )  # fmt: skip
-
 
 @panel
 def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:

@@ -1,12 +1,11 @@
 """The answer on the cage speed and its reasons; Table 6 at the paper's speed and the recordings' own; speed or slip."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import STATED, Answer
 from srbval.report.blocks import Block, Section, Tone, VerdictBox
-from srbval.report.figures.comparison import cage_ratio_plot, deviation_plot
+from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
@@ -25,7 +24,7 @@ def verdict_box(findings: Findings) -> VerdictBox:
     return CAGE.verdict(
         next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
         found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
-        fastest=f"{rpm[-1]} rpm", turning=[look for look in data["second_look"] if look.turned],
+        fastest=f"{rpm[-1]} rpm", turning=[look for look in data["second_look"] if look["turned"]],
         judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
     )  # fmt: skip
 
@@ -42,7 +41,7 @@ def cage_ratio_section(findings: Findings) -> Section:
         CAGE.table("cage-readings", data["cage_readings"]),
         appendix=(
             CAGE.table("second-look", data["second_look"]),
-            CAGE.table("joint-tests", tests, endpoints=tests[0].endpoints if tests else ()),
+            CAGE.table("joint-tests", tests, endpoints=tests[0]["endpoints"] if tests else ()),
         ),
     )
 
@@ -59,7 +58,6 @@ def table6_section(findings: Findings) -> Section:
     parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
     return TEXTS.section(
         TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
-        TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
         at_rig,
         TEXTS.paragraph("how-to-read"),
         appendix=(
@@ -67,23 +65,6 @@ def table6_section(findings: Findings) -> Section:
             TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE),
         ),
     )
-
-
-def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The sources of one row of Table 6, as `report.json` has it."""
-    sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
-    if row["rig_source"] == "measured":
-        sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
-    else:
-        sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
-        sources += [("paper's model", "published", row["paper_model_recomputed_pct"], None)]
-    return [
-        {
-            "group": f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm", "source": source, "kind": kind,
-            "deviation_pct": deviation, "ci95_pct": 100 * ci95 / row["kinematic_hz"] if ci95 else None,
-        }
-        for source, kind, deviation, ci95 in sources
-    ]  # fmt: skip
 
 
 def speed_or_slip_section(findings: Findings) -> Section:
