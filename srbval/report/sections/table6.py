@@ -24,7 +24,8 @@ def verdict_box(findings: Findings) -> VerdictBox:
     return CAGE.verdict(
         next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
         found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
-        fastest=f"{rpm[-1]} rpm", turning=[look for look in data["second_look"] if look["turned"]],
+        fastest=f"{rpm[-1]} rpm", looks=data["second_look"],
+        turning=[look for look in data["second_look"] if look["turned"]],
         judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
     )  # fmt: skip
 
