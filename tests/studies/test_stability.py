@@ -96,13 +96,13 @@ def test_what_is_ok_is_like_the_converged_run(result: dict[str, Any]) -> None:
 def test_what_was_run_is_not_run_again_and_an_interrupted_map_continues(
     result: dict[str, Any], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stored = sorted(folder.glob("*.json"))
+    stored = sorted(folder.glob("stability-*"))
     for path in stored[:-2]:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / stored[-1].name).write_text("{}", encoding="utf-8")
     again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=tmp_path))
     assert [c["status"] for c in again["cells"]] == [c["status"] for c in result["cells"]]
-    assert len(list(tmp_path.glob("*.json"))) == len(stored)
+    assert len(list(tmp_path.glob("stability-*"))) == len(stored)
 
     def refuse(*_: Any, **__: Any) -> None:
         raise AssertionError("a stored run was made again")
