@@ -71,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
             print(f"  - {note}")
 
     document = to_json(result)
-    document["lines"] = [one for one in document["lines"] if one["name"].startswith(line)]
+    for rows in ("lines", "families"):
+        document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
     document |= to_json({"fault": verdict, "verdict": verdict.sentence, "declared_state": recording.state})
     return answer(options, document, show)
 

@@ -16,7 +16,7 @@ from srbval.recordings import Recording
 from srbval.recordings.frf import read_frf
 from srbval.recordings.registry import healthy_baseline, load_registered
 from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
-from srbval.storage.files import atomic_write
+from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
@@ -27,6 +27,8 @@ POWER = 3  # of two: how often inputs are drawn
 def run(options: argparse.Namespace) -> int:
     """Identify and print; with -o write the file that `--sensor-path` and a scene's `sensor_path` take."""
     band_hz = (options.band[0], options.band[1]) if options.band else BAND_HZ
+    if options.output:
+        check_suffix(Path(options.output), "TOML", (".toml",))
     if options.defect_size is not None:
         return _size(options, band_hz)
     if options.mass_kg is not None:

@@ -19,7 +19,8 @@ from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
-from srbval.storage.hdf5_files import check_hdf5_name
+from srbval.storage.files import check_suffix
+from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def run_scene(options: argparse.Namespace) -> int:
     """
     output = Path(options.output) if options.output else None
     if output is not None:
-        check_hdf5_name(output)
+        check_suffix(output, *HDF5)
     scene, planned = _planned(scene_of(options), options)
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")

@@ -1,10 +1,12 @@
 """What is assumed beside the model's inputs; what each number is, and why, stands beside it in `budget.toml`."""
 
 import enum
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from srbval.storage.tables import build, read_toml
 
@@ -21,19 +23,32 @@ class Answer(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Largest error of the cage ratio that counts as none [%], why, and where that comes from."""
+    """Largest error of the cage ratio that counts as none [%], why, where that comes from, and an answer's `risk`."""
 
     limit_pct: float
+    risk: float
     reason: str
     source: str
 
-    def answer(self, error_pct: float, uncertainty_pct: float | None) -> Answer:
-        """Met or missed where the whole interval of the error says so; without an interval nothing is resolved."""
-        if uncertainty_pct is None or abs(abs(error_pct) - self.limit_pct) <= uncertainty_pct:
+    def answer(self, p_beyond: float) -> Answer:
+        """What may be stated of an error that lies beyond the limit with this chance."""
+        if self.risk < p_beyond < 1 - self.risk:
             return Answer.NOT_RESOLVED
-        return Answer.MET if abs(error_pct) < self.limit_pct else Answer.MISSED
+        return Answer.MET if p_beyond <= self.risk else Answer.MISSED
+
+
+@dataclass(frozen=True, kw_only=True)
+class Form:
+    """A form of the paper's model: `changes` of its scene, and `ranges` of open inputs in place of their own."""
+
+    name: str
+    source: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 _TABLES = read_toml(BUDGET)
 TOLERANCE = build(Tolerance, _TABLES["tolerance"], f"{BUDGET.name} tolerance")
-PRIOR, VERDICT, SCAN, STUDY = (SimpleNamespace(**_TABLES[name]) for name in ("prior", "verdict", "scan", "study"))
+STATED = "as stated"  # of a model: by the paper, or by the scene ``rig``
+FORMS = tuple(build(Form, table, f"{BUDGET.name} form {i}") for i, table in enumerate(_TABLES["form"], start=1))
+PRIOR, VERDICT, STUDY = (SimpleNamespace(**_TABLES[name]) for name in ("prior", "verdict", "study"))

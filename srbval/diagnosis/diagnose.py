@@ -21,6 +21,7 @@ from srbval.diagnosis.fault_posterior import (
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
+from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
 
 KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
@@ -29,6 +30,8 @@ KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --ta
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
+
+    Undecided too where the class is a part whose line contradicts the speed used, see `contradicts_speed`.
 
     `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: of
     how many rigs records of known state were learnt from; `channel`: the one that shows the class best, whose `scores`
@@ -65,10 +68,16 @@ class Diagnosis:
         )
 
     @property
+    def _answer(self) -> str:
+        if self.state == UNDECIDED:
+            return "none is named, for its line is not there at the speed stated"
+        return f"named: {_label(self.state)}"
+
+    @property
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
-        answer = "none is probable enough to be named" if self.state == UNDECIDED else f"named: {_label(self.state)}"
+        answer = "none is probable enough to be named" if decide(self.probabilities) == UNDECIDED else self._answer
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
@@ -89,6 +98,17 @@ def fault_of(name: str) -> Fault | None:
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
+def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
+    """Whether the comb of a `part` is its line only at a speed that is not the one used.
+
+    Its line is not detected at that speed, and either stands too far off for slip or the record's lines fit a speed
+    outside the tolerance of the set point: a finding, from which nothing is named.
+    """
+    if part is None or (line := analysis.line_of(part)).detected:
+        return False
+    return analysis.outside_speed is not None or line.explained_by == OTHER_LINE
+
+
 @one_thread()
 def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
     """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
@@ -103,7 +123,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str
     found = most_probable(shares)
     best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
     return Diagnosis(
-        state=decide(shares),
+        state=UNDECIDED if contradicts_speed(analysis, fault_of(found)) else decide(shares),
         probabilities=shares,
         log_likelihood=model.log_likelihood(*features),
         scores=scores[best],

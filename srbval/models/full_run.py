@@ -64,6 +64,14 @@ class FullRun:
             steps_per_output=self.steps_per_output * times,
         )
 
+    def with_outputs(self, least_hz: float) -> "FullRun":
+        """The same run and steps with outputs at `least_hz` or more often, at each step if need be."""
+        steps = self.steps_per_output
+        divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
+        per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
+        rate_hz = self.output_rate_hz * (steps // per_output)
+        return replace(self, output_rate_hz=rate_hz, steps_per_output=per_output)
+
 
 def full_run(scene: Scene, bearing: Bearing) -> FullRun:
     """The scene's run at its start, with its model and solver; `ConfigurationError` where there is no such thing."""

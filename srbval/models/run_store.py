@@ -23,8 +23,8 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import LARGEST_BYTES, ContentStore
-from srbval.storage.files import atomic_write
-from srbval.storage.hdf5_files import check_hdf5_name
+from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.hdf5_files import HDF5
 from srbval.storage.sources import content_version
 
 RUNS = ContentStore(kind="run", computed_by="srbval.models.simulate", suffix=".h5")
@@ -60,7 +60,7 @@ def stored_summary(
     found = RUNS.load(content, partial(read_summary, scene=scene))
     if output is None:
         return found or stored_run(scene, step=step, progress=progress)
-    check_hdf5_name(output)
+    check_suffix(output, *HDF5)
     if found is not None:
         with contextlib.suppress(FileNotFoundError):  # removed meanwhile
             _copy(RUNS.path(content), output)

@@ -23,7 +23,8 @@ from srbval.models.run_file import run_writer
 from srbval.models.run_statistics import RunStatistics
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.storage.hdf5_files import check_hdf5_name
+from srbval.storage.files import check_suffix
+from srbval.storage.hdf5_files import HDF5
 
 COPIES = 3  # of the signals that are in memory at once when they are put together
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
@@ -65,7 +66,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
     written, `ConfigurationError` where the file's name is that of another format than HDF5.
     """
-    check_hdf5_name(path)
+    check_suffix(path, *HDF5)
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for part in _recorded(stats, progress):

@@ -37,8 +37,9 @@ LEAST_BLOCKS = 4  # that carry a band's power: with fewer, knocks do, and blocks
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
+LONGEST_S = 1.0  # of a piece: of a slow shaft it holds fewer passages
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
-LEAST_S = 0.02  # of a piece that has two bands
+LEAST_S = 0.02  # of a piece whose bands are compared
 
 
 def check_step(stats: RunStatistics, *, choose: bool) -> None:
@@ -111,12 +112,17 @@ def _steady(scene: Scene) -> Scene:
 
 
 class _Piece:
-    """A short piece of a run from one settled state, with the run's step and with finer ones, each run once."""
+    """A short piece of a run from one settled state, with the run's step and with finer ones, each run once.
+
+    Its length does not depend on the output rate: where that is too low for `BLOCKS`, outputs are taken more often.
+    Bands are compared only where the run's own outputs have them and the piece is long enough for them.
+    """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:
         passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
-        length_s = max(LEAST_S, min(scene.duration_s, max(PIECE_S, PASSAGES * passage_s)))
-        self.rate_hz, self.run = scene.output_rate_hz, run
+        length_s = min(scene.duration_s, max(PIECE_S, min(PASSAGES * passage_s, LONGEST_S)))
+        self.run = run = run.with_outputs(2 * BLOCKS / length_s)
+        self.rate_hz, self.bands_below_hz = run.output_rate_hz, 0.5 * scene.output_rate_hz * (length_s >= LEAST_S)
         self.settle, self.length = round(scene.settle_s * self.rate_hz), max(2 * BLOCKS, round(length_s * self.rate_hz))
         run.advance(0, self.settle)
         self.known: dict[int, tuple[float, BlockMeans]] = {}
@@ -128,27 +134,30 @@ class _Piece:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
                 out, energy = out[round(SETTLED * self.length) :], EnergyBalance()
                 energy.add(out)
-                self.known[times] = (
-                    energy.imbalance(1 / self.rate_hz),
-                    block_means(
-                        self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER]
-                    ),
-                )
+                means = block_means(
+                    self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER],
+                    bands_below_hz=self.bands_below_hz,
+                )  # fmt: skip
+                self.known[times] = energy.imbalance(1 / self.rate_hz), means
         (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
         step_s = self.run.step_s / finer
         found = StepError(step_s=step_s, estimates=differences(means, right), energy=gap - remains)
         return replace(found.with_steps((FINER - 1) / FINER), step_s=step_s)
 
 
-def block_means(fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray) -> BlockMeans:
-    """Means of `BLOCKS` equal parts of a run of [n] samples; a band that does not lie below half the rate is left out.
+def block_means(
+    fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray, *,
+    bands_below_hz: float = math.inf,
+) -> BlockMeans:  # fmt: skip
+    """Means of `BLOCKS` equal parts of a run of [n] samples.
 
-    Left out too where an acceleration is not finite.
+    A band is left out that does not lie below half the rate and below `bands_below_hz`, all where an acceleration is
+    not finite.
     """
     found = {CAGE: cage_rad_s, DRIVE_POWER: drive_w}
     along = along_sensor(acceleration_m_s2)
     for name, band_hz in BANDS_HZ.items():
-        if band_hz[1] < 0.5 * fs_hz and np.all(np.isfinite(along)):
+        if band_hz[1] < min(0.5 * fs_hz, bands_below_hz) and np.all(np.isfinite(along)):
             found[f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)
     whole = len(along) // BLOCKS * BLOCKS
     return {name: values[:whole].reshape(BLOCKS, -1).mean(axis=1) for name, values in found.items()}

@@ -112,6 +112,12 @@ class Analysis:
                 "outside": self.outside_speed,
             },
             "lines": [line.stated() for line in self.lines],
+            "families": [
+                {key: getattr(x, key) for key in ("name", "false_alarm", "detected", "explained_by")}
+                | {"state": x.not_detected or "detected"}
+                for x in self.lines
+                if x.is_first
+            ],
             "closure": self.closure,
             "summary": self.summary,
             "notes": self.recording.notes,

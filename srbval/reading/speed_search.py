@@ -16,7 +16,7 @@ import numpy as np
 import scipy.special
 import scipy.stats
 
-from srbval.bearing import DEFECTS, Bearing
+from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.families import HARMONICS, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.pipeline import Processed, periodogram_of, whitened_periodogram
@@ -207,16 +207,16 @@ def _read(
 
 
 def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Lines about that trial speed of a set point at which the deepest fault line shows."""
+    """Lines about that trial speed of a set point at which the deepest fault line is detected, or else stands out."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
-    def depth(scale: float) -> float:
-        lines = _read(processed, bearing, stated, scale, brief=True, tried=tried)
-        deepest = detected_fault_lines(sidak_corrected(lines, tried))
-        return (deepest[0].depth or 0.0) if deepest else 0.0
+    def depths(scale: float) -> tuple[float, float]:
+        lines = sidak_corrected(_read(processed, bearing, stated, scale, brief=True, tried=tried), tried)
+        faults = [(x.detected, x.stands_out, x.depth or 0.0) for x in lines if Fault.of_line(x.name)]
+        return max(d * depth for d, _, depth in faults), max(s * depth for _, s, depth in faults)
 
-    best = max(scales, key=depth) if tried > 1 else 1.0
+    best = max(scales, key=depths) if tried > 1 else 1.0
     lines = _read(processed, bearing, stated, best, tried=tried)
     return SpeedSearch(lines=lines, speed=stated, tried=tried, span=(min(scales), max(scales)))
 

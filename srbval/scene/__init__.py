@@ -16,6 +16,7 @@ from srbval.scene.parts import (
 )
 from srbval.scene.read import (
     RigInput,
+    changes_at,
     draws,
     load_scene,
     load_sensor_path,
@@ -23,6 +24,8 @@ from srbval.scene.read import (
     paper_scene,
     rig_inputs,
     scene_table,
+    sobol,
+    values_at,
 )
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, PathMode, SensorPath
@@ -49,6 +52,7 @@ __all__ = [
     "SpeedProfile",
     "Surface",
     "Traction",
+    "changes_at",
     "draws",
     "load_scene",
     "load_sensor_path",
@@ -56,4 +60,6 @@ __all__ = [
     "paper_scene",
     "rig_inputs",
     "scene_table",
+    "sobol",
+    "values_at",
 ]

@@ -147,7 +147,9 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
 class RigInput:
     """An uncertain value of the scene `rig`, from `low` to `high`, in `unit` as a scene file writes it.
 
-    `key`: dotted path in a scene file; `points`: how many values, evenly spaced, a study tries.
+    `key`: dotted path in a scene file; `points`: how many values, evenly spaced, a study tries. With `high_from`, the
+    key of an input before it, the range ends at that one's value, which is also what the scene has: two inner
+    osculations are one roller's as long as they are taken from the outer ones.
     """
 
     key: str
@@ -158,6 +160,7 @@ class RigInput:
     stands_for: str
     source: str
     unit: str = ""
+    high_from: str = ""
 
     def __post_init__(self) -> None:
         if not (self.low <= self.nominal <= self.high and self.low < self.high and self.points >= 2):
@@ -167,10 +170,19 @@ class RigInput:
             )
 
     @property
+    def shares(self) -> tuple[float, ...]:
+        """The values to try, from the lowest to the highest, as shares of the range."""
+        return tuple(i / (self.points - 1) for i in range(self.points))
+
+    @property
     def values(self) -> tuple[float, ...]:
-        """The values to try, from the lowest to the highest."""
-        steps = self.points - 1
-        return tuple(self.low + (self.high - self.low) * i / steps for i in range(self.points))
+        """The same as values."""
+        return tuple(self.low + (self.high - self.low) * share for share in self.shares)
+
+    @property
+    def nominal_share(self) -> float:
+        """Where the scene's value lies in the range."""
+        return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
 
     def changes(self, value: float) -> dict[str, Any]:
         """What gives a scene this value, for `load_scene`."""
@@ -187,16 +199,33 @@ def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
                  enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
 
 
-def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
-    """Changes of all inputs at once, ``2**power`` from a Sobol sequence; those with two points take an end."""
+def values_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, float]:
+    """Values of all inputs by key, each at a share of its range; one of two points takes an end."""
+    values: dict[str, float] = {}
+    for one, share in zip(inputs, shares, strict=True):
+        high = values.get(one.high_from, one.high)
+        values[one.key] = one.low + (float(round(share)) if one.points == 2 else share) * (high - one.low)
+    return values
+
+
+def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
+    """What gives a scene these values, for `load_scene`."""
+    changes: dict[str, Any] = {}
+    for one, value in zip(inputs, values_at(inputs, shares).values(), strict=True):
+        changes = merge(changes, one.changes(value))
+    return changes
+
+
+def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float]]:
+    """Shares of the ranges of so many inputs at once: ``2**power`` points of a scrambled Sobol sequence."""
     from scipy.stats import qmc
 
-    unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(seed)).random_base2(power)
-    found = []
-    for row in unit.tolist():
-        changes: dict[str, Any] = {}
-        for one, share in zip(inputs, row, strict=True):
-            place = float(round(share)) if one.points == 2 else share
-            changes = merge(changes, one.changes(one.low + place * (one.high - one.low)))
-        found.append(changes)
+    found: list[list[float]] = (
+        qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed)).random_base2(power).tolist()
+    )
     return found
+
+
+def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+    """Changes of all inputs at once, see `sobol` and `changes_at`."""
+    return [changes_at(inputs, row) for row in sobol(len(inputs), power, seed=seed)]

@@ -8,11 +8,20 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 
 SUFFIX = ".srbval-part"
 UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(SUFFIX))  # the name of the file that was to be written
 MOST_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
+
+
+def check_suffix(path: Path, content: str, suffixes: tuple[str, ...]) -> None:
+    """Refuse (`ConfigurationError`) a name that says of a file to be written that it is of another format."""
+    if path.suffix.lower() not in ("", *suffixes):
+        raise ConfigurationError(
+            f"{path}: {content} is written, which {path.suffix} is not; name it {path.stem}{suffixes[0]} "
+            f"({', '.join(suffixes)})."
+        )
 
 
 @contextlib.contextmanager

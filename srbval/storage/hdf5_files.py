@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from srbval.errors import ConfigurationError, DataError
-from srbval.storage.files import atomic_write
+from srbval.errors import DataError
+from srbval.storage.files import atomic_write, check_suffix
 
 CHECKSUM = "srbval_checksum"  # attribute of the HDF5 files that have one
 MARK = b"\nsrbval summary %07d sha256 "  # after the summary, with its length [bytes]; then the digest and a line end
@@ -22,7 +22,7 @@ END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
 END_BYTES = len(MARK % 0) + 65
 BLOCK_BYTES = 2**20
 SCHEMA_VERSION = 1
-SUFFIXES = ("", ".h5", ".hdf5", ".nc")
+HDF5 = "HDF5", (".h5", ".hdf5", ".nc")  # with names that it may have
 ATTRIBUTES: dict[str, Any] = {
     "schema_version": SCHEMA_VERSION,
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
@@ -57,19 +57,11 @@ class _PatientFile(io.FileIO):
 CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  # where no signal is to be taken
 
 
-def check_hdf5_name(path: Path) -> None:
-    """Refuse (`ConfigurationError`) a name that says of a file to be written that it is another format than HDF5."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ConfigurationError(
-            f"{path}: HDF5 is written, which {path.suffix} is not; name it {path.stem}.h5 ({', '.join(SUFFIXES[1:])})."
-        )
-
-
 @contextlib.contextmanager
 def new_hdf5(path: Path) -> Iterator[Any]:
     """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
-    Raises what `check_hdf5_name` raises, and `DataError` where the place cannot be written; its `check_written` ends
+    Raises what `check_suffix` raises, and `DataError` where the place cannot be written; its `check_written` ends
     the block as soon as that is known, its `summary` stands before the checksum.
     """
     import h5py
@@ -78,7 +70,7 @@ def new_hdf5(path: Path) -> Iterator[Any]:
         if raw.error is not None:
             raise raw.error
 
-    check_hdf5_name(path)
+    check_suffix(path, *HDF5)
     with atomic_write(path) as part:
         with _PatientFile(part, "w+") as raw:
             with h5py.File(raw, "w", track_order=True) as file:

@@ -18,6 +18,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
@@ -110,6 +111,8 @@ def make_result(
     The revision of the program is the one at the beginning: a study may take hours. `options.output` names a file to
     store to in place of the user's cache.
     """
+    if options.output:
+        check_suffix(Path(options.output), "JSON", (".json",))
     revision = git_revision()
     found = load_study(name).run(options, progress)
     content: dict[str, Any] = {"machine": this_machine()} | to_json(found.content)

@@ -89,7 +89,7 @@ def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
 def open_inputs(path: Path | None = None) -> tuple[OpenInput, ...]:
     """Those of a file, which has nothing else in it, or of the paper's scene."""
     file, document = path or BUDGET, read_toml(path or BUDGET)
-    if other := set(document) - ({"input"} if path else {"input", "prior", "scan", "study", "tolerance", "verdict"}):
+    if other := set(document) - ({"input"} if path else {"input", "form", "prior", "study", "tolerance", "verdict"}):
         raise ConfigurationError(f"{file.name}: unknown table {min(other)!r}; only [[input]] is read.")
     rows = document.get("input", [])
     if not rows:

@@ -49,11 +49,21 @@ def test_a_step_as_scene_files_have_it(text: str) -> None:
         assert srbval.paper_scene(solver={"step": text}).solver.step_s == pytest.approx(1 / 61440, rel=DIGITS)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".mat", ".json"])
-def test_a_run_is_what_its_name_says(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / f"run{suffix}"
-    assert main(["simulate", "--model", "auto", "-o", str(path)]) == 2
-    assert f"HDF5 is written, which {suffix} is not; name it run.h5" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("command", "suffix", "said"),
+    [
+        (["simulate", "--model", "auto"], ".csv", "HDF5 is written, which .csv is not; name it x.h5"),
+        (["simulate", "--model", "auto"], ".mat", "HDF5 is written, which .mat is not; name it x.h5"),
+        (["identify", "no.mat"], ".csv", "TOML is written, which .csv is not; name it x.toml"),
+        (["study", "run", "noise"], ".csv", "JSON is written, which .csv is not; name it x.json"),
+    ],
+)
+def test_a_file_is_what_its_name_says(
+    command: list[str], suffix: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"x{suffix}"
+    assert main([*command, "-o", str(path)]) == 2
+    assert said in capsys.readouterr().err
     with pytest.raises(ConfigurationError, match="HDF5 is written"):
         simulate_to_file(srbval.paper_scene(), path)
     assert list(tmp_path.iterdir()) == []

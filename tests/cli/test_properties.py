@@ -286,6 +286,12 @@ def check_first_lines(command: str, code: int, document: dict[str, Any], text: S
         detected = sum(line["detected"] for line in document["lines"])
         assert detected == sum(row.endswith("  yes") for row in text)
         assert all((line["found_hz"] is None) == (not line["detected"]) for line in document["lines"])
+        lines = {(line["name"], line["harmonic"]): line for line in document["lines"]}
+        for family in document["families"]:
+            line = lines[family["name"], 1]
+            assert family | line == line | {"state": line["not_detected"] or "detected"}
+            said = "yes" if family["detected"] else f"no: {family['state']}"
+            assert sum(row.split()[:2] == [family["name"], "1"] and row.endswith(said) for row in text) == 1
         starts = {"named": ".* fault: ", "undecided": "Undecided", "nothing found": "Nothing found", None: "No fault"}
         assert re.match(starts[document["fault"]["verdict"]], document["fault"]["headline"])
         assert (document["fault"]["called"] is None) == (document["fault"]["verdict"] != "named")

@@ -9,28 +9,25 @@ import numpy as np
 import pytest
 
 import srbval.report.reports
-from srbval.bearing import Fault
 from srbval.cli import main
-from srbval.comparison.budget import TOLERANCE
-from srbval.comparison.headline import Headline, RecordError
+from srbval.comparison.budget import STATED
+from srbval.comparison.verdicts import Headline, Verdict
 
 
-@pytest.mark.parametrize(("times", "code"), [(0.1, 0), (0.9, 0), (1.1, 0), (2.0, 1)])
-def test_only_a_tolerance_that_is_surely_missed_ends_with_1(
-    times: float, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    limit = TOLERANCE.limit_pct
-    one = RecordError(
-        record="r", state=Fault.OUTER, scene="paper", error_pct=times * limit, uncertainty_pct=0.5 * limit
-    )
-    found = Headline(quantity="cage ratio", tolerance=TOLERANCE, errors=(one,), rig_scene=())
-    findings = SimpleNamespace(headline=found, data={"table6": ()})
+@pytest.mark.parametrize(("p_beyond", "form", "code"), [
+    (0.0, STATED, 0), (0.5, STATED, 0), (1.0, STATED, 1), (1.0, "oil film", 0),
+])  # fmt: skip
+def test_only_a_tolerance_that_is_surely_missed_by_a_model_as_stated_ends_with_1(
+    p_beyond: float, form: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    one = Verdict(endpoint="e", scene="rig", form=form, error_pct=0.2, u_pct=0.1, p_beyond=p_beyond, records=4, draws=9)
+    findings = SimpleNamespace(headline=Headline(verdicts=(one,)), data={"table6": ()})
     monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
     assert main(["report", "-o", str(tmp_path / "out"), "--json"]) == code
     said = json.loads(capsys.readouterr().out)["headline"]
     assert said["holds"] is (code == 0)
-    assert said["errors"][0]["error_pct"] == pytest.approx(times * limit)
-    assert said["tolerance"]["reason"]
+    assert said["verdicts"][0]["verdict"] == one.verdict.value
 
 
 BEARING = 'title = "b"\nsource = "s"\n[orders]\n'

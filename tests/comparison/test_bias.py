@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
+from srbval.comparison.bias import LEAST_RECORDS, biases
 from srbval.comparison.compared_quantities import HARMONIC, PRESENCE
 from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
-from srbval.comparison.headline import LEAST_RECORDS, biases
 
 # Three standard errors of mean and standard deviation of 4000 errors that scatter by 1.8; the data's is exact.
 MEAN_DB, SCATTER_RELATIVE, DATA_RELATIVE = 0.1, 0.05, 1e-4

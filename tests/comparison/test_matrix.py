@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
+from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, SHAPE, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
-from srbval.comparison.headline import biases
 from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, MatrixCell, build_matrix
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -27,13 +28,15 @@ from srbval.diagnosis.fault_verdict import (
 )
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.lines import SHAFT, Line, read_lines
-from srbval.recordings import Origin, ShaftSpeed, SpeedSource, load_recording
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording
+from srbval.recordings.speed import nominal_speed
 from srbval.report.blocks import Tone
 from srbval.report.sections.user_report import TONES
 from srbval.storage.json_files import to_json
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_line_rows import periodogram, squared_envelope
 from tests.reading.test_shaft_speed import BEARING, record
+from tests.reading.test_speed_search import outer_race
 
 NOTHING = BaselineComparison(sentence="There is no healthy record to compare.")
 UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 859 rpm",))
@@ -133,6 +136,24 @@ def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | 
     )
     analysis = dataclasses.replace(analysis, lines=lines)
     assert is_fault_like(analysis, analysis.line("BPFO")) is expected
+
+
+@pytest.mark.parametrize(
+    ("made", "off", "tolerance_pct"), [(record, -0.09, 4.0), (record, 0.012, 0.5), (record, -0.025, 1.5),
+                                       (outer_race, 0.02, 1.5), (outer_race, 0.068, 1.5)]
+)  # fmt: skip
+def test_what_fits_only_a_speed_beyond_the_stated_one_is_not_named(
+    made: Callable[..., Recording], off: float, tolerance_pct: float
+) -> None:
+    """Headline, JSON and table agree: no line is detected, no part is named, and what stands out is said."""
+    analysis = analyse(made(shaft_hz=25 * (1 + off)), bearing=BEARING, speed=nominal_speed(1500.0, tolerance_pct))
+    verdict = fault_verdict(analysis)
+    entry = to_json(verdict)
+    assert not any(line.detected for line in analysis.lines if Fault.of_line(line.name))
+    assert (entry["verdict"], entry["called"], entry["state"]) == ("undecided", None, "undecided")
+    assert_no_contradiction(analysis, verdict)
+    assert "; named: " not in verdict.sentence
+    assert analysis.outside or analysis.outside_speed or any(x.stands_out and x.snr > 500 for x in analysis.lines)
 
 
 @pytest.mark.parametrize("origin", [Origin.SIMULATED, Origin.STAND_IN])

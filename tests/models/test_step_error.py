@@ -4,18 +4,31 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.models.estimates import BLOCKS, TOLERANCE, Estimate, StepError
+from srbval.models import full_run
+from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepError
+from srbval.models.full.steps import take_steps
+from srbval.models.outputs import Outputs
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.models.step_error import CAGE, MOST_FINER, block_means, differences, step_error, with_chosen_step
+from srbval.models.step_error import (
+    CAGE,
+    LONGEST_S,
+    MOST_FINER,
+    block_means,
+    differences,
+    step_error,
+    with_chosen_step,
+)
 from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
 
+STEPS_HZ = 61440.0
 RMS = "RMS in 500-1500 Hz"
 BEARING = load_bearing("skf-22240")
 RPM = 2 * math.pi / 60
@@ -171,6 +184,32 @@ def test_a_profile_is_checked_at_its_highest_speed() -> None:
     steady = fast_rig(40960, rpm=2000.0)
     ramp = SpeedProfile(time_s=(0.0, 1.0), speed_rad_s=(10.0, 2000 * RPM))
     assert step_error(replace(steady, speed_profile=ramp), BEARING) == step_error(steady, BEARING)
+
+
+@pytest.mark.parametrize(("rate_hz", "rpm"), [(1.0, 200.0), (61.0, 200.0), (1.0, 2.0)])
+def test_the_check_costs_the_same_at_any_output_rate(
+    rate_hz: float, rpm: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps of both pieces, counted: as many at 1 Hz, where an output interval is longer than a piece, as at 500 Hz."""
+    taken: list[int] = []
+
+    def counting(*args: Any, intervals: range, steps_per_output: int, **options: Any) -> Outputs:
+        taken.append(len(intervals) * steps_per_output)
+        return take_steps(*args, intervals=intervals, steps_per_output=steps_per_output, **options)
+
+    monkeypatch.setattr(full_run, "take_steps", counting)
+    errors = []
+    for rate in (rate_hz, 500.0):
+        scene = paper_scene(
+            model="line", solver={"step_s": 1 / (rate * round(STEPS_HZ / rate))}, duration="5 s", settle="0 s",
+            output_rate_hz=rate, shaft_speed=f"{rpm:g} rpm",
+        )  # fmt: skip
+        errors.append(step_error(scene, BEARING))
+    (_, coarse, *finer), (_, *fine) = taken[:3], taken[3:]
+    assert [coarse, *finer] == pytest.approx(fine, rel=0.2)
+    assert sum(taken[:3]) <= 1.1 * (1 + FINER) * LONGEST_S * STEPS_HZ
+    assert [e.of for e in errors[0].estimates] == [CAGE, "drive power"], "bands that the output does not show"
+    assert errors[0].estimates[0].error == pytest.approx(errors[1].estimates[0].error, abs=1e-4)
 
 
 def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path: Path) -> None:

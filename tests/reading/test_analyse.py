@@ -119,6 +119,8 @@ def test_json_has_the_public_keys_and_only_finite_numbers(outer):
     assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "summary"} <= data.keys()
     assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
     assert all(line.keys() >= LINE_KEYS for line in data["lines"])
+    assert [family["name"] for family in data["families"]] == ["BPFO", "BPFI", "2xBSF", "FTF"]
+    assert data["families"][0]["state"] == "detected"
     assert json.loads(json.dumps(data, allow_nan=False)) == data
 
 

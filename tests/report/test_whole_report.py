@@ -150,7 +150,7 @@ def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig: Made) -
 def test_the_table_in_the_readme_is_that_of_a_report(with_rig: Made) -> None:
     report = with_rig.document()
     assert in_readme() == readme_table(report)
-    report["headline"]["errors"][0]["error_pct"] += 0.01
+    report["verdicts"][0]["error_pct"] += 0.01
     assert in_readme() != readme_table(report)
 
 

@@ -71,7 +71,7 @@ def test_inputs_are_named_so_that_those_of_the_program_are_compared_with_its_fil
     own.parent.mkdir()
     own.write_bytes(b"samples")
     entry = RegisteredRecording(file=str(own), sha256="", size_bytes=7, mtime_ns=1, status=FileStatus.OK)
-    found = input_hashes(None, newest_result("rig_inputs"), entry)
+    found = input_hashes(None, newest_result("predictions"), entry)
     assert found["torino/a.mat"] == hashlib.sha256(b"samples").hexdigest()
     assert all(SHIPPED_INPUT.fullmatch(name) or name == "torino/a.mat" for name in found)
     (excerpt,) = (ROOT / "data_manifest" / "rig_excerpts").glob("H_877*.h5")

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
+from srbval.comparison.bias import biases
+from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
     PAPER_STATES,
@@ -16,10 +18,10 @@ from srbval.comparison.counterpart import (
     run_counterpart,
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
-from srbval.comparison.headline import Headline, biases, headline
 from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
+from srbval.comparison.verdicts import Headline, verdicts
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
@@ -28,7 +30,7 @@ from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
-from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, rig_recordings
+from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, load_entry, rig_recordings
 from srbval.report.findings.bearing_views import (
     BearingViews,
     bearing_views,
@@ -50,7 +52,7 @@ from srbval.signal import Scalogram
 
 SCHEMA_VERSION = 1
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
-RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
+RESULTS = ("sensitivity", "cage_draws", "verdict_power")  # stored ones that uncertainties and verdicts are made of
 Side = Mapping[Fault, Analysis]
 
 
@@ -77,6 +79,7 @@ class Findings:
     kurtograms: tuple[RecordKurtogram, ...]
     known: Sensitivity
     matrix: Matrix
+    cage_readings: tuple[CageReading, ...]
     datasets: tuple[DatasetDescription, ...]
     speed_source: PublishedSpeeds
     results: StoredResults
@@ -84,7 +87,7 @@ class Findings:
 
     @property
     def headline(self) -> Headline:
-        """How far the model is from the recordings that stand in the figures."""
+        """How far the model's cage ratio is from that of the rig's records."""
         found: Headline = self.data["headline"]
         return found
 
@@ -120,6 +123,8 @@ def gather(
             of_rig, bearing=bearing, sensitivity=known, keep_sides_of=set(points.values()), jobs=jobs,
             counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
         )  # fmt: skip
+    with stage(progress, "Read the cage ratio of every record"):
+        readings = cage_readings([load_entry(one) for one in of_rig], bearing)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     sides = _sides({state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}, matrix)
@@ -140,6 +145,7 @@ def gather(
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
         bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
         kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
+        cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
         speed_source=published_speeds(),
         results=results, provenance=provenance(runs.values(), registered),
@@ -165,7 +171,9 @@ def _compared(
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
-        "headline": headline(comparisons, content("rig_inputs"), content("verdict_scan")),
+        "headline": Headline(verdicts=(rows := verdicts(found.cage_readings, content("cage_draws")))),
+        "verdicts": rows,
+        "cage_readings": found.cage_readings,
         "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": comparisons,

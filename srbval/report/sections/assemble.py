@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.comparison.budget import Answer
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
 from srbval.report.blocks import Badge, Command, KeyValues, Listing, Report, Section, Value
@@ -95,13 +96,13 @@ def _assumptions(findings: Findings) -> Section:
 
 def _limits(findings: Findings) -> Section:
     """What nothing in this report says anything about."""
-    studies = findings.results.content("rig_inputs").get("studies", ())
+    missed = [one for one in findings.headline.stated if one.verdict is Answer.MISSED]
     second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
     passing = findings.data["point_passing"]
     rows = findings.matrix.comparisons
     return LIMITS.section(
         LIMITS.listing(
-            "limits", passing=passing, second=second, studies=studies,
+            "limits", passing=passing, second=second, missed=missed,
             blind=list(dict.fromkeys(Path(row.record).name for row in rows if row.used_for == "blind")),
             outcome=findings.results.content("prediction_outcome"),
             axial=any(cell.axial_kn for cell in findings.matrix.cells if cell.comparisons),

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from srbval.bearing import Fault
+from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, START_SHARE, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
-from srbval.comparison.headline import LEAST_RECORDS
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.report.blocks import Block, Figure, Listing, Section

@@ -19,12 +19,13 @@ ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLV
 def verdict_box(findings: Findings) -> VerdictBox:
     """The answer in plain words, first on the page: all from the comparisons."""
     found = findings.headline
+    answers = {one.verdict for one in found.stated}
+    worst = next((a for a in (Answer.MISSED, Answer.NOT_RESOLVED, Answer.MET) if a in answers), None)
     return VERDICT.verdict(
-        ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
+        ANSWER_TONE[worst] if worst else Tone.WARNING,
         found=found,
         judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
-        records=[findings.analyses["rig"][one.state] for one in found.errors],
-        study=findings.known.of(found.errors[0].state) if found.errors else None,
+        readings=findings.cage_readings,
     )
 
 
@@ -38,7 +39,13 @@ def table6_section(findings: Findings) -> Section:
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
+    verdicts = findings.headline.verdicts
+    power = {
+        (row["endpoint"], row["planted_pct"]): row["missed"]
+        for row in findings.results.content("verdict_power").get("rows", ())
+    }
     return TEXTS.section(
+        TEXTS.table("verdicts", verdicts, listed=verdicts, power=power, tone=ANSWER_TONE),
         TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
         TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
         at_rig,

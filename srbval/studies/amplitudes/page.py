@@ -7,8 +7,8 @@ computed once by the revision that it names (`storage.stored_result.staleness` s
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.compared_quantities import CAGE_RATIO
-from srbval.comparison.headline import LEAST_RECORDS
 from srbval.report.blocks import Block, Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts

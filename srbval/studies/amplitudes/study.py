@@ -22,10 +22,10 @@ from functools import partial
 from typing import Any
 
 from srbval.bearing import Fault
+from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.headline import biases
 from srbval.models.run import Run
 from srbval.path.amplitudes import RMS_BANDS, THIRD_OCTAVES, band_power, levels, pattern
 from srbval.progress import Progress

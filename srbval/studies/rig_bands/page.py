@@ -14,18 +14,17 @@ def section(results: StoredResults) -> Section:
     if result is None:
         return TEXTS.section(appendix=(missing("rig_bands"),))
     content = result.content
-    slow = [one for one in results.content("rig_inputs").get("studies", ()) if one["uncertainty_pct"] is None]
     return TEXTS.section(
         appendix=(
             TEXTS.paragraph("bands", served=content["served"], band_hz=content["band_hz"]),
             origin_of(result),
             TEXTS.table("rig-bands-table", content["rows"]),
-            TEXTS.paragraph("open", drive_w=content["drive_w"], slow=slow),
+            TEXTS.paragraph("open", drive_w=content["drive_w"]),
         )
     )
 
 
 PAGE = Page(
-    name="rig_bands", place=44.1, results=("rig_bands", "rig_inputs"), section=section,
+    name="rig_bands", place=44.1, results=("rig_bands",), section=section,
     data=lambda results: {"rig_bands": results.content("rig_bands").get("rows", [])},
 )  # fmt: skip

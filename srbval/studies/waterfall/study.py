@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.headline import biases
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run

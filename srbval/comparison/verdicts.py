@@ -1,0 +1,170 @@
+"""Whether the model's cage ratio is within its tolerance of the rig's: met, missed or not resolved, and how surely.
+
+The error is E = S - D (ASME V&V 20) of an endpoint: the mean over the records of the fastest speed, the slowest speed
+less that (the trend), and the records of the outer race less those of the inner. S has the distribution of the model's
+runs at draws of its inputs that all records share, so that what they share cancels in a difference; D that of
+`cage_means`, in which records scatter by more than their readings. Both are independent, and so is what a finer run
+still changes. Of E, `p_beyond` is the chance that it lies beyond the limit on either side:
+
+    missed       p_beyond >= 1 - risk
+    met          p_beyond <= risk
+    not resolved else, or where one input alone, over its range, gives both
+
+With the truth on the limit either wrong answer has at most the chance `risk`. An input that only widens E, a reading
+less precise than the one used and another form of the model do not count: a form has its own verdicts. How often each
+answer is given is counted on simulated rigs by ``srbval study run verdict_power``, with the functions of this file.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.comparison.cage_means import CageMeans, cage_means
+from srbval.comparison.cage_readings import CageReading
+
+QUANTILES = 128  # that stand for the rig's distribution
+HALF_WIDTH = 0.95  # of an error's distribution, for U
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """On one `endpoint` of a `form` of a `scene`: error E and its 95 % half width U [% of the rig's ratio].
+
+    `p_beyond` is the chance that the error is beyond the limit. `reversed_by` names the inputs that alone, over their
+    range, give both met and missed; `changed_by` those with which another answer would be given if they were known to
+    have their nominal value.
+    """
+
+    JSON_PROPERTIES: ClassVar = ("verdict",)
+
+    endpoint: str
+    scene: str
+    form: str
+    error_pct: float
+    u_pct: float
+    p_beyond: float
+    records: int
+    draws: int
+    reversed_by: tuple[str, ...] = ()
+    changed_by: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Answer:
+        """What may be stated."""
+        return Answer.NOT_RESOLVED if self.reversed_by else TOLERANCE.answer(self.p_beyond)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Headline:
+    """All verdicts, and what follows for the models as they are stated: that none is missed is not that all are met."""
+
+    JSON_PROPERTIES: ClassVar = ("holds",)
+
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def stated(self) -> tuple[Verdict, ...]:
+        """Those on scenes as they are stated, not on other forms of a model."""
+        return tuple(one for one in self.verdicts if one.form == STATED)
+
+    @property
+    def holds(self) -> bool:
+        """Whether no tolerance is missed by what is stated."""
+        return all(one.verdict is not Answer.MISSED for one in self.stated)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Endpoint:
+    """A difference of cage ratios: `weights` of the records' ratios in it, and draws of the rig's value [ratio]."""
+
+    name: str
+    weights: FloatArray
+    rig: FloatArray
+
+
+def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
+    """All that the records allow: no trend by one speed, no difference of races by one.
+
+    The weights are those of least squares with the effects of `cage_means`: a mean of each speed, and the races apart.
+    """
+    speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
+    races = np.array([(one.state is RACE_DEFECTS[0]) - float(one.state is RACE_DEFECTS[1]) for one in readings]) / 2
+    slowest, fastest = means.rpm[0], means.rpm[-1]
+    mean = np.linalg.pinv(speeds).round(12)
+    yield Endpoint(name=f"{fastest:g} rpm", weights=mean[-1], rig=means.draws[:, -1])
+    if slowest < fastest:
+        name, trend = f"{slowest:g} less {fastest:g} rpm", means.draws[:, 0] - means.draws[:, -1]
+        yield Endpoint(name=name, weights=mean[0] - mean[-1], rig=trend)
+    if means.outer_less_inner is not None:
+        apart = np.linalg.pinv(np.column_stack((speeds, races)))[-1].round(12)
+        codes = " less ".join(race.code for race in RACE_DEFECTS)
+        yield Endpoint(name=codes, weights=apart, rig=means.outer_less_inner)
+
+
+def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> tuple[Verdict, ...]:
+    """Of every variant of the stored study ``cage_draws``, by endpoint; none without it or without records."""
+    if not readings or not stored:
+        return ()
+    means = cage_means(readings)
+    wanted = list(endpoints(readings, means))
+    return tuple(verdict(one, variant, readings, means.means[-1]) for variant in stored["variants"] for one in wanted)
+
+
+def verdict(of: Endpoint, variant: Mapping[str, Any], readings: Sequence[CageReading], scale: float) -> Verdict:
+    """Of one variant; per cent of `scale`, the rig's ratio."""
+    weights = of_model(variant, readings, of.weights)
+
+    def model(name: str) -> FloatArray:
+        return np.asarray(100 / scale * (weights @ np.array([one[name] for one in variant["records"]])))
+
+    rig = np.quantile(100 / scale * of.rig, (np.arange(QUANTILES) + 0.5) / QUANTILES)
+    drawn, nominal = model("drawn"), float(model("nominal"))
+    numerics = float(model("finer")) - nominal
+    apart = np.concatenate([rig - numerics, rig + numerics])
+    error = float(drawn.mean() - rig.mean())
+    answer, reversing, changing = TOLERANCE.answer(p_beyond(drawn, apart)), [], []
+    for place, effect in enumerate(variant["effects"]):
+        curve = 100 / scale * (weights @ np.array(effect["ratios"]))
+        left = drawn - at_shares(np.array(variant["at"])[:, place], effect["shares"], curve)
+        known = {TOLERANCE.answer(p_beyond(left + value, apart)) for value in curve}
+        if {Answer.MET, Answer.MISSED} <= known | {answer}:
+            reversing.append(effect["name"])
+        if TOLERANCE.answer(p_beyond(left + nominal, apart)) is not answer:
+            changing.append(effect["name"])
+    return Verdict(
+        endpoint=of.name, scene=variant["scene"], form=variant["form"], error_pct=error,
+        u_pct=float(np.quantile(np.abs(np.subtract.outer(drawn, apart) - error), HALF_WIDTH)),
+        p_beyond=p_beyond(drawn, apart), records=int(np.count_nonzero(of.weights)), draws=drawn.size,
+        reversed_by=tuple(reversing), changed_by=tuple(changing),
+    )  # fmt: skip
+
+
+def of_model(variant: Mapping[str, Any], readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
+    """Weights of the variant's records: a record without a run of its state has that of the healthy bearing."""
+    places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
+    found = np.zeros(len(variant["records"]))
+    for reading, weight in zip(readings, weights.tolist(), strict=True):
+        state = reading.state if (reading.state, reading.nominal_rpm) in places else Fault.HEALTHY
+        found[places[state, reading.nominal_rpm]] += weight
+    return found
+
+
+def p_beyond(model: FloatArray, rig: FloatArray) -> float:
+    """Chance that values of the model and of the rig [%], drawn apart, differ by more than the limit."""
+    ordered = np.sort(rig)
+    within = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right") - np.searchsorted(
+        ordered, model - TOLERANCE.limit_pct, "left"
+    )
+    return 1 - float(within.mean()) / ordered.size
+
+
+def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
+    """An input's own effect at shares of its range, by straight line; of two values the nearer half of the range."""
+    if len(shares) == 2:
+        return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
+    return np.interp(at, shares, curve)

@@ -1,0 +1,141 @@
+"""The verdicts on the cage ratio: each answer can be reached, its sign, and what alone may take it back."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.comparison.cage_means import cage_means
+from srbval.comparison.cage_readings import CageReading
+from srbval.comparison.verdicts import Headline, Verdict, at_shares, endpoints, p_beyond, verdicts
+
+LIMIT = TOLERANCE.limit_pct
+RATIO = 0.431  # of a cage over its shaft
+STATES, SPEEDS = (Fault.HEALTHY, *RACE_DEFECTS, Fault.ROLLER), (353.0, 877.0)
+LEVEL, TREND, RACES = range(3)
+NAMES = ("877 rpm", "353 less 877 rpm", "OR less IR")
+WITHIN = 0.1 * LIMIT  # of an error, beside the one planted: what few records leave
+
+
+def readings(slow_pct: float = 0.0, outer_pct: float = 0.0, **more: Any) -> list[CageReading]:
+    """Eight precise records, by how much the slow ones and those of the outer race are higher."""
+    return [
+        CageReading(
+            record=f"{state.code} {rpm:g}", state=state, nominal_rpm=rpm, shaft_rpm=rpm, reading_u=1e-6, speed_u=1e-6,
+            ratio=RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100),
+            per_speed=-RATIO, read_from="BPFO", band_hz=(1.0, 2.0), **more,
+        )
+        for rpm in SPEEDS for state in STATES
+    ]  # fmt: skip
+
+
+def variant(
+    off_pct: float = 0.0, *, half_pct: float = 0.01, slow_pct: float = 0.0, reach_pct: float = 0.0, form: str = STATED
+) -> dict[str, Any]:
+    """One whose draws lie evenly within `half_pct` about `off_pct`, at slow records `slow_pct` higher.
+
+    Its first input makes none of that but, alone, moves the ratio by up to `reach_pct` either way.
+    """
+    at = np.linspace(0, 1, 41)
+
+    def ratios(rpm: float, drawn: Any) -> list[float]:
+        return (RATIO * (1 + (off_pct + slow_pct * (rpm == SPEEDS[0]) + drawn) / 100)).tolist()
+
+    own = {"scene": "rig", "form": form, "at": np.column_stack((np.full(at.size, 0.5), at)).tolist()}
+    records = [(state, rpm) for rpm in SPEEDS for state in (Fault.HEALTHY, *RACE_DEFECTS)]
+    spread = half_pct * (2 * at - 1)
+    moved, shares = {"reach": reach_pct, "spread": half_pct}, [0.0, 0.5, 1.0]
+    return own | {
+        "records": [
+            {"state": state.value, "nominal_rpm": rpm, "drawn": ratios(rpm, spread)}
+            | dict.fromkeys(("nominal", "finer"), ratios(rpm, np.zeros(1))[0])
+            for state, rpm in records
+        ],
+        "effects": [
+            {"name": name, "shares": shares,
+             "ratios": [ratios(rpm, by * np.array([-1.0, 0.0, 1.0])) for _, rpm in records]}
+            for name, by in moved.items()
+        ],
+    }  # fmt: skip
+
+
+def found(read: list[CageReading], *variants: dict[str, Any]) -> tuple[Verdict, ...]:
+    return verdicts(read, {"variants": variants})
+
+
+@pytest.mark.parametrize(
+    ("off", "half", "answer"),
+    [
+        (0.0, 0.1, Answer.MET), (0.5, 0.1, Answer.MET), (-0.5, 0.1, Answer.MET), (1.0, 0.3, Answer.NOT_RESOLVED),
+        (2.0, 0.1, Answer.MISSED), (-2.0, 0.1, Answer.MISSED), (0.0, 1.5, Answer.NOT_RESOLVED),
+    ],
+)  # fmt: skip
+def test_each_answer_is_reached_at_one_speed(off: float, half: float, answer: Answer) -> None:
+    one = found(readings(), variant(off * LIMIT, half_pct=half * LIMIT))[LEVEL]
+    assert one.verdict is answer
+    assert one.error_pct == pytest.approx(off * LIMIT, abs=WITHIN)
+    assert one.u_pct > 0.9 * half * LIMIT
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_what_is_common_to_all_speeds_cancels_in_the_trend(sign: int) -> None:
+    """With inputs that leave the level open the trend is missed, or met; the error is the model's less the rig's."""
+    wide = {"half_pct": 3 * LIMIT}
+    missed = found(readings(slow_pct=sign * 2 * LIMIT), variant(**wide))
+    assert (missed[LEVEL].verdict, missed[TREND].verdict) == (Answer.NOT_RESOLVED, Answer.MISSED)
+    assert missed[TREND].error_pct == pytest.approx(-sign * 2 * LIMIT, abs=WITHIN)
+    assert found(readings(), variant(**wide))[TREND].verdict is Answer.MET
+    of_model = found(readings(), variant(slow_pct=sign * 2 * LIMIT, **wide))[TREND]
+    assert (of_model.verdict, np.sign(of_model.error_pct)) == (Answer.MISSED, sign)
+
+
+def test_the_races_are_compared_at_the_same_speed() -> None:
+    one = found(readings(slow_pct=5 * LIMIT, outer_pct=3 * LIMIT), variant())[RACES]
+    assert one.error_pct == pytest.approx(-3 * LIMIT, abs=WITHIN)
+    assert (one.records, one.verdict) == (4, Answer.MISSED)
+
+
+def test_only_an_input_that_reverses_the_answer_takes_it_back() -> None:
+    """Missed at twice the limit: an input that alone reaches the middle of it does, one that only blurs it does not."""
+    blurred = found(readings(), variant(2 * LIMIT, reach_pct=0.9 * LIMIT))[LEVEL]
+    assert (blurred.verdict, blurred.reversed_by) == (Answer.MISSED, ())
+    reversed_ = found(readings(), variant(2 * LIMIT, reach_pct=2 * LIMIT))[LEVEL]
+    assert (reversed_.verdict, reversed_.reversed_by) == (Answer.NOT_RESOLVED, ("reach",))
+    assert TOLERANCE.answer(reversed_.p_beyond) is Answer.MISSED
+
+
+def test_an_input_whose_knowledge_would_change_the_answer_is_named() -> None:
+    wide = found(readings(), variant(0.8 * LIMIT, half_pct=LIMIT))[LEVEL]
+    assert (wide.verdict, wide.changed_by) == (Answer.NOT_RESOLVED, ("spread",))
+
+
+def test_another_form_has_its_own_verdict_and_takes_none_back() -> None:
+    rows = found(readings(), variant(), variant(2 * LIMIT, form="oil film"))
+    assert [one.form for one in rows] == [STATED] * 3 + ["oil film"] * 3
+    assert (rows[LEVEL].verdict, rows[3 + LEVEL].verdict) == (Answer.MET, Answer.MISSED)
+    assert Headline(verdicts=rows).holds
+    assert not Headline(verdicts=found(readings(), variant(2 * LIMIT))).holds
+
+
+def test_endpoints_are_those_that_the_records_allow() -> None:
+    def names(read: list[CageReading]) -> tuple[str, ...]:
+        return tuple(one.name for one in endpoints(read, cage_means(read)))
+
+    assert names(readings()) == NAMES
+    assert names([one for one in readings() if one.nominal_rpm == SPEEDS[1]]) == (NAMES[LEVEL], NAMES[RACES])
+    assert names([one for one in readings() if one.state not in RACE_DEFECTS]) == NAMES[:RACES]
+    assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == ()
+
+
+def test_the_chance_counts_both_sides() -> None:
+    model, rig = LIMIT * np.array([0.0, 2.0]), LIMIT * np.array([-1.5, 0.5, 2.5, 3.5])
+    assert p_beyond(model, rig) == 6 / 8  # all pairs but 0 with 0.5 and 2 with 2.5
+
+
+def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> None:
+    at = np.array([0.0, 0.49, 0.51, 1.0])
+    assert at_shares(at, [0.0, 1.0], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
+    assert at_shares(at, [0.0, 0.5], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
+    assert at_shares(np.array([0.25]), [0.0, 0.5, 1.0], np.array([0.0, 1.0, 0.0])).tolist() == [0.5]
