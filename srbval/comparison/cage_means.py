@@ -101,17 +101,15 @@ def random_effects(
     """
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.linspace(0, FARTHEST * max(between_scale, spread), GRID)
-    rng, fits = np.random.default_rng(SEED), []
-    for one in tau:
-        own = covariance + one**2 * np.eye(values.size)
-        weighed = np.linalg.solve(own, design)
-        information = design.T @ weighed
-        effects = np.linalg.solve(information, weighed.T @ values)
-        residual = values - design @ effects
-        fit = residual @ np.linalg.solve(own, residual)
-        log_det = np.linalg.slogdet(own)[1] + np.linalg.slogdet(information)[1]
-        fits.append((-(fit + log_det + (one / between_scale) ** 2) / 2, effects, np.linalg.inv(information)))
-    log_p, effects, covariances = (np.array(column) for column in zip(*fits, strict=True))
+    own = covariance + tau[:, None, None] ** 2 * np.eye(values.size)
+    weighed = np.linalg.solve(own, np.broadcast_to(design, (GRID, *design.shape)))
+    information = design.T @ weighed
+    effects = np.linalg.solve(information, (values @ weighed)[..., None])[..., 0]
+    residual = values - effects @ design.T
+    fit = (residual * np.linalg.solve(own, residual[..., None])[..., 0]).sum(axis=1)
+    log_det = np.linalg.slogdet(own)[1] + np.linalg.slogdet(information)[1]
+    log_p = -(fit + log_det + (tau / between_scale) ** 2) / 2
+    rng, covariances = np.random.default_rng(SEED), np.linalg.inv(information)
     p = np.exp(log_p - log_p.max())
     drawn = rng.choice(tau.size, DRAWS, p=p / p.sum())
     normal = rng.standard_normal((DRAWS, design.shape[1]))
