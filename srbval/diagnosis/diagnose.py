@@ -23,6 +23,7 @@ from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
+from srbval.recordings import SpeedSource
 
 KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
 
@@ -33,9 +34,9 @@ class Diagnosis:
 
     Undecided too where the class is a part whose line contradicts the speed used, see `contradicts_speed`.
 
-    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: of
-    how many rigs records of known state were learnt from; `channel`: the one that shows the class best, whose `scores`
-    are given.
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; here healthy is as probable as all
+    else together. `rigs`: of how many rigs records of known state were learnt from; `channel`: the one that shows the
+    class best, whose `scores` are given.
     """
 
     state: str
@@ -56,18 +57,6 @@ class Diagnosis:
         return fault_of(self.best_class)
 
     @property
-    def group(self) -> str:
-        """How a rolling element shows where it shows as a group of lines, in words; else empty."""
-        part = next(p for p in self.scores.parts if p.fault is Fault.ROLLER)
-        if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
-            return ""
-        return (
-            f"The rolling element shows as a group of lines {part.spacing_hz:.2f} Hz apart, the cage frequency, about "
-            f"2xBSF, one of them at {part.found_hz:.2f} Hz. Where they stand depends on how elements turn outside the "
-            "load zone."
-        )
-
-    @property
     def _answer(self) -> str:
         if self.state == UNDECIDED:
             return "none is named, for its line is not there at the speed stated"
@@ -82,10 +71,10 @@ class Diagnosis:
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
         said = (
-            f"By the record alone, beside records of known state of {self.rigs} rigs and with every state equally "
-            f"probable beforehand: {shares}; {answer}."
+            f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
+            f"probable beforehand as all else together: {shares}; {answer}."
         )
-        return " ".join(filter(None, (said, best, comb, self.group)))
+        return " ".join(filter(None, (said, best, comb)))
 
 
 def _label(name: str) -> str:
@@ -113,11 +102,16 @@ def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
 def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
     """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
 
-    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
+    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
+    the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
+    gave the estimate need not be this shaft. Each of these views is paid for (`FaultPosterior.log_likelihood`).
     """
     model, rigs = _model(without_rig)
-    views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
-    scores = [fault_scores(view) for view in views.values()]
+    views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
+    stated = analysis.recording.speed
+    if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
+        views += [(name, dataclasses.replace(view, speed=stated)) for name, view in views]
+    scores = [fault_scores(view) for _, view in views]
     features = [np.array(one.features) for one in scores]
     shares = model.probabilities(*features)
     found = most_probable(shares)
@@ -128,7 +122,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str
         log_likelihood=model.log_likelihood(*features),
         scores=scores[best],
         rigs=rigs,
-        channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
+        channel=views[best][0] if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
     )
 
 

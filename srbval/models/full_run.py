@@ -21,7 +21,7 @@ from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
-from srbval.models.hierarchy import check_known, geometry_of, level_of
+from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run_statistics import RunStatistics, load_share
@@ -74,8 +74,7 @@ class FullRun:
 
 
 def full_run(scene: Scene, bearing: Bearing) -> FullRun:
-    """The scene's run at its start, with its model and solver; `ConfigurationError` where there is no such thing."""
-    check_known("solver", scene.solver.name, tuple(METHODS))
+    """The scene's run at its start, with its model and one of the `METHODS`; raises what its parameters raise."""
     level = level_of(scene.model)
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)

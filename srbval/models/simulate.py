@@ -15,12 +15,13 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.hierarchy import geometry_of, level_of
+from srbval.models.hierarchy import check_known, geometry_of, level_of
 from srbval.models.jit import WITHOUT_KERNELS
 from srbval.models.outputs import Outputs
 from srbval.models.run import EnergyFlow, Run, RunSummary
 from srbval.models.run_file import run_writer
 from srbval.models.run_statistics import RunStatistics
+from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.files import check_suffix
@@ -82,7 +83,8 @@ def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistic
     stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
     level.check_surface(scene)
     if level.parameters is not None:
-        geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
+        check_known("solver", scene.solver.name, tuple(METHODS))  # at once, before kernels are compiled
+        geometry_of(stats.bearing, scene.model)
     check_room(stats, folder)
     if step is not Step.UNCHECKED and level.parameters is not None:
         level.check_step(stats, choose=step is Step.AUTO)

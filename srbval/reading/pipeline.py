@@ -4,6 +4,7 @@ Which band is demodulated, whether the shaft's course is followed, filter and en
 """
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass, replace
 
@@ -59,6 +60,9 @@ USABLE_SHARE = 0.9
 # Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
 # wider masks would grow together and hide every line.
 LARGEST_MASK_SHARE = 5e-4
+# Parts of the whole band, at most, whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by the log
+# score of the diagnoses with one rig left out in turn (-0.66, -0.60, -0.61).
+WHITENED_BANDS = 4
 # Noise alone exceeds so many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
 CLIP = 12.0
 
@@ -311,16 +315,27 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
 
 
 def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
+    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians."""
+    return whitened_bands(processed, bearing, speed, most=1)[0]
 
-    Some few knocks far above all others would make up combs of any order among themselves. Impacts of a fault come in
-    hundreds, each of them little above the clip.
+
+def whitened_bands(
+    processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
+) -> tuple[Periodogram, ...]:
+    """The same of equal parts of the whole band, each wide enough for the bearing's lines, `most` at most.
+
+    What a fault strikes in one part of the band is not drowned by the noise of the others where their spectra are
+    averaged. Some few knocks far above all others would make up combs of any order among themselves, but for the clip;
+    impacts of a fault come in hundreds, each of them little above it.
     """
     low, high = (share * processed.fs_hz for share in WHOLE_BAND)
-    band_hz = low, high
-    square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
-    square = np.minimum(square, CLIP * float(np.median(square)))
-    ends = end_s(band_hz)
-    square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
-    whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
-    return periodogram_of(whole, bearing, speed)
+    needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE
+    edges = np.linspace(low, high, 1 + max(1, min(most, math.floor((high - low) / needed_hz)))).tolist()
+    white, ends, found = prewhitened(processed.whole), end_s((low, high)), []
+    for band_hz in itertools.pairwise(edges):
+        square, rate = squared_envelope_one_pass(white, processed.fs_hz, band_hz)
+        square = np.minimum(square, CLIP * float(np.median(square)))
+        square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
+        part = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
+        found.append(periodogram_of(part, bearing, speed))
+    return tuple(found)

@@ -286,7 +286,7 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
     comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; where one beyond it does, no speed is given.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
-    combs = CombSpectrum.of(bare, (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
+    combs = CombSpectrum.of([bare], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
     score, hz = combs.score[inside], combs.frequency_hz[inside]
     if not score.size or (highest := float(score.max())) < LEAST_COMB:

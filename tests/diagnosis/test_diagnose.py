@@ -8,6 +8,7 @@ import scipy.signal
 
 from srbval.bearing import Fault
 from srbval.diagnosis.diagnose import diagnose
+from srbval.diagnosis.fault_posterior import OTHER
 from srbval.diagnosis.fault_scores import fault_scores
 from srbval.reading import pipeline
 from srbval.reading.analyse import analyse
@@ -44,6 +45,23 @@ def test_a_fault_that_only_another_channel_shows_is_named_with_it() -> None:
     alone, together = diagnose(analysis), diagnose(analysis, all_channels=True)
     assert alone.state != Fault.INNER
     assert (together.state, together.channel) == ("inner", "y")
+
+
+@pytest.mark.parametrize("height", [10.0, 40.0])
+def test_another_machine_s_impacts_beside_a_fault_do_not_hide_it_and_are_none_themselves(height: float) -> None:
+    """At 52.6 Hz, ringing elsewhere, up to twice as strong as the fault's comb: order 2.104, no line of the bearing."""
+    quiet, faulted = record(shaft_hz=25.0, fault=False, seed=7), record(shaft_hz=25.0)
+    at = np.arange(0.01, 2.99, 1 / 52.6) + np.random.default_rng(1).normal(0, 1e-4, 157)
+    train = np.zeros(quiet.channels["x"].size)
+    train[(at * quiet.fs_hz).astype(int)] = height
+    foreign, found = scipy.signal.lfilter(*scipy.signal.iirpeak(1500, 6, fs=quiet.fs_hz), train), []
+    for one in (quiet, faulted):
+        both = dataclasses.replace(one, channels={"x": one.channels["x"] + foreign})
+        speed = dataclasses.replace(one.speed, value_hz=25.0, ci95_hz=0.01)
+        found.append(diagnose(analyse(both, bearing=BEARING, speed=speed)))
+    assert [one.best_class for one in found] == [OTHER, "inner"]
+    assert found[0].state == OTHER
+    assert [one.scores.unexplained_order for one in found] == pytest.approx([52.6 / 25] * 2, rel=0.01)
 
 
 def impulsive(rng: np.random.Generator, count: int = 60_000) -> np.ndarray:

@@ -6,9 +6,12 @@ Orders on the contact problem are tested in `tests/verification/test_convergence
 import numpy as np
 import pytest
 
+from srbval.errors import UnknownNameError
+from srbval.models import jit
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
+from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.methods import LEAPFROG
 from srbval.scene import paper_scene
@@ -90,3 +93,13 @@ def test_a_run_in_pieces_is_bit_identical(name: str) -> None:
         take_steps(model, without, method, step_s=PAPER_STEP_S, intervals=range(first, first + 1))
     take_steps(model, whole := start.copy(), method, step_s=PAPER_STEP_S, intervals=range(2))
     assert np.array_equal(without, whole) == (not method.coefficients.ahead), "the memory is of consequence"
+
+
+@pytest.mark.parametrize("step", [Step.CHECKED, Step.UNCHECKED])
+@pytest.mark.parametrize("name", ["imex3", "a" * 5000], ids=["misspelt", "longer than a file's name may be"])
+def test_an_unknown_solver_is_refused_before_anything_is_compiled(
+    name: str, step: Step, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jit, "_missing", lambda _: pytest.fail("kernels are looked for"))
+    with pytest.raises(UnknownNameError, match="is not known"):
+        simulate(paper_scene(solver={"name": name}), step=step)

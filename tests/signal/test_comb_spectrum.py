@@ -1,4 +1,4 @@
-"""Combs over their fundamental, and the chance that a meaningless one is as strong; groups of a roller's lines."""
+"""Combs over their fundamental, and the chance that a meaningless one is as strong."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import CombSpectrum, strongest_group
+from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import neg_log_rank
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ, LIMIT_HZ = 2000.0, 6.0, 61.7, 17.3, 600.0
@@ -16,7 +16,7 @@ RELATIVE = 0.01
 
 def combs(samples: FloatArray) -> CombSpectrum:
     record = Periodogram.of(3 + samples, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
-    return CombSpectrum.of(record, 1.1 * SHAFT_HZ, 5)
+    return CombSpectrum.of([record], 1.1 * SHAFT_HZ, 5)
 
 
 def noise(seed: int) -> FloatArray:
@@ -63,49 +63,3 @@ def test_out_of_reach_there_is_nothing() -> None:
         assert neg_log_rank(30.0, np.repeat([1.0, 6.0], [60, 40]), ties=ties) == pytest.approx(math.log(101))
     infinite = np.repeat([1.0, math.inf], [60, 40])
     assert neg_log_rank(30.0, infinite, ties=True) == pytest.approx(math.log(101 / 41))
-
-
-GROUP_S, TURN_HZ, CAGE_HZ, STRIKES_HZ = 8.0, 14.3, 6.15, 99.6
-
-
-def record(turns_lost: float, *, strength: float = 1.0, seed: int = 0) -> Periodogram:
-    """The squared envelope of strikes at `STRIKES_HZ` in the load zone, a third of the cage's revolution, in noise.
-
-    From one passage to the next the element turns so many strikes less than at that rate.
-    """
-    rng = np.random.default_rng(seed)
-    envelope = 1 + 0.5 * rng.standard_normal(round(FS_HZ * GROUP_S))
-    for passage in range(math.ceil(GROUP_S * CAGE_HZ)):
-        start = passage / CAGE_HZ
-        first = start * STRIKES_HZ - turns_lost * passage
-        for strike in range(math.ceil(first), math.floor(first + STRIKES_HZ / 3 / CAGE_HZ) + 1):
-            at = round((start + (strike - first) / STRIKES_HZ) * FS_HZ)
-            envelope[at : at + 6] += strength
-    return Periodogram.of(envelope, FS_HZ, limit_hz=400.0, shaft_hz=TURN_HZ)
-
-
-@pytest.mark.parametrize("turns_lost", [0.0, 0.3, 0.5, 1.8])
-def test_a_group_is_found_wherever_its_lines_stand(turns_lost: float) -> None:
-    group, others = strongest_group(record(turns_lost), STRIKES_HZ, CAGE_HZ, RELATIVE)
-    assert group.score > others.max() + 2
-    assert neg_log_rank(group.score, others) > -math.log(0.01)
-    assert group.spacing_hz == pytest.approx(CAGE_HZ, rel=RELATIVE)
-    # One line is where the phase recurs with the cage: (whole number + strikes per passage) times the cage frequency.
-    places = (group.found_hz - STRIKES_HZ) / CAGE_HZ + turns_lost
-    assert abs(places - round(places)) < 0.15
-
-
-def test_noise_has_no_group_that_stands_out() -> None:
-    ranks = []
-    for seed in range(40):
-        group, others = strongest_group(record(0.0, strength=0.0, seed=seed), STRIKES_HZ, CAGE_HZ, RELATIVE)
-        ranks.append(math.exp(-neg_log_rank(group.score, others)))
-    assert np.mean(np.array(ranks) < 0.1) < 0.3
-    assert min(ranks) > 1e-3
-
-
-def test_a_group_beyond_the_record_s_reach_is_none() -> None:
-    for centre_hz in (199.0, 2.9 * CAGE_HZ):
-        group, others = strongest_group(record(0.0), centre_hz, CAGE_HZ, RELATIVE)
-        assert group is None
-        assert others.size == 0

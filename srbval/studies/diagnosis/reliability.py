@@ -1,6 +1,7 @@
 """Reliability of the fault probabilities: the records that come with the program, rigs left out in turn.
 
-Every rig has the same weight, and so has every bearing of a rig.
+Every class weighs as much as it is probable beforehand, every rig of a class and every bearing of a rig the same.
+Calibration is that of real records alone: wrong readings, which are made, are counted apart.
 """
 
 import itertools
@@ -11,8 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.diagnosis.diagnose import known_features
 from srbval.diagnosis.fault_posterior import (
     CLASSES,
@@ -46,17 +48,23 @@ class HeldOut:
         """Is its state the most probable class?"""
         return most_probable(self.probabilities) == self.record.state
 
+    @property
+    def highest(self) -> float:
+        """The highest probability."""
+        return max(self.probabilities.values())
+
 
 def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
     """Every record by the model of the other rigs."""
-    bearings = Counter((k.rig, k.state, k.specimen) for k in known)
-    of_rig = Counter(rig for rig, *_ in bearings)
-    models = {rig: fit_posterior([k for k in known if k.rig != rig]) for rig in of_rig}
+    records = Counter((k.state, k.rig, k.specimen) for k in known)
+    bearings = Counter((state, rig) for state, rig, _ in records)
+    rigs = Counter(state for state, _ in bearings)
+    models = {rig: fit_posterior([k for k in known if k.rig != rig]) for _, rig in bearings}
     return [
         HeldOut(
             record=k,
             probabilities=models[k.rig].probabilities(k.vector),
-            weight=1 / of_rig[k.rig] / bearings[k.rig, k.state, k.specimen] / len(of_rig),
+            weight=PRIOR[k.state] / rigs[k.state] / bearings[k.state, k.rig] / records[k.state, k.rig, k.specimen],
         )
         for k in known
     ]
@@ -70,38 +78,46 @@ def naming_scores() -> dict[str, Any]:
         "calls": calls(found),
         "wrongly_read": wrongly_read(found),
         "reliability": reliability(found),
+        "by_class": reliability_by_class(found),
     }
 
 
 def scores(found: Sequence[HeldOut]) -> dict[str, float]:
-    """Mean log score and Brier score, those of equal probabilities, and the expected calibration error.
+    """Mean log score and Brier score, those of the prior, and the expected calibration error on real records.
 
     `calibration_error_by_chance`: what probabilities that are right stay below in 95 % of draws of so many bearings.
     """
     log = sum(f.weight * math.log(f.probabilities[f.record.state]) for f in found)
     brier = sum(f.weight * sum((p - (n == f.record.state)) ** 2 for n, p in f.probabilities.items()) for f in found)
-    errors = [_calibration_error(found, right) for right in (np.array([[f.right for f in found]]), _drawn(found))]
+    real = [f for f in found if f.record.state != OTHER]
+    said = np.array([f.highest for f in real])
+    errors = [_calibration_error(real, right) for right in (np.array([[f.right for f in real]]), _drawn(real, said))]
     return {
-        "log_score": log, "log_score_of_equal": -math.log(len(PRIOR)), "brier_score": brier,
-        "brier_score_of_equal": 1 - 1 / len(PRIOR), "calibration_error": float(errors[0][0]),
+        "log_score": log, "log_score_of_prior": sum(p * math.log(p) for p in PRIOR.values()), "brier_score": brier,
+        "brier_score_of_prior": 1 - sum(p**2 for p in PRIOR.values()), "calibration_error": float(errors[0][0]),
         "calibration_error_by_chance": float(np.quantile(errors[1], 0.95)),
     }  # fmt: skip
 
 
 def reliability(found: Sequence[HeldOut]) -> list[dict[str, float]]:
-    """By bins of the highest probability: its mean, how often it was right, and the 95 % range if it were right."""
-    bins, weight, said = _arrays(found)
-    right, drawn = np.array([f.right for f in found]), _drawn(found)
-    rows = []
-    for number in np.unique(bins):
-        of = bins == number
-        low, high = np.quantile(drawn[:, of] @ weight[of] / weight[of].sum(), (0.025, 0.975))
-        rows.append({
-            "from": float(EDGES[number]), "to": float(EDGES[number + 1]), "records": int(of.sum()),
-            "weight": float(weight[of].sum()), "said": float(np.average(said[of], weights=weight[of])),
-            "right": float(np.average(right[of], weights=weight[of])), "low": float(low), "high": float(high),
-        })  # fmt: skip
-    return rows
+    """Of real records by bins of the highest probability: mean said, share right, its 95 % range if that were right."""
+    real = [f for f in found if f.record.state != OTHER]
+    said, right = np.array([f.highest for f in real]), np.array([f.right for f in real])
+    bins = _bins(said)
+    return [
+        {"from": float(EDGES[number]), "to": float(EDGES[number + 1])} | _row(real, said, right, bins == number)
+        for number in np.unique(bins)
+    ]
+
+
+def reliability_by_class(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
+    """The same of every class: its mean probability over all real records, and how often it was the record's state."""
+    real = [f for f in found if f.record.state != OTHER]
+    every, states = np.ones(len(real), dtype=np.bool_), np.array([f.record.state for f in real])
+    return [
+        {"state": name} | _row(real, np.array([f.probabilities[name] for f in real]), states == name, every)
+        for name in CLASSES[:-1]
+    ]
 
 
 def calls(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
@@ -129,23 +145,32 @@ def _shows(found: Sequence[HeldOut]) -> Iterator[bool]:
         yield shows
 
 
-def _arrays(found: Sequence[HeldOut]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bin, weight and highest probability of each record."""
-    said = np.array([max(f.probabilities.values()) for f in found])
-    return np.clip(np.digitize(said, EDGES) - 1, 0, EDGES.size - 2), np.array([f.weight for f in found]), said
+def _bins(said: FloatArray) -> IntArray:
+    return np.clip(np.digitize(said, EDGES) - 1, 0, EDGES.size - 2)
 
 
-def _drawn(found: Sequence[HeldOut]) -> FloatArray:
-    """Whether each record is right, in draws where probabilities are: all records of a bearing together [draws, n]."""
+def _row(
+    found: Sequence[HeldOut], said: FloatArray, right: NDArray[np.bool_], chosen: NDArray[np.bool_]
+) -> dict[str, float]:
+    weight = np.array([f.weight for f in found]) * chosen
+    low, high = np.quantile(_drawn(found, said) @ weight / weight.sum(), (0.025, 0.975))
+    return {
+        "records": int(chosen.sum()), "weight": float(weight.sum()), "said": float(np.average(said, weights=weight)),
+        "right": float(np.average(right, weights=weight)), "low": float(low), "high": float(high),
+    }  # fmt: skip
+
+
+def _drawn(found: Sequence[HeldOut], said: FloatArray) -> FloatArray:
+    """Whether what is said of each record is right, in draws where it is: all of a bearing together [draws, n]."""
     number = itertools.count()
     groups = {key: next(number) for key in dict.fromkeys((f.record.rig, f.record.specimen) for f in found)}
     of = np.array([groups[f.record.rig, f.record.specimen] for f in found])
-    _, _, said = _arrays(found)
     return np.asarray(np.random.default_rng(0).random((DRAWS, len(groups)))[:, of] < said, dtype=np.float64)
 
 
 def _calibration_error(found: Sequence[HeldOut], right: FloatArray) -> FloatArray:
     """Mean of |said - right| over the bins, of each draw [draws]."""
-    bins, weight, said = _arrays(found)
+    said, weight = np.array([f.highest for f in found]), np.array([f.weight for f in found])
+    bins = _bins(said)
     off = [np.abs((right[:, bins == n] - said[bins == n]) @ weight[bins == n]) for n in np.unique(bins)]
-    return np.asarray(np.sum(off, axis=0))
+    return np.asarray(np.sum(off, axis=0) / weight.sum())
