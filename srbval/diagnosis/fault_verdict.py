@@ -195,7 +195,11 @@ def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagn
         stands = line.stands_out if Fault.of_line(line.name) else is_deep
         if stands and line.name != comparison.line and not is_accounted_for(line):
             yield f"{line.name} {line.snr:,.0f} times the noise"
-        elif line.covered and line.false_alarm is not None and line.false_alarm < FALSE_ALARM:
+        elif (
+            line.covered
+            and line.noise_false_alarm is not None
+            and max(line.noise_false_alarm, line.placebo_false_alarm or 0.0) < FALSE_ALARM
+        ):
             yield f"multiples of {line.name}, which the shaft covers itself"
     best = diagnosis.best_class
     if best == OTHER and diagnosis.scores.unexplained_order is not None:

@@ -29,7 +29,7 @@ from srbval.reading.families import (
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable, peak_snr, read_comb
 from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
-from srbval.signal.false_alarm import COMBS, rank_among_placebos
+from srbval.signal.false_alarm import COMBS, joint_false_alarm, rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
@@ -42,8 +42,8 @@ HALF_SHARE = 0.5
 _BLOCK_REVOLUTIONS = 2
 # What a line takes over from its reading.
 _AS_READ = (
-    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "detected", "isolated", "covered",
-    "resolution_hz", "sideband_hz", "sideband_ci95_hz",
+    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "comb_false_alarm", "detected",
+    "isolated", "covered", "resolution_hz", "sideband_hz", "sideband_ci95_hz",
 )  # fmt: skip
 
 
@@ -73,8 +73,9 @@ class Line:
     `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
     its `noise_false_alarm`; the others are read one by one. `placebo_false_alarm` is a first harmonic's rank among the
-    record's placebos (`rank_among_placebos`), None where there are too few; `false_alarm` the larger of the
-    two. A harmonic or sideband counts only with its own line. `isolated` and `covered` are those of `LineReading`.
+    record's placebos, `comb_false_alarm` that among whole combs (`rank_among_placebos`), None where there are too few;
+    `false_alarm` joins the three, None without a rank. A harmonic or sideband counts only with its own line.
+    `isolated` and `covered` are those of `LineReading`.
     `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
     the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
     over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
@@ -96,6 +97,7 @@ class Line:
     depth: float | None = None
     noise_false_alarm: float | None = None
     placebo_false_alarm: float | None = None
+    comb_false_alarm: float | None = None
     detected: bool = False
     isolated: bool = True
     covered: bool = False
@@ -109,8 +111,9 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """The larger of the probabilities from noise alone and from the record's placebos."""
-        return None if self.noise_false_alarm is None else max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
+        """`joint_false_alarm` of noise and placebos; None for a line without a rank: noise alone says too little."""
+        noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
+        return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
     @property
     def not_detected(self) -> NotDetected | None:
@@ -211,7 +214,8 @@ def read_lines(
             rank = rank_among_placebos(
                 within, centre, reading.half_window_hz, len(reading.snr), placebo_hz, combs=combs
             )
-        reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
+        if rank is not None:
+            reading = replace(reading, placebo_false_alarm=rank.false_alarm, comb_false_alarm=rank.whole_false_alarm)
         first = _measured(lines[family.name][0], reading, speed)
         explained, identity = None, None
         if reading.detected:
@@ -384,9 +388,10 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
     corrected = []
     for line in lines:
         noise = of_any(line.noise_false_alarm, trials)
-        placebo = of_any(line.placebo_false_alarm, trials_of_rank or trials)
+        placebo, comb = (of_any(p, trials_of_rank or trials) for p in (line.placebo_false_alarm, line.comb_false_alarm))
         detected = line.detected and noise is not None and is_improbable(noise, placebo)
-        corrected.append(replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, detected=detected))
+        line = replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, comb_false_alarm=comb)
+        corrected.append(replace(line, detected=detected))
     own = {x.name for x in corrected if x.detected and x.is_first}
     # A sideband's name begins with its line's: ``BPFI-fr``.
     return tuple(x if x.name.replace("+", "-").split("-")[0] in own else _without_own_line(x) for x in corrected)

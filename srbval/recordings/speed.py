@@ -27,12 +27,14 @@ POINTS_PER_TURN = 8  # of the speed signal
 AGREES = 0.1  # of the speed stated by the user: more is a wrong number of pulses per revolution
 
 
-def tachometer_speed(speed_hz: FloatArray) -> ShaftSpeed:
-    """Mean of a tachometer signal [Hz], evenly sampled, with its 95 % interval and drift.
+def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
+    """Mean of a tachometer signal [Hz], sampled evenly at `rate_hz`, with its 95 % interval and drift.
 
-    The interval is that of the mean over this very signal: clocks (`SCALE_CI95`) and the sensor's noise, white noise
-    whose variance is a sixth of that of the second differences. How the shaft's speed varies meanwhile (`spread_hz`) is
-    no error of it. Raises `DataError` for a signal that cannot be a shaft speed.
+    The interval is that of the mean over this very signal: clocks (`SCALE_CI95`) and the sensor's noise. White noise
+    has a sixth of the variance of the second differences. Where the sensor smooths its signal these hold none, but
+    what is wrong with the angle at the two ends stays: the error of the times of whole revolutions (`turn_error_s`).
+    How the shaft's speed varies meanwhile (`spread_hz`) is no error of it. Raises `DataError` for a signal that cannot
+    be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
@@ -43,13 +45,31 @@ def tachometer_speed(speed_hz: FloatArray) -> ShaftSpeed:
     drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
     sign = math.copysign(1.0, mean)  # fault lines do not depend on the direction of rotation
     noise = Z95 * math.sqrt(float(np.mean(np.diff(speed_hz, 2) ** 2)) / 6 / speed_hz.size)
+    ends = 0.0 if rate_hz is None else Z95 * math.sqrt(2) * turn_error_s(speed_hz, rate_hz) * mean * rate_hz
     return ShaftSpeed(
         value_hz=abs(mean),
-        ci95_hz=math.hypot(noise, SCALE_CI95 * mean),
+        ci95_hz=math.hypot(noise, ends / speed_hz.size, SCALE_CI95 * mean),
         source=SpeedSource.TACHOMETER,
         drift_hz=sign * drift,
         spread_hz=float(np.std(speed_hz)),
     )
+
+
+def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
+    """White error of the times at which a sensor's signal completes a revolution [s]; 0 below `LEAST_TURNS` of them.
+
+    What `speed_from_pulses` takes from its pulses: the second differences of the times of whole revolutions, variance
+    over 6. Too large where the shaft itself changes from one revolution to the next, too small where the sensor smooths
+    over more than one.
+    """
+    turns = np.abs(np.concatenate(([0.0], np.cumsum((speed_hz[1:] + speed_hz[:-1]) / 2) / rate_hz)))
+    marks = np.interp(np.arange(math.floor(turns[-1]) + 1), turns, np.arange(turns.size) / rate_hz)
+    return _white_error(marks) if marks.size > LEAST_TURNS else 0.0
+
+
+def _white_error(times_s: FloatArray) -> float:
+    """Standard deviation of independent errors of `times_s` [n] of an even motion, from second differences."""
+    return math.sqrt(float(np.mean(np.diff(times_s, 2) ** 2)) / 6)
 
 
 def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
@@ -97,7 +117,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
             raise DataError("its sampling rate is not known.")
         if factor is not None:
             signal, said = SpeedSignal(values_hz=channel.samples * factor, rate_hz=fs_hz), "a speed signal"
-            speed = tachometer_speed(signal.values_hz)
+            speed = tachometer_speed(signal.values_hz, signal.rate_hz)
         elif pulses_per_rev is None:
             raise DataError("pulses per revolution of the shaft: --pulses-per-rev N.")
         else:
@@ -148,7 +168,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     at = np.linspace(0, seconds, count)
     values = CubicSpline(marks, turns)(np.clip(at, marks[0], marks[-1]), 1)
     course = tachometer_speed(values)
-    jitter = max(math.sqrt(float(np.mean(np.diff(marks, 2) ** 2)) / 6), 1 / (math.sqrt(12) * fs_hz))
+    jitter = max(_white_error(marks), 1 / (math.sqrt(12) * fs_hz))
     ends = (1 - covered / seconds) * (course.spread_hz or 0.0)
     half = Z95 * math.hypot(math.sqrt(2) * jitter / covered * mean, ends)
     speed = dataclasses.replace(course, value_hz=mean, ci95_hz=half)

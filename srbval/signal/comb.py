@@ -44,9 +44,10 @@ class LineReading:
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
     the shaft speed, `noise_ci95_hz` that from noise alone (Cramer-Rao); `snr` the power of each harmonic over the local
     mean noise power in a bin; `noise_false_alarm` the probability of at least this much from noise alone anywhere in
-    the window, `placebo_false_alarm` the comb's rank among placebos (`rank_among_placebos`), None where it was not
-    ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the window,
-    `covered` True where it lies in a masked zone: what stands there is that zone's, and so are its `snr` and `depth`.
+    the window, `placebo_false_alarm` the comb's rank among placebos and `comb_false_alarm` that among whole combs
+    (`rank_among_placebos`), None where it was not ranked; `isolated` is False where the peak is a side lobe of a far
+    stronger line or of one outside the window, `covered` True where it lies in a masked zone: what stands there is that
+    zone's, and so are its `snr` and `depth`.
     `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
     spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
     `resolution_hz` is one over the record's duration. Some peak is always *found*: whether it is a line is said by
@@ -65,6 +66,7 @@ class LineReading:
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
     placebo_false_alarm: float | None = None
+    comb_false_alarm: float | None = None
     covered: bool = False
 
     @property

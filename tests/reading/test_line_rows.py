@@ -12,7 +12,7 @@ from srbval.reading.families import half_window_hz, window_share
 from srbval.reading.lines import SHAFT, Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.verdict import describe_lines
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram
+from srbval.signal import LEAST_SNR, Periodogram, is_improbable
 from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 
 FS_HZ, LIMIT_HZ = 2000.0, 700.0
@@ -53,11 +53,11 @@ def assert_coherent(line: Line, window_hz: float) -> None:
     if line.detected:
         assert line.stands_out
         assert line.explained_by is None
-        assert (line.false_alarm or 0) < PLACEBO_FALSE_ALARM
+        assert (line.placebo_false_alarm or 0) < PLACEBO_FALSE_ALARM
         assert "-" in line.name or "+" in line.name or abs(line.found_hz - line.kinematic_hz) <= window_hz * (1 + EDGE)
     elif line.found_hz is not None and line.explained_by is None:
         holds = {
-            NotDetected.WEAK: snr <= LEAST_SNR and (line.false_alarm or 0) >= FALSE_ALARM,
+            NotDetected.WEAK: snr <= LEAST_SNR and not is_improbable(chance, line.placebo_false_alarm),
             NotDetected.MULTIPLES: snr <= LEAST_SNR and chance < FALSE_ALARM,
             NotDetected.NOISE: snr > LEAST_SNR and chance >= FALSE_ALARM,
             NotDetected.MEANINGLESS: snr > LEAST_SNR and (line.placebo_false_alarm or 0) >= PLACEBO_FALSE_ALARM,

@@ -137,6 +137,20 @@ def test_sensor_noise_is_an_error_of_the_mean(monkeypatch: pytest.MonkeyPatch) -
     assert COVERED[0] <= covered <= COVERED[1]
 
 
+@pytest.mark.parametrize("smoothed", [15, 45, 91])
+def test_noise_of_a_smoothed_signal_is_an_error_of_the_mean(smoothed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Angles read at 640 Hz with errors of a thousandth of a turn; the speed is smoothed, by up to a revolution."""
+    monkeypatch.setattr(speed_module, "SCALE_CI95", 0.0)
+    rng, window, covered = np.random.default_rng(4), np.hanning(smoothed + 2)[1:-1], [0, 0]
+    for _ in range(200):
+        angle = 14.3 * np.arange(1280 + smoothed) / 640 + rng.normal(0, 1e-3, 1280 + smoothed)
+        signal = np.convolve(np.diff(angle) * 640, window / window.sum(), "valid")
+        for known, rate_hz in enumerate((None, 640.0)):
+            speed = tachometer_speed(signal, rate_hz)
+            covered[known] += abs(speed.value_hz - 14.3) < speed.ci95_hz
+    assert covered[0] < COVERED[0] <= covered[1] <= COVERED[1]  # white noise alone explains too little
+
+
 def test_drift_and_direction() -> None:
     up = tachometer_speed(np.linspace(10, 11, 1000))
     assert (up.value_hz, up.drift_hz) == (pytest.approx(10.5), pytest.approx(0.75, abs=RAMP_HZ))

@@ -5,7 +5,7 @@ import pytest
 
 from srbval.signal import Periodogram
 from srbval.signal.comb import read_comb
-from srbval.signal.false_alarm import COMBS, fundamentals, neg_log_rank, rank_among_placebos
+from srbval.signal.false_alarm import COMBS, GRID, fundamentals, joint_false_alarm, neg_log_rank, rank_among_placebos
 from srbval.signal.false_alarm import rank as rank_of
 
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
@@ -68,9 +68,17 @@ def test_one_other_line_in_the_window_is_least_among_whole_combs_only():
     assert np.mean(ranks) > 1.5 * np.mean(whole)
 
 
-def test_a_true_line_is_stronger_than_all_placebos_with_other_lines_about():
+def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
+    """The strongest comb of a record stands in one of so few windows, whichever that is."""
     record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
     assert rank(record, TRUE_HZ * 1.003) == LEAST
+    windows = pool(TRUE_HZ).size / (2 * GRID)
+    found = rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
+    assert found.whole_false_alarm == pytest.approx(1 / (windows + 1))
+    assert joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)
+    elsewhere = rank_among_placebos(record, 0.8 * TRUE_HZ, RELATIVE * 0.8 * TRUE_HZ, HARMONICS, pool(0.8 * TRUE_HZ))
+    assert elsewhere.whole_false_alarm >= 1.5 / (windows + 1)  # the comb at TRUE_HZ is stronger
+    assert joint_false_alarm(0.5, 0.0, 0.0) == 0.5
 
 
 @pytest.mark.parametrize("ties", [False, True])

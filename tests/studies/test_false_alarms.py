@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from srbval.signal.false_alarm import ORDERS
-from srbval.studies.false_alarms.study import alarms, distance, healthy, placebos, tried_combs, white
+from srbval.studies.false_alarms import study
+from srbval.studies.false_alarms.study import (
+    alarms,
+    distance,
+    foreign,
+    healthy,
+    placebo_lines,
+    placebos,
+    tried_combs,
+    white,
+)
 
 # Six combs of each of 90 families, a tenth of them independent of each other: 1.36 / sqrt(200) and what one record's
 # combs have in common.
@@ -44,3 +54,13 @@ def test_ranks_are_counted_by_design_and_by_rig() -> None:
 def test_alarms_on_noise_are_counted() -> None:
     found = alarms(white, 2)
     assert (found["records"], found["chances"], found["fault called"]) == (2, 6, 0)
+
+
+def test_what_a_line_states_is_rarely_small_where_another_bearing_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where noise alone is below a hundredth in one of ten, and mixed placebos in two of a hundred."""
+    monkeypatch.setattr(study, "LENGTHS_S", (2.0,))
+    (row,) = placebo_lines(foreign, 30)
+    assert row["lines"] > 500
+    assert row["noise"] > 0.05
+    assert row["stated"] < 0.8 * row["mixed"]
+    assert row["stated"] < HIGHEST_SHARE

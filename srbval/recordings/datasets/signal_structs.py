@@ -70,7 +70,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         speed, note = description.speed.speed(None, nominal_rpm), "no speed signal in the file"
     else:
         ((source, (values,), rate_hz),) = vectors
-        speed, note = tachometer_speed(values), f"speed from {source}, {rate_hz:g} Hz"
+        speed, note = tachometer_speed(values, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
         found_rpm = speed.value_hz * RPM_PER_HZ
         if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
             problem = f"{source} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."

@@ -46,10 +46,10 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     speed_signal = None
     if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
         tachometer_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
-        speed = tachometer_speed(tachometer_hz)
         if fs_hz is not None:  # over the whole record, whatever its own rate
             seconds = max(c.samples.size for c in channels.values()) / fs_hz
             speed_signal = SpeedSignal(values_hz=tachometer_hz, rate_hz=tachometer_hz.size / seconds)
+        speed = tachometer_speed(tachometer_hz, None if speed_signal is None else speed_signal.rate_hz)
     else:
         speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
     used = [rule for rule in description.channels if rule.name in channels]

@@ -6,12 +6,16 @@ rig on the others alone. The combs of one rig are not independent: a record hold
 So beside a rig's distance from uniform stands what the same number of combs give by chance: ``--noise N`` prints it,
 from N white noises in the place of each record.
 
-Naming: backgrounds are white, pink and impulsive noise, random tones, gear families with sidebands, tones and noise
-modulated by shafts. Counted are how often a fault's chance falls below 0.01, over 0.01, and what is called; and in how
-many records a race or roller line is detected, in the declared band and in one chosen on the record.
+Backgrounds: white, pink and impulsive noise, random tones, gear families with sidebands, tones and noise modulated by
+shafts, another bearing's impacts, and bursts of noise at a rate of their own. On each, and on its beginnings, combs at
+meaningless orders are read: how often the probability that a line states falls below 0.01.
+
+Naming: counted are how often a fault's chance falls below 0.01 on these, over 0.01, and what is called; and in how many
+records a race or roller line is detected, in the declared band and in one chosen on the record.
 """
 
 import dataclasses
+import itertools
 import math
 import os
 from argparse import ArgumentParser, Namespace
@@ -38,7 +42,7 @@ from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import periodogram_of, process
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording
 from srbval.signal import Periodogram, read_comb
-from srbval.signal.false_alarm import APART, GRID, ORDERS, rank_among_placebos
+from srbval.signal.false_alarm import APART, GRID, ORDERS, PlaceboRank, joint_false_alarm, rank_among_placebos
 from srbval.studies.harness import Study, StudyResult, input_hashes
 
 IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
@@ -59,6 +63,8 @@ DESIGNS = (ORDERS, 1, 3, 5)
 # Of records that hold no fault.
 FS_HZ, SECONDS, SHAFT_HZ, LEVEL = 12000.0, 5.0, 29.95, 0.01
 BAND_HZ = 500.0, 5500.0
+# Lengths of the records whose placebo lines are read, and how many of the records and of the combs of each family.
+LENGTHS_S, PLACEBO_RECORDS, PLACEBO_COMBS = (1.0, 2.0, SECONDS), 100, 6
 TIME_S = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
 Rng = np.random.Generator
 Row = dict[str, Any]
@@ -83,23 +89,27 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
         pool = placebo_fundamentals(family, about, record, families, speed)
         for centre in rng.choice(pool, count) if pool.size else ():
             alike = dataclasses.replace(family, kinematic_hz=float(centre))
-            placebo = [_rank(record, alike, relative, harmonics, pool, orders) for orders in designs]
+            ranks = [_rank(record, alike, relative, harmonics, pool, orders) for orders in designs]
+            placebo = [math.nan if one is None else one.false_alarm for one in ranks]
             reading = read_comb(
                 record, alike.kinematic_hz, relative * centre, harmonics=harmonics, shortest_block_s=None
             )
-            if reading is not None and not math.isnan(placebo[0]):
+            if reading is not None and (first := ranks[0]) is not None:
+                stated = joint_false_alarm(reading.noise_false_alarm, first.false_alarm, first.whole_false_alarm)
                 yield {
                     "rig": rig, "placebo": placebo, "noise": reading.noise_false_alarm, "before": reading.detected,
+                    "whole": first.whole_false_alarm, "stated": stated,
                     "share": min(1.0, pool.size / (2 * GRID * count)),
                 }  # fmt: skip
 
 
-def _rank(record: Periodogram, family: Family, relative: float, harmonics: int, pool: FloatArray, orders: int) -> float:
+def _rank(
+    record: Periodogram, family: Family, relative: float, harmonics: int, pool: FloatArray, orders: int
+) -> PlaceboRank | None:
     """As a family there would be ranked: its own surroundings are not meaningless."""
     centre = family.kinematic_hz
     apart = pool[np.abs(pool / centre - 1) >= APART * relative]
-    found = rank_among_placebos(record, centre, relative * centre, harmonics, apart, orders=orders)
-    return math.nan if found is None else found.false_alarm
+    return rank_among_placebos(record, centre, relative * centre, harmonics, apart, orders=orders)
 
 
 def by_chance(analyses: Sequence[tuple[str, Analysis]], repeats: int, count: int) -> Iterator[Row]:
@@ -229,17 +239,72 @@ def _tone(rng: Rng, frequency_hz: float) -> FloatArray:
     return np.asarray(np.cos(2 * np.pi * (frequency_hz * TIME_S + rng.random())))
 
 
-BACKGROUNDS: tuple[Callable[[Rng], FloatArray], ...] = (white, pink, impulsive, tones, gears, shafts)
+def foreign(rng: Rng) -> FloatArray:
+    """Impacts of another bearing, their spacing jittered by one per cent, on a resonance in white noise."""
+    hz = rng.uniform(2, 9) * SHAFT_HZ * rng.uniform(0.3, 1.7)
+    at_s = np.cumsum(1 + 0.01 * rng.standard_normal(round(1.2 * SECONDS * hz))) / hz
+    at_s, impacts = at_s[at_s < SECONDS], np.zeros(TIME_S.size)
+    np.add.at(impacts, (at_s * FS_HZ).astype(int), rng.uniform(3, 20) * (1 + 0.2 * rng.standard_normal(at_s.size)))
+    resonance = scipy.signal.iirpeak(rng.uniform(1500, 5000) / (FS_HZ / 2), 8)
+    return np.asarray(white(rng) + scipy.signal.lfilter(*resonance, impacts))
+
+
+def bursts(rng: Rng) -> FloatArray:
+    """Cyclostationary noise: its power rises and falls at a rate from 5 to 150 Hz, over white noise."""
+    rise = np.exp(rng.uniform(0.3, 2) * _tone(rng, rng.uniform(5, 150)))
+    return np.asarray(white(rng) * rise / rise.mean() + 0.5 * white(rng))
+
+
+BACKGROUNDS: tuple[Callable[[Rng], FloatArray], ...] = (
+    white, pink, impulsive, tones, gears, shafts, foreign, bursts
+)  # fmt: skip
+
+
+def _background_record(background: Callable[[Rng], FloatArray], seed: int | Sequence[int], seconds: float) -> Recording:
+    samples = background(np.random.default_rng(seed))[: round(seconds * FS_HZ)]
+    return Recording(
+        name=background.__name__, origin=Origin.MEASURED, channels={"x": samples}, channel="x", fs_hz=FS_HZ,
+        unit="m/s2", band_hz=BAND_HZ,
+        speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.015, source=SpeedSource.STATED),
+    )  # fmt: skip
+
+
+def placebo_lines(background: Callable[[Rng], FloatArray], count: int, seed: int = 3) -> list[Row]:
+    """For each of `LENGTHS_S`: shares of the placebo lines in `count` records whose probabilities are below `LEVEL`.
+
+    Those that noise, mixed placebos and whole combs give by themselves, and `stated`, that of a line.
+    """
+    bearing, rows = load_bearing("skf-6205"), list[Row]()
+    for seconds in LENGTHS_S:
+        records = [_background_record(background, (seed, number), seconds) for number in range(count)]
+        analysis, tried = analyse(records[0], bearing=bearing), list[Row]()
+        for record in records:  # of an analysis the chain alone has a part in the placebos
+            processed = process(record, band_hz=BAND_HZ, tracking=analysis.processed.tracking)
+            own = dataclasses.replace(analysis, recording=record, processed=processed)
+            tried += tried_combs(background.__name__, own, (ORDERS,), PLACEBO_COMBS)
+        below = {
+            name: float(
+                np.mean([(t["placebo"][0] if name == "mixed" else t[name]) < LEVEL for t in tried] or [math.nan])
+            )
+            for name in ("noise", "mixed", "whole", "stated")
+        }
+        rows.append({"background": background.__name__, "turns": seconds * SHAFT_HZ, "lines": len(tried)} | below)
+    return rows
+
+
+def of_all_kinds(rows: Sequence[Row]) -> list[Row]:
+    """Of each length the mean over all kinds of background, each kind counted once."""
+    return [
+        {"background": "all kinds", "turns": turns, "lines": sum(r["lines"] for r in own)}
+        | {name: float(np.mean([r[name] for r in own])) for name in ("noise", "mixed", "whole", "stated")}
+        for turns in dict.fromkeys(r["turns"] for r in rows) if (own := [r for r in rows if r["turns"] == turns])
+    ]  # fmt: skip
 
 
 def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -> Row:
     """Over `count` records: chances of all faults below `LEVEL`, over it, and how often which class is called."""
     chances, said, detected = list[float](), Counter[str](), Counter[bool]()
-    first = Recording(
-        name=background.__name__, origin=Origin.MEASURED, channels={"x": background(np.random.default_rng(seed))},
-        channel="x", fs_hz=FS_HZ, unit="m/s2", band_hz=BAND_HZ,
-        speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.015, source=SpeedSource.STATED),
-    )  # fmt: skip
+    first = _background_record(background, seed, SECONDS)
     analysis = analyse(first, bearing=load_bearing("skf-6205"))
     for number in range(count):
         recording = dataclasses.replace(first, channels={"x": background(np.random.default_rng([seed, number]))})
@@ -283,6 +348,10 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     progress("combs at meaningless orders", 1.0)
     content = placebos(tried)
     with ProcessPoolExecutor(options.jobs) as pool:
+        of_kind = partial(placebo_lines, count=min(options.records, PLACEBO_RECORDS))
+        rows = list(itertools.chain.from_iterable(pool.map(of_kind, BACKGROUNDS)))
+        content["placebo_lines"] = [*rows, *of_all_kinds(rows)]
+        progress("placebo lines", 1.0)
         content["naming"] = list(pool.map(partial(alarms, count=options.records), BACKGROUNDS))
     text = "\n\n".join(f"{name.replace('_', ' ')}\n{text_rows(rows)}" for name, rows in content.items())
     return StudyResult(name="false_alarms", content=content, text=text, inputs=input_hashes(*dict.fromkeys(files)))
