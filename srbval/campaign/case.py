@@ -6,7 +6,6 @@ stands in the summary behind the file's end, next to its checksum: HDF5 is not a
 """
 
 import enum
-import io
 import json
 import re
 from collections.abc import Mapping
@@ -16,14 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.campaign.quantities import CaseQuantity, Output
 from srbval.errors import DataError
 from srbval.models.run import USABLE, Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
-from srbval.storage.files import atomic_write
-from srbval.storage.hdf5_files import ATTRIBUTES, CHECKED, append_checksum, checked_summary
+from srbval.storage.hdf5_files import CHECKED, checked_summary, new_hdf5
 from srbval.storage.json_files import checked_line, from_json, read_checked_line
 from srbval.storage.sources import content_version
 
@@ -126,17 +123,13 @@ def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: R
 
     `scene` is None where none could be made. Raises `DataError` where the file cannot be written.
     """
-    import h5py
-
-    image = io.BytesIO()
-    with h5py.File(image, "w", track_order=True) as file:
-        file.attrs.update(ATTRIBUTES)
+    with new_hdf5(path) as file:
         if signals is None:
             content = {} if scene is None else scene_dict(scene)
             file.attrs.update({"srbval_kind": KIND, "scene": json.dumps(content)})
             file.attrs.update({"ending": result.ending.value, "reason": result.reason})
         else:
-            writer = _ImageWriter(file, signals.scene)
+            writer = RunWriter(file, signals.scene, check_written=file.check_written)
             writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
             # zero, for a deleted attribute leaves its bytes in the file
             writer.finish(replace(signals, wall_s=0.0, compile_s=0.0))
@@ -150,9 +143,7 @@ def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: R
             scale.make_scale("quantity")
             for column in columns:
                 column.dims[0].attach_scale(scale)
-    with atomic_write(path) as part:
-        part.write_bytes(image.getbuffer())
-        append_checksum(part, checked_line({name: getattr(result, name) for name in SUMMARY}))
+        file.summary = checked_line({name: getattr(result, name) for name in SUMMARY})
 
 
 def read_result(path: Path) -> CaseResult:
@@ -167,21 +158,6 @@ def read_result(path: Path) -> CaseResult:
         return result
     except (OSError, ValueError) as error:
         raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
-
-
-class _ImageWriter(RunWriter):
-    """Writes a run file into memory: on a full disk HDF5 crashes the process, a plain write does not.
-
-    Each variable is written at once: otherwise their order depends on when HDF5 happens to flush them.
-    """
-
-    def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
-        super()._extend(name, values, units, long_name)
-        self._file.flush()
-
-    def _scale(self, name: str, values: Any, units: str, long_name: str) -> None:
-        super()._scale(name, values, units, long_name)
-        self._file.flush()
 
 
 def acceleration_only(run: Run) -> Run:

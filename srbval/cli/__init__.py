@@ -55,13 +55,13 @@ def _run(given: list[str]) -> int:
         from srbval.cli.arguments import parser
 
         importlib.import_module("srbval.cli.output")  # which says that it was interrupted
-    from srbval.storage.content_store import stored_results
-
     options = parser().parse_args(given)
     if options.command is None:
         parser().print_help(sys.stderr)
         raise ConfigurationError("name a command, for example: srbval report")
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
+    from srbval.storage.content_store import stored_results
+
     module, function = options.run.split(":")
     with stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)

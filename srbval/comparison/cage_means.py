@@ -14,7 +14,7 @@ is taken on a grid. `tests/comparison/test_cage_readings.py` counts how often it
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,26 +35,18 @@ class CageMeans:
     """Mean cage ratio over the records of each nominal speed [rpm], rising, and how records scatter about it.
 
     `between_u` is the standard deviation between records, the median of its distribution, and `between_ci95` its 95 %
-    interval; `covariance` is the means', [speeds, speeds], `draws` are of their joint distribution, [draws, speeds],
-    and `outer_less_inner` of how much higher it is with a fault of the outer race than with one of the inner, [draws],
-    None where no records show that.
+    interval; `draws` are of the means' joint distribution, [draws, speeds], `outer_less_inner` of how much higher it
+    is with a fault of the outer race than with one of the inner, [draws], None where no records show that; for the
+    means all records of a speed are alike.
     """
-
-    JSON_PROPERTIES: ClassVar = ("difference",)
 
     rpm: tuple[float, ...]
     records: tuple[int, ...]
     means: tuple[float, ...]
-    covariance: FloatArray
     between_u: float
     between_ci95: tuple[float, float]
     draws: FloatArray
     outer_less_inner: FloatArray | None
-
-    @property
-    def difference(self) -> float:
-        """Mean at the slowest speed less that at the fastest."""
-        return self.means[0] - self.means[-1]
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
@@ -80,8 +72,8 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
     low, middle, high = np.quantile(found.between, (0.025, 0.5, 0.975)).tolist()
     return CageMeans(
         rpm=tuple(rpm.tolist()), records=tuple(np.bincount(place).tolist()),
-        means=tuple(found.effects.mean(axis=0).tolist()), covariance=np.atleast_2d(np.cov(found.effects.T)),
-        between_u=middle, between_ci95=(low, high), draws=found.effects, outer_less_inner=apart,
+        means=tuple(found.effects.mean(axis=0).tolist()), between_u=middle,
+        between_ci95=(low, high), draws=found.effects, outer_less_inner=apart,
     )  # fmt: skip
 
 

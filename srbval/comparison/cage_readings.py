@@ -30,10 +30,12 @@ from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
 from srbval.signal.false_alarm import rank_among_placebos
+from srbval.signal.slip import BLOCK_NUMBERS
 
 # The paper's bands for the rig's signals and for the model's, and the one that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 BLOCK_TURNS = 2  # least of a block whose phase is followed, as for every line
+LEAST_TURNS = BLOCK_TURNS * BLOCK_NUMBERS[-1]  # of a shorter record slip cannot be told from noise: no interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,12 +67,12 @@ def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[Ca
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Of one record; None where no comb shows or no course of the shaft's speed was measured."""
+    """Of one record; None where no comb shows, the record is short, or no course of the speed was measured."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
     tracking = choose_tracking(recording, bearing, speed)
-    if not tracking.used:
+    if not tracking.used or recording.seconds * speed.value_hz < LEAST_TURNS:
         return None
     of_fault = _by_fault(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
     passages = _by_passages(recording, bearing, speed, tracking)

@@ -16,6 +16,7 @@ from functools import cache
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.comparison.budget import PRIOR, VERDICT
@@ -88,11 +89,17 @@ def record_verdict(rows: Iterable[Comparison], effects: DefectEffects | None) ->
 
 def holm(found: Sequence[RecordVerdict]) -> tuple[RecordVerdict, ...]:
     """The same with `p_holm` over all of them, in their order."""
-    order = np.argsort([one.p for one in found], kind="stable")
-    factors = np.arange(len(found), 0, -1)
-    stepped = np.maximum.accumulate(np.minimum(1.0, factors * np.array([found[place].p for place in order])))
-    adjusted = dict(zip(order.tolist(), stepped.tolist(), strict=True))
-    return tuple(replace(one, p_holm=adjusted[place]) for place, one in enumerate(found))
+    adjusted = holm_adjusted([one.p for one in found])
+    return tuple(replace(one, p_holm=p) for one, p in zip(found, adjusted.tolist(), strict=True))
+
+
+def holm_adjusted(chances: ArrayLike) -> FloatArray:
+    """Chances [n] after Holm's procedure, in their order."""
+    p = np.asarray(chances, dtype=float)
+    order = np.argsort(p, kind="stable")
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(p.size, 0, -1) * p[order]))
+    return adjusted
 
 
 def covariance(rows: Sequence[Comparison]) -> FloatArray:

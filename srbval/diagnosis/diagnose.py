@@ -58,21 +58,22 @@ class Diagnosis:
 
     @property
     def _answer(self) -> str:
+        if decide(self.probabilities) == UNDECIDED:
+            return "none is probable enough to be named"
         if self.state == UNDECIDED:
             return "none is named, for its line is not there at the speed stated"
-        return f"named: {_label(self.state)}"
+        return "no fault is named" if self.state == Fault.HEALTHY else f"named: {_label(self.state)}"
 
     @property
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
-        answer = "none is probable enough to be named" if decide(self.probabilities) == UNDECIDED else self._answer
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
         said = (
             f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
-            f"probable beforehand as all else together: {shares}; {answer}."
+            f"probable beforehand as all else together: {shares}; {self._answer}."
         )
         return " ".join(filter(None, (said, best, comb)))
 

@@ -78,6 +78,7 @@ class RunWriter:
                 name, data=values, maxshape=(None, *shape), chunks=(ROWS, *shape), **CHECKED
             )
             made.attrs.update({"units": units, "long_name": long_name})
+            self._file.flush()  # or their order in the file would depend on when HDF5 happens to write
             return
         dataset = self._file[name]
         dataset.resize(len(dataset) + len(values), axis=0)
@@ -87,6 +88,7 @@ class RunWriter:
         scale = self._file.create_dataset(name, data=values, **CHECKED)
         scale.attrs.update({"units": units, "long_name": long_name})
         scale.make_scale(name)
+        self._file.flush()
 
 
 class _UnfinishedError(Exception):

@@ -2,7 +2,8 @@
 
 A stored run is what the same code would compute now on this machine, bit for bit, the estimate of its step's error or
 the step that was chosen for it included. Only the times that it took are of then, see `RunSummary.stored_utc`. Runs
-that are not usable, and those too large for the cache, are not stored.
+that are not usable, and those too large for the cache, are not stored; nor are hundreds of draws of a scene, which
+would leave room for nothing else: what is read from them may be (`ContentStore`).
 """
 
 import contextlib

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.simulate import Step, simulate
+from srbval.models.run_store import stored_run
+from srbval.models.simulate import Step
 from srbval.path.amplitudes import SEGMENT_S, record_density
 from srbval.path.path_fit import LEAST_SPARE, BandPowers, MeasuredResponse, PathFit, best_of, fit_path, inflated, refit
 from srbval.progress import Progress, silent
@@ -174,7 +175,7 @@ def simulated_excitation(
         defect=replace(scene.defect, kind=fault.state), duration_s=round(min(fault.seconds, longest_s), 2),
         sensor_path=None,
     )  # fmt: skip
-    run = simulate(own, step=Step.UNCHECKED, progress=progress)
+    run = stored_run(own, step=Step.UNCHECKED, progress=progress)
     if not run.status.usable:
         raise NumericsError(f"the run that drives the path failed ({run.status}): {run.reason}.")
     return recording_from_run(run)

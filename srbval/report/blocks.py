@@ -234,11 +234,12 @@ class Document(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictBox:
-    """The answer in plain words, first on the page: a tone, one sentence, a few points."""
+    """The answer in plain words, first on the page: a tone, one sentence, a picture, a few points."""
 
     tone: Tone
     headline: str
     points: tuple[str, ...] = ()
+    figure: Figure | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,7 +295,9 @@ class Report:
         return any(section.appendix for section in self.sections)
 
     def figures(self, document: Document | None = None) -> Iterator[Figure]:
-        """The figures of a document, or of both, section by section, those in grids included."""
+        """The figures of a document, or of both, the verdict's first, then section by section, grids included."""
+        if self.verdict.figure and document is not Document.APPENDIX:
+            yield self.verdict.figure
         for section in self.sections:
             yield from figures_in(section.all_blocks if document is None else section.part(document))
 

@@ -91,10 +91,10 @@ class Texts:
         entry = self._content["callout"][name]
         return Callout(tone=tone, title=_render(entry.get("title", ""), values), text=_render(entry["text"], values))
 
-    def verdict(self, tone: Tone, of: str = "", /, **values: Any) -> VerdictBox:
-        """The verdict with its text ``headline`` and its list ``points``, of the name `of` added."""
+    def verdict(self, tone: Tone, of: str = "", /, *, figure: Figure | None = None, **values: Any) -> VerdictBox:
+        """The verdict with its text ``headline`` and its list ``points``, of the name `of` added, and its picture."""
         points = self.listing(f"points{of}", **values).items
-        return VerdictBox(tone=tone, headline=self.text(f"headline{of}", **values), points=points)
+        return VerdictBox(tone=tone, headline=self.text(f"headline{of}", **values), points=points, figure=figure)
 
     def figure(
         self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None,

@@ -36,6 +36,7 @@ from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 
+STORE = ContentStore(kind="ladder", computed_by=__name__)
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01
 BETWEEN_SEED = 1
@@ -89,23 +90,17 @@ def drawn(seed: int, *, power: int, inner: int | None = None, base: str = "paper
     return found
 
 
-def answer_store() -> ContentStore:
-    """Where answers are stored: the user's cache."""
-    return ContentStore(kind="ladder", computed_by=__name__)
-
-
 def measure_cases(
     cases: Sequence[CalibrationScene],
     *,
     models: Sequence[str],
     seconds: float,
     jobs: int | None = None,
-    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> list[Entry]:
     """Every one of `cases` on every model, in `jobs` processes (default: one per usable core).
 
-    With a `store`, each answer is stored as soon as it is there: an interrupted measurement continues from these.
+    Each answer is stored as soon as it is there: an interrupted measurement continues from these.
     """
     task = "measure the model hierarchy"
     warm_up = tuple(quick_grid()[0].scene(model, seconds=WARM_UP_S) for model in models)
@@ -113,7 +108,7 @@ def measure_cases(
     with ProcessPoolExecutor(
         jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(warm_up,)
     ) as pool:
-        found = [pool.submit(measure_case, case, models=models, seconds=seconds, store=store) for case in cases]
+        found = [pool.submit(measure_case, case, models=models, seconds=seconds) for case in cases]
         try:
             for done, future in enumerate(as_completed(found), start=1):
                 future.result()
@@ -131,15 +126,13 @@ def _prepare_worker(scenes: Sequence[Scene]) -> None:
         attempt(scene)
 
 
-def measure_case(
-    case: CalibrationScene, *, models: Sequence[str], seconds: float, store: ContentStore | None = None
-) -> Entry:
+def measure_case(case: CalibrationScene, *, models: Sequence[str], seconds: float) -> Entry:
     """One scene on every model."""
     healthy = replace(case, kind=Fault.HEALTHY.scene_word, height_mm=0.0)
 
     def answered(model: str, finer: int = 1) -> Answered:
         scene, bare = (of.scene(model, seconds=seconds, finer=finer) for of in (case, healthy))
-        return answer(scene, store, healthy=None if scene == bare else bare)
+        return answer(scene, healthy=None if scene == bare else bare)
 
     right = answered(BASES[case.base].reference, REFINEMENT)
     rungs = {model: answered(model) for model in models}
@@ -164,12 +157,11 @@ def _healthy(scene: Scene) -> Recording | None:
     return recording_from_run(tried.run) if tried.ok and tried.run is not None else None
 
 
-def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | None = None) -> Answered:
-    """Run a scene and read its answers, increments over those of `healthy`, or fetch them from `store`."""
-    if store is not None:
-        stored = store.load(run_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])}))
-        if stored is not None:
-            return stored
+def answer(scene: Scene, *, healthy: Scene | None = None) -> Answered:
+    """Run a scene and read its answers, increments over those of `healthy`, or fetch them where they are stored."""
+    stored = STORE.load(run_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])}))
+    if stored is not None:
+        return stored
     started, worked = time.perf_counter(), time.process_time()
     tried = attempt(scene)
     share = min((time.process_time() - worked) / (time.perf_counter() - started), 1.0)
@@ -180,8 +172,7 @@ def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | 
         status=tried.status, answers=found,
         wall_per_simulated_s=share * tried.run.wall_s / (tried.run.seconds + scene.settle_s) if tried.run else None,
     )  # fmt: skip
-    if store is not None:
-        store.save(run_content(scene), fresh)
+    STORE.save(run_content(scene), fresh)
     return fresh
 
 

@@ -26,6 +26,7 @@ from srbval.storage.json_files import from_json
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
 MEASURED = ("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance")  # of a run: fields of its outcome
+STORE = ContentStore(kind="stability", computed_by=__name__)
 SLIDING_STATUSES = (RunStatus.SKIDDING.value, RunStatus.ROLLERS_UNLOADED.value)
 
 
@@ -66,27 +67,21 @@ class RunOutcome(Ended):
         )  # fmt: skip
 
 
-def outcome_store() -> ContentStore:
-    """Where outcomes are stored: the user's cache."""
-    return ContentStore(kind="stability", computed_by=__name__)
-
-
 def outcomes(
     scenes: Mapping[Key, Scene],
     *,
     task: str,
-    store: ContentStore,
     step: Step = Step.UNCHECKED,
     jobs: int | None,
     progress: Progress,
 ) -> dict[Key, RunOutcome]:
-    """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
+    """The outcome of every scene: as stored, or run now and stored as soon as the run has ended."""
     content = {key: run_content(scene, step) for key, scene in scenes.items()}
-    found = {key: store.load(text, partial(from_json, RunOutcome)) for key, text in content.items()}
+    found = {key: STORE.load(text, partial(from_json, RunOutcome)) for key, text in content.items()}
 
     def read(key: Key, tried: Attempt, wall_s: float) -> RunOutcome:
         outcome = outcome_of(tried, wall_s)
-        store.save(content[key], asdict(outcome))
+        STORE.save(content[key], asdict(outcome))
         return outcome
 
     missing = {key: scene for key, scene in scenes.items() if found[key] is None}

@@ -1,5 +1,6 @@
 """The verdicts on the cage ratio: each answer can be reached, its sign, and what alone may take it back."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import STATED, TOLERANCE, Answer
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
+from srbval.comparison.second_look import joint_tests, second_looks
 from srbval.comparison.verdicts import Headline, Verdict, at_shares, endpoints, p_beyond, verdicts
 
 LIMIT = TOLERANCE.limit_pct
@@ -139,3 +141,28 @@ def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> No
     assert at_shares(at, [0.0, 1.0], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
     assert at_shares(at, [0.0, 0.5], np.array([1.0, 2.0])).tolist() == [1, 1, 2, 2]
     assert at_shares(np.array([0.25]), [0.0, 0.5, 1.0], np.array([0.0, 1.0, 0.0])).tolist() == [0.5]
+
+
+def test_the_joint_test_sees_what_no_endpoint_shows_and_holm_keeps_the_planted_one():
+    """A right model's chance is not small; a wrong trend's is, and stays after Holm, while the level's does not."""
+    scattered = [replace(one, ratio=one.ratio * (1 + 1e-4 * k)) for one, k in zip(readings(), (1, -1) * 4, strict=True)]
+    right, wrong = joint_tests(scattered, {"variants": [variant(), variant(slow_pct=0.3)]})
+    assert right["p"] > 0.2
+    assert wrong["p"] < 0.05
+    assert wrong["d2"] > right["d2"]
+    assert wrong["errors_pct"][TREND] == pytest.approx(0.3, abs=WITHIN)  # model less rig
+    assert wrong["p_holm"][TREND] < 0.05 < wrong["p_holm"][RACES]
+    assert tuple(right["endpoints"]) == NAMES
+
+
+def test_a_second_look_names_the_record_that_a_verdict_rests_on():
+    """One slow record is so high that the trend is missed; without it, or by its other comb, it is not."""
+    plain = readings()
+    high = replace(plain[1], ratio=RATIO * 1.012, check=plain[1])
+    looks = {one["changed"]: one for one in second_looks([plain[0], high, *plain[2:]], {"variants": [variant()]})}
+    nothing, without = looks.pop("nothing"), looks[f"without {high.record}"]
+    assert not nothing["turned"]
+    assert nothing["trend_pct"] == pytest.approx(1.2 / 4, abs=WITHIN)
+    assert without["trend_pct"] == pytest.approx(0, abs=WITHIN)
+    turning = {name for name, one in looks.items() if any(v.endpoint == NAMES[TREND] for v in one["turned"])}
+    assert turning == {f"without {high.record}", f"{high.record} by BPFO"}

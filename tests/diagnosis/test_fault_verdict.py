@@ -150,7 +150,7 @@ def test_what_fits_only_a_speed_beyond_the_stated_one_is_not_named(
     verdict = fault_verdict(analysis)
     entry = to_json(verdict)
     assert not any(line.detected for line in analysis.lines if Fault.of_line(line.name))
-    assert (entry["verdict"], entry["called"], entry["state"]) == ("undecided", None, "undecided")
+    assert (entry["verdict"], entry["called"], entry["state"] in list(DEFECTS)) == ("undecided", None, False)
     assert_no_contradiction(analysis, verdict)
     assert "; named: " not in verdict.sentence
     assert analysis.outside or analysis.outside_speed or any(x.stands_out and x.snr > 500 for x in analysis.lines)

@@ -23,22 +23,24 @@ TOLERANCE = 1e-3
 DECLARED = speed_search.ALLOWANCE
 
 
+def add_impacts(signal: np.ndarray, times_s: np.ndarray, heights: np.ndarray) -> None:
+    """Decaying rings at 3.5 kHz."""
+    steps = np.arange(int(0.004 * FS_HZ))
+    for time, height in zip(times_s, heights, strict=True):
+        first = math.ceil(time * FS_HZ)
+        t = (first + steps) / FS_HZ - time
+        signal[first : first + steps.size] += height * np.exp(-900 * t) * np.sin(2 * np.pi * 3500 * t)
+
+
 def record(*, shaft_hz: float, slip: float = 0.0, seed: int = 0, fault: bool = True) -> Recording:
     """Inner-race impacts at a slipping cage's rate, struck harder once a turn, ringing at 3.5 kHz, in noise."""
     rng = np.random.default_rng(seed)
     n = int(FS_HZ * SECONDS)
     signal = rng.normal(0, 0.3, n)
     if fault:
-        rate = BEARING.orders.bpfi * shaft_hz * (1 + slip)
-        at = np.arange(0.01, SECONDS - 0.02, 1 / rate) + rng.normal(
-            0, 2e-5, len(np.arange(0.01, SECONDS - 0.02, 1 / rate))
-        )
-        strength = 1 + 0.6 * np.cos(2 * np.pi * shaft_hz * at)
-        steps = np.arange(int(0.004 * FS_HZ))
-        for time, hit in zip(at, strength, strict=True):
-            first = int(np.ceil(time * FS_HZ))
-            t = (first + steps) / FS_HZ - time
-            signal[first : first + steps.size] += hit * np.exp(-900 * t) * np.sin(2 * np.pi * 3500 * t)
+        at = np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfi * shaft_hz * (1 + slip)))
+        at += rng.normal(0, 2e-5, len(at))
+        add_impacts(signal, at, 1 + 0.6 * np.cos(2 * np.pi * shaft_hz * at))
     return Recording(
         name="made for the test",
         origin=Origin.MEASURED,

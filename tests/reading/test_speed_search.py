@@ -1,7 +1,6 @@
 """Windows of one per cent, whatever the speed is known by: a nominal speed further off costs trials, not a window."""
 
 import dataclasses
-import math
 import os
 
 import numpy as np
@@ -14,7 +13,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import SpeedSource
 from srbval.recordings.speed import nominal_speed
 from srbval.storage.json_files import to_json
-from tests.reading.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
+from tests.reading.test_shaft_speed import BEARING, SECONDS, add_impacts, record
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 
@@ -25,12 +24,8 @@ SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "20"))
 def outer_race(shaft_hz: float, seed: int = 0):
     """Even impacts at BPFO, no turn of the shaft in them: nothing tells the speed."""
     noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
-    signal = noise.channels["x"].copy()
-    steps = np.arange(int(0.004 * FS_HZ))
-    for time in np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfo * shaft_hz)):
-        first = math.ceil(time * FS_HZ)
-        t = (first + steps) / FS_HZ - time
-        signal[first : first + steps.size] += np.exp(-900 * t) * np.sin(2 * np.pi * 3500 * t)
+    signal, at = noise.channels["x"].copy(), np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfo * shaft_hz))
+    add_impacts(signal, at, np.ones(at.size))
     return dataclasses.replace(noise, channels={"x": signal})
 
 

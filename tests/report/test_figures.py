@@ -8,10 +8,10 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.report.figures.bearing import bearing_scene
-from srbval.report.figures.comparison import deviation_plot
+from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
-from srbval.report.figures.style import extreme_indices
+from srbval.report.figures.style import extreme_indices, figure_style
 from srbval.report.findings.bearing_views import LoadZone
 from srbval.scene import paper_scene
 from srbval.signal import Scalogram
@@ -92,19 +92,6 @@ def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
     assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
 
 
-def test_the_deviation_plot_keeps_each_point_and_refuses_a_stand_in(tmp_path):
-    points = [
-        {"group": "Outer", "source": "paper, rig", "kind": "published", "deviation_pct": 0.207, "ci95_pct": None},
-        {"group": "Inner", "source": "model", "kind": "simulated", "deviation_pct": -0.16, "ci95_pct": 0.01},
-    ]
-    made = deviation_plot(points)(tmp_path, "d")
-    assert "+0.207" in made.picture.read_text("utf-8")
-    kept = [(r["source"], r["deviation_pct"], r["ci95_pct"]) for r in rows_of(made)]
-    assert kept == [("paper, rig", "0.207", ""), ("model", "-0.16", "0.01")]
-    with pytest.raises(KeyError, match="stand-in"):
-        deviation_plot([points[0] | {"kind": "stand-in"}])(tmp_path, "e")
-
-
 def test_the_scene_shows_rollers_load_and_defect(tmp_path):
     geometry = load_bearing("skf-22240").geometry
     angle = np.linspace(-179, 179, 359)
@@ -119,3 +106,30 @@ def test_the_scene_shows_rollers_load_and_defect(tmp_path):
     assert "124.8 kN" in text
     assert "outer-race defect" in text
     assert len(rows_of(made)) == geometry.rollers_per_row
+
+
+def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval():
+    rows = [
+        {"of": of, "state": state, "nominal_rpm": rpm, "ratio": 0.431 + rpm / 1e7, "low": 0.4305, "high": 0.4318}
+        for rpm in (877.0, 353.0)
+        for of, state in (
+            ("record", "B"),
+            ("record", "H"),
+            ("mean", ""),
+            ("paper", ""),
+            ("rig", ""),
+            ("kinematics", ""),
+        )
+    ]
+    with figure_style():
+        figure, columns = cage_ratio_plot.__wrapped__(rows)
+    slow, fast = figure.axes
+    assert [label.get_text() for label in slow.get_xticklabels()] == ["H", "B", "mean"]
+    assert slow.get_xlabel() == "Record of the rig, 353 rpm"
+    for axes, rpm in ((slow, 353), (fast, 877)):
+        bars = axes.containers
+        assert [bar.lines[0].get_xdata()[0] for bar in bars] == [1, 0, 2]
+        assert bars[0].lines[0].get_ydata()[0] == pytest.approx(0.431 + rpm / 1e7)
+        low, high = bars[0].lines[2][0].get_segments()[0][:, 1]
+        assert (low, high) == pytest.approx((0.4305, 0.4318))
+    assert columns["ratio"] == [row["ratio"] for row in rows]

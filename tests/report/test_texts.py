@@ -17,7 +17,7 @@ QUANTITY = re.compile(r"(?<!\w)\d[\d.,e-]*( to \d+)?( (%|dB|Hz|rpm|kN|kW|mm|µm|
 STATED = {  # what a text may state, for it is no result
     "95 %", "100 %", "45°", "1 m/s²",  # intervals, wholes; the sensor's place in the scene; a level's reference
     "1.5 times", "2 mm", "0.5 mm", "0.05 mm", "40.1 mm", "710 rpm", "0.1 Hz",  # printed in the paper
-    "353 rpm", "877 rpm", "500 to 1500 Hz", "1400 to 2800 Hz", "400 to 3150 Hz",  # which records are spoken of; bands of analysis
+    "353 rpm", "877 rpm", "500 to 1500 Hz", "1400 to 2800 Hz", "400 to 3150 Hz",  # records; bands of analysis
     # limits and designs of studies, which are their questions and not their answers
     "1 %", "5 %", "95 to 110 %", "0.1 to 200 %", "98 %", "0.3 dB", "4 times", "3000 rpm", "30 turns",
 }  # fmt: skip

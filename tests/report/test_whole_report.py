@@ -30,8 +30,8 @@ MOST_WORDS = 3_500
 LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
 SHOWN = TEXT.replace("\x00", "\ufffd").replace("\u202e", "\ufffd")
 SECTIONS = (
-    "verdict", "records-section", "table-6", "speed-or-slip", "figures", "waterfall", "rig-scene", "speed-accuracy",
-    "stability", "ladder", "limits", "glossary", "provenance",
+    "verdict", "cage-ratio", "records-section", "table-6", "speed-or-slip", "figures", "waterfall", "rig-scene",
+    "speed-accuracy", "stability", "ladder", "limits", "glossary", "provenance",
 )  # fmt: skip
 ROW_KEYS = {
     "defect", "kinematic_hz", "paper_model_hz", "paper_rig_hz", "model_hz", "model_ci95_hz", "model_deviation_pct",

@@ -1,0 +1,15 @@
+"""Tests of the studies."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+
+@contextmanager
+def stored_in(folder: Path) -> Iterator[None]:
+    """Within, results of scenes are stored in `folder`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("srbval.storage.content_store.cache_folder", lambda _: folder)
+        yield

@@ -9,7 +9,7 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.questions import Question
 from srbval.plan.table import BASES, FITS, KINDS
 from srbval.storage.stored_result import newest_result
-from srbval.studies.calibration_runs import answer_store, between, grid
+from srbval.studies.calibration_runs import between, grid
 from srbval.studies.held_out.study import TOLERANCES_PCT, check, check_cases, checks_again, checks_of, held_out, tallies
 
 SCENES = 12
@@ -100,7 +100,7 @@ def test_the_stored_predictions_are_the_planner_s_of_now() -> None:
 @pytest.mark.slow
 def test_a_few_of_them_measured_anew() -> None:
     table = shipped_calibration()
-    checks = check_cases(held_out()[::12], table, store=answer_store())
+    checks = check_cases(held_out()[::12], table)
     assert checks
     assert all(c["within_twice"] for c in checks), [c for c in checks if not c["within_twice"]]
     total = tallies(checks)[-1]

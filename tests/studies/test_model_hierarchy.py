@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from srbval.plan.questions import Question
-from srbval.studies.calibration_runs import answer_store, measure_cases, quick_grid
+from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
+from srbval.studies.calibration_runs import measure_cases, quick_grid
 from srbval.studies.model_hierarchy.page import fidelity_plot
 
 SECONDS = 0.5
@@ -15,19 +16,12 @@ ROUNDING = 1e-9  # the mean of many equal samples
 
 
 @pytest.mark.slow
-def test_answers_are_kept_and_found_again(tmp_path: Path) -> None:
+def test_answers_are_kept_and_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(KERNEL_VARIABLE, str(cache_folder(KERNELS).parent))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     case = replace(quick_grid()[0], fit="printed")
-    first, second = (
-        measure_cases(
-            [case],
-            models=("kinematic", "line"),
-            seconds=SECONDS,
-            jobs=1,
-            store=replace(answer_store(), folder=tmp_path),
-        )
-        for _ in range(2)
-    )
-    assert len(list(tmp_path.glob("ladder-*"))) == 3
+    first, second = (measure_cases([case], models=("kinematic", "line"), seconds=SECONDS, jobs=1) for _ in range(2))
+    assert len(list(tmp_path.rglob("ladder-*"))) == 3
     assert first == second, "costs too: nothing ran twice"
     rungs = first[0].levels
     assert 0 < rungs["kinematic"].wall_per_simulated_s < rungs["line"].wall_per_simulated_s  # type: ignore[operator]

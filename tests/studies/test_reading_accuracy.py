@@ -63,6 +63,14 @@ def test_interval_covers_with_and_without_slip(result):
     assert MEAN_COVERAGE[0] < np.mean(list(cells.values())) < MEAN_COVERAGE[1]
 
 
+def test_coverage_is_stated_by_length_and_jitter(result):
+    rows = result["by_length"]
+    assert [row["jitter"] for row in rows] == [0.0, 0.003, 0.01]
+    assert sum(row["lines"] for row in rows) == sum(a["detected"] * a["trials"] for a in result["accuracy"])
+    assert all(row["least"] <= row["coverage"] <= row["most"] for row in rows)
+    assert all(MEAN_COVERAGE[0] < row["coverage"] <= 1 for row in rows)
+
+
 def test_no_fit_reaches_the_bound_where_most_harmonics_drown(result):
     """A fit told all but the frequency is the yardstick: at 16 dB in the first of falling harmonics above the bound."""
     informed = {(a["snr_db"], a["profile"]): a["informed_over_bound"] for a in result["accuracy"] if a["jitter"] == 0}

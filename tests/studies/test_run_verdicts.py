@@ -1,7 +1,6 @@
 """Wrong verdicts are found, of either kind; the random part differs from run to run."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
 from srbval.models.run import USABLE
 from srbval.models.solvers import SOLVERS
-from srbval.studies.outcomes import RunOutcome, outcome_store
+from srbval.studies.outcomes import RunOutcome
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,
     RANDOM_MODELS,
@@ -96,8 +95,8 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("share", "scenes", "count"), [(0.002, None, 4), pytest.param(1.0, 4, 4, marks=pytest.mark.long_form)]
 )
-def test_a_few_judged_for_real(share: float, scenes: int | None, count: int, tmp_path: Path) -> None:
-    result = judge_runs(seed=5, share=share, scenes=scenes, store=replace(outcome_store(), folder=tmp_path), jobs=2)
+def test_a_few_judged_for_real(share: float, scenes: int | None, count: int) -> None:
+    result = judge_runs(seed=5, share=share, scenes=scenes, jobs=2)
     assert result["counts"]["runs"] == len(result["runs"]) >= count
     assert result["counts"]["falsely_ok"] <= max(1, MOST_FALSE * len(result["runs"]))
     assert sum(row["runs"] for row in result["parts"] if row["part"] == "verdict") == len(result["runs"])

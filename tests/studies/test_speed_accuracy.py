@@ -14,7 +14,6 @@ from srbval.cli import main
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE
 from srbval.report.pages import StoredResults
-from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import SCHEMA_VERSION, StoredResult
 from srbval.studies.scenes import bench_scene, output_rate_hz
@@ -34,7 +33,8 @@ from srbval.studies.speed_accuracy.runs import (
     with_accuracy,
     with_pareto,
 )
-from srbval.studies.speed_accuracy.study import QUICK, reference_store, run_bench, step_sizes, targets
+from srbval.studies.speed_accuracy.study import QUICK, run_bench, step_sizes, targets
+from tests.studies import stored_in
 
 TINY = BenchSettings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
@@ -50,10 +50,6 @@ ROUNDING = 1e-9  # of a step that is one over a whole number
 ONE_INTERVAL = 0.01  # 0.01 s are 205 output intervals: rounded to whole ones
 
 
-def stored_in(folder: Path) -> ContentStore:
-    return replace(reference_store(), folder=folder)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("references")
@@ -61,11 +57,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> dict[str, Any]:
-    content: dict[str, Any] = to_json(
-        run_bench(
-            scenes=("play0-outer",), solvers=("ode4", "imex2"), settings=TINY, processes=False, store=stored_in(folder)
-        )
-    )
+    with stored_in(folder):
+        bench = run_bench(scenes=("play0-outer",), solvers=("ode4", "imex2"), settings=TINY, processes=False)
+    content: dict[str, Any] = to_json(bench)
     return content
 
 
@@ -87,16 +81,19 @@ def test_document(result: dict[str, Any]) -> None:
 
 
 def test_a_converged_run_is_kept_and_said_to_be(result: dict[str, Any], folder: Path, tmp_path: Path) -> None:
-    again = references(["play0-outer"], TINY, store=stored_in(folder))["play0-outer"]
+    with stored_in(folder):
+        again = references(["play0-outer"], TINY)["play0-outer"]
     assert again == result["reference"]["play0-outer"] | {"cached": True}
     (kept,) = folder.iterdir()
     (tmp_path / kept.name).write_text("half a fi")
-    assert not references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]["cached"]
+    with stored_in(tmp_path):
+        assert not references(["play0-outer"], TINY)["play0-outer"]["cached"]
 
 
 def test_a_failed_converged_run_is_said_and_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("srbval.studies.speed_accuracy.runs.default_solver", lambda: "ode9")
-    found = references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]
+    with stored_in(tmp_path):
+        found = references(["play0-outer"], TINY)["play0-outer"]
     assert (found["status"], found["cage_ratio"], found["own_cage_error"]) == ("refused", None, None)
     assert not list(tmp_path.iterdir())
 
@@ -108,7 +105,8 @@ def failed(folder: Path) -> list[dict[str, Any]]:
         bench_scene("play0-outer", solver=solver, step_s=1 / 20480, seconds=0.002, settle_s=0.0)
         for solver in ("ode1", "ode9")
     ]
-    found = references(["play0-outer"], TINY, store=stored_in(folder))
+    with stored_in(folder):
+        found = references(["play0-outer"], TINY)
     return with_accuracy([timed_row("play0-outer", one, 1) for one in scenes], found, replace(TINY, accuracy_s=0.2))
 
 

@@ -32,7 +32,7 @@ from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import StoredResult
 from srbval.studies import outcomes as outcome_module
-from srbval.studies.outcomes import RunOutcome, outcome_store
+from srbval.studies.outcomes import RunOutcome
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import FULL, RIG, StabilityCase, StabilityGrid, StabilityGroup
 from srbval.studies.stability.page import PAGE
@@ -48,6 +48,7 @@ from srbval.studies.stability.study import (
     planted_in,
     run_stability,
 )
+from tests.studies import stored_in
 
 # The planted failures, with converged runs cheaper than the real map's.
 PLANTED_GRID = replace(
@@ -71,7 +72,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> dict[str, Any]:
-    content: dict[str, Any] = to_json(run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=folder)))
+    with stored_in(folder):
+        content: dict[str, Any] = to_json(run_stability(PLANTED_GRID))
     return content
 
 
@@ -96,19 +98,21 @@ def test_what_is_ok_is_like_the_converged_run(result: dict[str, Any]) -> None:
 def test_what_was_run_is_not_run_again_and_an_interrupted_map_continues(
     result: dict[str, Any], folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stored = sorted(folder.glob("*.json"))
+    stored = sorted(folder.glob("stability-*"))
     for path in stored[:-2]:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / stored[-1].name).write_text("{}", encoding="utf-8")
-    again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=tmp_path))
+    with stored_in(tmp_path):
+        again = run_stability(PLANTED_GRID)
     assert [c["status"] for c in again["cells"]] == [c["status"] for c in result["cells"]]
-    assert len(list(tmp_path.glob("*.json"))) == len(stored)
+    assert len(list(tmp_path.glob("stability-*"))) == len(stored)
 
     def refuse(*_: Any, **__: Any) -> None:
         raise AssertionError("a stored run was made again")
 
     monkeypatch.setattr(outcome_module, "run_all", refuse)
-    whole = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=folder))
+    with stored_in(folder):
+        whole = run_stability(PLANTED_GRID)
     assert to_json(whole["cells"]) == result["cells"]
 
 

@@ -67,7 +67,12 @@ def picture_bytes(figure: Any, suffix: str) -> bytes:
     if suffix != ".svg":
         figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
         return buffer.getvalue()
-    figure.savefig(buffer, format="svg", metadata={"Date": None})
+    from matplotlib import rcParams
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    # `savefig` would draw everything twice, the first time for the layout alone, which is found as well while drawing.
+    figure.dpi = rcParams["savefig.dpi"]
+    FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None})
     text = re.sub(rb' d="[^"]*"', lambda path: _short(path[0]), buffer.getvalue())
     text = re.sub(rb'( [xy]|translate\()(="|)([^")]*)', lambda m: m[1] + m[2] + _short(m[3]), text)
     used = set(re.findall(rb"#([\w.-]+)", text))

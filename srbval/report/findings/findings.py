@@ -38,6 +38,7 @@ from srbval.report.findings.bearing_views import (
     load_zone_case,
     point_passing,
 )
+from srbval.report.findings.cage_ratios import cage_data
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
     RecordKurtogram,
@@ -173,7 +174,7 @@ def _compared(
         "status": "ok",
         "headline": Headline(verdicts=(rows := verdicts(found.cage_readings, content("cage_draws")))),
         "verdicts": rows,
-        "cage_readings": found.cage_readings,
+        **cage_data(found.cage_readings, content("cage_draws"), rows, bearing.orders.ftf),
         "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": comparisons,

@@ -17,7 +17,7 @@ from srbval.report.section_texts import Texts
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.records import band_section, records_section
-from srbval.report.sections.table6 import speed_or_slip_section, table6_section, verdict_box
+from srbval.report.sections.table6 import cage_ratio_section, speed_or_slip_section, table6_section, verdict_box
 from srbval.storage.json_files import to_json
 
 BEARING, ASSUMPTIONS, LIMITS, GLOSSARY = Texts("bearing"), Texts("assumptions"), Texts("limits"), Texts("glossary")
@@ -34,6 +34,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     verdict = verdict_box(findings)
     sources = (*REFERENCES.listing("papers").items, *REFERENCES.each("recordings", findings.datasets))
     placed = (
+        (5, cage_ratio_section(findings)),
         (10, records_section(findings)),
         (20, table6_section(findings)),
         (30, speed_or_slip_section(findings)),

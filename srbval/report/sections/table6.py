@@ -1,31 +1,49 @@
-"""The verdict; Table 6 with uncertainties, at the paper's speed and at the recordings' own; speed or slip."""
+"""The answer on the cage speed and its reasons; Table 6 at the paper's speed and the recordings' own; speed or slip."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 from srbval.bearing import Fault
-from srbval.comparison.budget import Answer
+from srbval.comparison.budget import STATED, Answer
 from srbval.report.blocks import Block, Section, Tone, VerdictBox
-from srbval.report.figures.comparison import deviation_plot
+from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import VERDICT_TONE, Texts
 from srbval.storage.json_files import to_json
 
-TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
+CAGE, TEXTS, SPEED = Texts("cage_ratio"), Texts("table6"), Texts("speed_and_slip")
 LISTED = 4  # so many measured records are named one by one
-ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
+ANSWER_TONE = {Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL, Answer.MET: Tone.GOOD}  # the worst first
 
 
 def verdict_box(findings: Findings) -> VerdictBox:
-    """The answer in plain words, first on the page: all from the comparisons."""
-    found = findings.headline
-    answers = {one.verdict for one in found.stated}
-    worst = next((a for a in (Answer.MISSED, Answer.NOT_RESOLVED, Answer.MET) if a in answers), None)
-    return VERDICT.verdict(
-        ANSWER_TONE[worst] if worst else Tone.WARNING,
-        found=found,
+    """First on the page: all from the verdicts."""
+    data, found = findings.data, findings.headline
+    rpm = list(dict.fromkeys(f"{row['nominal_rpm']:g}" for row in data["cage_ratios"]))
+    picture = CAGE.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), rows=data["cage_ratios"], speeds=rpm)
+    answers = [one.verdict for one in found.stated]
+    return CAGE.verdict(
+        next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
+        found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
+        fastest=f"{rpm[-1]} rpm", looks=data["second_look"],
+        turning=[look for look in data["second_look"] if look["turned"]],
         judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
-        readings=findings.cage_readings,
+    )  # fmt: skip
+
+
+def cage_ratio_section(findings: Findings) -> Section:
+    """Reasons, verdicts with their power, readings; in the appendix the second look."""
+    data = findings.data
+    rows = findings.results.content("verdict_power").get("rows", ())
+    power = {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rows}
+    tests = data["joint_tests"]
+    return CAGE.section(
+        CAGE.listing("reasons", found=findings.headline, tests=tests, stated=STATED),
+        CAGE.table("verdicts", data["verdicts"], listed=data["verdicts"], power=power, tone=ANSWER_TONE),
+        CAGE.table("cage-readings", data["cage_readings"]),
+        appendix=(
+            CAGE.table("second-look", data["second_look"]),
+            CAGE.table("joint-tests", tests, endpoints=tests[0]["endpoints"] if tests else ()),
+        ),
     )
 
 
@@ -39,15 +57,8 @@ def table6_section(findings: Findings) -> Section:
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
-    verdicts = findings.headline.verdicts
-    power = {
-        (row["endpoint"], row["planted_pct"]): row["missed"]
-        for row in findings.results.content("verdict_power").get("rows", ())
-    }
     return TEXTS.section(
-        TEXTS.table("verdicts", verdicts, listed=verdicts, power=power, tone=ANSWER_TONE),
         TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
-        TEXTS.figure("table6-deviations", deviation_plot([point for row in rows for point in _points(row)])),
         at_rig,
         TEXTS.paragraph("how-to-read"),
         appendix=(
@@ -55,23 +66,6 @@ def table6_section(findings: Findings) -> Section:
             TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE),
         ),
     )
-
-
-def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The sources of one row of Table 6, as `report.json` has it."""
-    sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
-    if row["rig_source"] == "measured":
-        sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
-    else:
-        sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
-        sources += [("paper's model", "published", row["paper_model_recomputed_pct"], None)]
-    return [
-        {
-            "group": f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm", "source": source, "kind": kind,
-            "deviation_pct": deviation, "ci95_pct": 100 * ci95 / row["kinematic_hz"] if ci95 else None,
-        }
-        for source, kind, deviation, ci95 in sources
-    ]  # fmt: skip
 
 
 def speed_or_slip_section(findings: Findings) -> Section:

@@ -25,7 +25,8 @@ from scipy.stats import qmc, t
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
-from srbval.models.simulate import Step, simulate
+from srbval.models.run_store import stored_run
+from srbval.models.simulate import Step
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
@@ -76,7 +77,7 @@ def changed(scene: Scene, shares: Sequence[float]) -> Scene:
 
 def read_run(scene: Scene, analysis: Analysis) -> Analysis:
     """The model's run, read in the record's band."""
-    run = simulate(scene, step=Step.UNCHECKED)
+    run = stored_run(scene, step=Step.UNCHECKED)
     low, high = analysis.processed.band_hz
     return analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=(low, min(high, 0.45 * RATE_HZ)))
 

@@ -20,10 +20,9 @@ from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import CalibrationScene, CalibrationTable, Entry
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
-from srbval.studies.calibration_runs import answer_store, drawn, measure_cases
+from srbval.studies.calibration_runs import drawn, measure_cases
 from srbval.studies.harness import Study, StudyResult
 
 SEED = 5  # of the scenes, not that of those between the calibration's
@@ -42,16 +41,13 @@ def check_cases(
     calibration: CalibrationTable,
     *,
     jobs: int | None = None,
-    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> list[Row]:
     """Every prediction for every one of `cases`, measured; the reference must have an answer to measure against.
 
-    `jobs`, `store`: see `measure_cases`.
+    `jobs`: see `measure_cases`.
     """
-    entries = measure_cases(
-        cases, models=calibration.models, seconds=calibration.seconds, jobs=jobs, store=store, progress=progress
-    )
+    entries = measure_cases(cases, models=calibration.models, seconds=calibration.seconds, jobs=jobs, progress=progress)
     return [check for entry in entries for check in checks_of(entry, calibration)]
 
 
@@ -138,7 +134,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         checks = checks_again(kept.content["checks"], calibration)
         ran = {"runs_of": kept.content.get("runs_of", kept.origin)}
     else:
-        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
+        checks = check_cases(held_out(), calibration, jobs=options.jobs, progress=progress)
     rows = tallies(checks)
     content = {"seconds": calibration.seconds, "reference": calibration.reference, "tallies": rows, "checks": checks}
     return StudyResult(name="held_out", content=ran | to_json(content), text=text_rows(rows))

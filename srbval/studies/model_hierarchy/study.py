@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
 from srbval.progress import Progress, silent
-from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.studies.calibration_runs import (
     REFINEMENT,
     SECONDS,
-    answer_store,
     between,
     grid,
     measure_cases,
@@ -30,17 +28,14 @@ def measure_models(
     models: Sequence[str] = MODELS,
     seconds: float = SECONDS,
     jobs: int | None = None,
-    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> CalibrationTable:
     """Errors and costs of `models` on the grid's `cases` and those `between`, all about the bundled scene `base`.
 
-    `jobs`, `store`: see `measure_cases`.
+    `jobs`: see `measure_cases`.
     """
     machine = machine_before()
-    entries = measure_cases(
-        [*cases, *between], models=models, seconds=seconds, jobs=jobs, store=store, progress=progress
-    )
+    entries = measure_cases([*cases, *between], models=models, seconds=seconds, jobs=jobs, progress=progress)
     right, default = BASES[base], BASES[base].scene.solver
     more = "".join(f", {value} {key}" for change in right.finest.values() for key, value in change.items())
     return CalibrationTable(
@@ -66,7 +61,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     quick, base = options.quick, options.base
     table = measure_models(
         quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base, seconds=options.seconds,
-        jobs=options.jobs, store=answer_store(), progress=progress,
+        jobs=options.jobs, progress=progress,
     )  # fmt: skip
     rows = summary(table)
     text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"

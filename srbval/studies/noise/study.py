@@ -17,7 +17,7 @@ import numpy as np
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.export import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.errors import NumericsError
-from srbval.models.simulate import simulate
+from srbval.models.run_store import stored_run
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
@@ -48,7 +48,7 @@ def noise_study(
     spectra, rows = [noise_spectrum(noise) for noise in noises], list[dict[str, Any]]()
     for number, fault in enumerate(RACE_DEFECTS):
         progress("detection under noise", number / len(RACE_DEFECTS))
-        run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
+        run = stored_run(paper_scene(defect={"kind": fault}, duration_s=seconds))
         if not run.status.usable:
             raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
         record = recording_from_run(run)

@@ -30,6 +30,7 @@ def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
         trials=min(row["trials"] for row in rows),
         covered=sum(COVERAGE[0] <= share <= COVERAGE[1] for share in coverage),
     )
+    yield texts.table("reading-by-length", content.get("by_length", []))
     yield texts.table("reading-accuracy", rows)
     yield texts.table("reading-false-alarms", content["false_alarms"])
     if content.get("chains"):

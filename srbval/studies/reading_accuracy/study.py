@@ -25,7 +25,15 @@ from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import chain_errors
-from srbval.studies.reading_accuracy.trials import NOISES, cells_of, chances_of, rates_of, summary, trials_of
+from srbval.studies.reading_accuracy.trials import (
+    NOISES,
+    by_length,
+    cells_of,
+    chances_of,
+    rates_of,
+    summary,
+    trials_of,
+)
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
@@ -45,7 +53,7 @@ class ReadingSettings:
     trials: int = 1000
     noise_records: int = 60_000
     weak_records: int = intervals.RECORDS
-    seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
+    seconds: tuple[float, ...] = (1.0, 2.0, 3.4, 10.0, 30.0)  # 12 to 355 revolutions
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
@@ -58,20 +66,21 @@ QUICK_READING = ReadingSettings(
 
 
 def run_reading_bench(
-    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, store: ContentStore | None = None,
-    progress: Progress = silent,
+    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, progress: Progress = silent,
 ) -> dict[str, list[dict[str, Any]]]:  # fmt: skip
-    """Run all cells in `jobs` processes; pieces found in `store` are not made again."""
+    """Run all cells in `jobs` processes; pieces that are stored are not made again."""
     cells = cells_of(settings.seconds, settings.snr_db, settings.jitter, settings.slip)
-    pieces = functools.partial(_in_pieces, jobs=jobs, store=store)
+    pieces = functools.partial(_in_pieces, jobs=jobs)
     works = [functools.partial(trials_of, cell) for cell in cells]
     read = pieces(works, settings.trials, (seed, 0), report=functools.partial(progress, "reading accuracy"))
     noises = [functools.partial(chances_of, noise) for noise in NOISES]
     report = functools.partial(progress, "false alarms")
     noise = pieces(noises, settings.noise_records, (seed, _NOISE_SEED), report=report)
     told = zip(NOISES, noise, strict=True)
+    accuracy = [summary(cell, found) for cell, found in zip(cells, read, strict=True)]
     return {
-        "accuracy": [summary(cell, found) for cell, found in zip(cells, read, strict=True)],
+        "accuracy": accuracy,
+        "by_length": list(by_length(accuracy)),
         "false_alarms": [row for name, found in told if found for row in rates_of(name, found)],
         "chains": chain_errors() if settings.chains else [],
         "transforms": [check_scalogram(name) for name in TRANSFORMS] if settings.chains else [],
@@ -85,13 +94,12 @@ def _in_pieces(
     seed: tuple[int, int],
     *,
     jobs: int,
-    store: ContentStore | None,
     report: Callable[[float], None],
 ) -> list[list[Piece]]:
     """`count` results of each work, made in pieces of `_TASK`, each with a seed of its own: `seed` + work, piece."""
     sizes = [min(_TASK, count - done) for done in range(0, count, _TASK)]
     tasks = [
-        functools.partial(_kept, store, work, size, (seed[0], seed[1] + number, piece))
+        functools.partial(_kept, work, size, (seed[0], seed[1] + number, piece))
         for number, work in enumerate(works)
         for piece, size in enumerate(sizes)
     ]
@@ -106,18 +114,14 @@ def _in_pieces(
 
 
 @one_thread()
-def _kept(
-    store: ContentStore | None, work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Sequence[int]
-) -> list[Piece]:
-    """A piece as it lies in `store`, which knows the code that reads; this name knows what the piece is made of."""
-    if store is None:
-        return work(size, seed)
+def _kept(work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Sequence[int]) -> list[Piece]:
+    """A piece as it is stored: the store knows the code that reads, this name what the piece is made of."""
     name = f"{work} {size} {seed} {Path(trials.__file__).read_text(encoding='utf-8')}"
     name = re.sub(r" at 0x[0-9a-f]+", "", name)
-    found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+    found = STORE.load(name, lambda table: [tuple(row) for row in table["piece"]])
     if found is None:
-        store.save(name, {"piece": work(size, seed)})
-        found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+        STORE.save(name, {"piece": work(size, seed)})
+        found = STORE.load(name, lambda table: [tuple(row) for row in table["piece"]])
     assert found is not None, "just saved"
     return found  # type: ignore[return-value]
 
@@ -135,7 +139,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         return StudyResult(content={"table": text}, text=text)
     settings = QUICK_READING if options.quick else ReadingSettings()
     settings = replace(settings, trials=options.records or settings.trials)
-    result = run_reading_bench(settings, jobs=jobs, store=STORE, progress=progress)
+    result = run_reading_bench(settings, jobs=jobs, progress=progress)
     text = "\n\n".join(text_rows(rows) for rows in result.values() if rows)
     return StudyResult(name=None if options.quick else "reading_accuracy", content=result, text=text)
 

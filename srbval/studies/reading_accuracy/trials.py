@@ -152,6 +152,19 @@ def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def by_length(rows: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Per duration and jitter: coverage over all its cells, that of the least and best covered one, median width."""
+    for seconds, jitter in dict.fromkeys((row["seconds"], row["jitter"]) for row in rows):
+        own = [row for row in rows if (row["seconds"], row["jitter"]) == (seconds, jitter) and row["detected"] > 0]
+        lines = [row["detected"] * row["trials"] for row in own]
+        covered = [row["coverage"] for row in own]
+        yield {
+            "turns": seconds * SHAFT_HZ, "jitter": jitter, "lines": round(sum(lines)),
+            "coverage": float(np.average(covered, weights=lines)), "least": min(covered), "most": max(covered),
+            "ci95_over_error": float(np.median([row["ci95_over_error"] for row in own])),
+        }  # fmt: skip
+
+
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 

@@ -19,7 +19,8 @@ from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_rpm
 from srbval.errors import NumericsError
 from srbval.models.run import Run
-from srbval.models.simulate import Step, simulate
+from srbval.models.run_store import stored_run
+from srbval.models.simulate import Step
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
@@ -70,7 +71,7 @@ def simulated(scene: str, state: Fault) -> Run:
     """A run of a bundled scene at the mean speed of the rig's record of that state, with steps as fine as it takes."""
     rpm, _ = published_rpm(state, RIG_RPM)
     own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
-    run = simulate(load_scene(scene, own), step=Step.AUTO)
+    run = stored_run(load_scene(scene, own), step=Step.AUTO)
     if not run.status.usable:
         raise NumericsError(f"rig bands: {scene}, {state}: the run failed ({run.status}): {run.reason}")
     return run

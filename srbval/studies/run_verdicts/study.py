@@ -26,10 +26,9 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.scene.similar import is_length, similar_parts
-from srbval.storage.content_store import ContentStore
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import machine_before
-from srbval.studies.outcomes import RunOutcome, outcome_store, outcomes
+from srbval.studies.outcomes import RunOutcome, outcomes
 from srbval.studies.scenes import PAPER_STEP_S, RPM, bench_scene
 
 SCENES = ("play0-outer", "interference-healthy", "interference-inner", "rig-outer", "rig-healthy")
@@ -228,7 +227,6 @@ def judge_runs(
     seed: int | None = None,
     share: float = 1.0,
     scenes: int | None = None,
-    store: ContentStore | None = None,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -236,9 +234,9 @@ def judge_runs(
 
     In their place so many random `scenes`, if that is given. What has chosen its step is compared with an eighth of it.
 
-    Each run that has ended is in the `store`, so that with its seed interrupted work continues where it was.
+    Each run that has ended is stored, so that with its seed interrupted work continues where it was.
     """
-    machine, store = machine_before(), store or outcome_store()
+    machine = machine_before()
     seed = int(time.time()) if seed is None else seed
     chosen = random.Random(seed)
     halves = [list(random_cases(seed, scenes))] if scenes else [list(fixed_cases()), list(drawn_cases(seed))]
@@ -248,12 +246,12 @@ def judge_runs(
         folder = Path(name)
         for step in (Step.CHECKED, Step.AUTO):
             some = {c: c.condition.at(c.solver, c.times, folder) for c in cases if c.chooses is (step is Step.AUTO)}
-            own |= outcomes(some, task=f"runs, step {step}", store=store, step=step, jobs=jobs, progress=progress)
+            own |= outcomes(some, task=f"runs, step {step}", step=step, jobs=jobs, progress=progress)
         times = {
             c: REFERENCE * (own[c].step_s / PAPER_STEP_S if c.chooses and own[c].step_s > 0 else 1.0) for c in cases
         }
         references = {(c.condition, n): c.condition.at(default_solver(), n, folder) for c, n in times.items()}
-        right = outcomes(references, task="converged runs", store=store, jobs=jobs, progress=progress)
+        right = outcomes(references, task="converged runs", jobs=jobs, progress=progress)
     found = [scored(case, own[case], right[case.condition, times[case]]) for case in cases]
     return {
         "machine": machine(), "seed": seed, "counts": counts(found), "tolerance": TOLERANCE,

@@ -28,6 +28,7 @@ from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, bench_scene
 
+STORE = ContentStore(kind="reference", computed_by=__name__)
 WARM_UP_S = 0.002
 MEASURES = tuple(field.name for field in fields(Measures))
 ERRORS = ("cage_error", "defect_hz_error", "noise_floor_ratio", "band_rms_error", "harmonic_error")
@@ -134,16 +135,14 @@ def ratio_or_none(value: float | None, reference: float | None) -> float | None:
     return None if value is None or not reference else value / reference
 
 
-def references(
-    scenes: Sequence[str], settings: BenchSettings, *, store: ContentStore, progress: Progress = silent
-) -> dict[str, Row]:
-    """The converged run of each scene: the finest one in the `store`, else the finest that the time budget allows.
+def references(scenes: Sequence[str], settings: BenchSettings, *, progress: Progress = silent) -> dict[str, Row]:
+    """The converged run of each scene: the finest one that is stored, else the finest that the time budget allows.
 
     `own_` errors are those of the run at twice its step; `wall_s` is what both took, `cached`: on an earlier occasion.
     One whose runs failed has neither measures nor errors, says why, and is not stored.
     """
     solver = default_solver()
-    found = {name: kept for name in scenes if (kept := _stored(name, solver, settings, store)) is not None}
+    found = {name: kept for name in scenes if (kept := _stored(name, solver, settings)) is not None}
     pairs = {name: _pair(name, solver, settings) for name in scenes if name not in found}
     runs = {(name, i): scene for name, pair in pairs.items() for i, scene in enumerate(pair)}
     ended = measured(runs, task="reference runs", progress=progress) if runs else {}
@@ -159,14 +158,14 @@ def references(
             **{f"own_{key}": value for key, value in own.items()},
         }  # fmt: skip
         if good:
-            store.save(run_content(scene), found[name])
+            STORE.save(run_content(scene), found[name])
     return {name: found[name] for name in scenes}
 
 
-def _stored(name: str, solver: str, settings: BenchSettings, store: ContentStore) -> Row | None:
+def _stored(name: str, solver: str, settings: BenchSettings) -> Row | None:
     for power in range(FINEST, COARSEST - 1, -1):
         content = run_content(settings.compared(name, solver, PAPER_STEP_S / 2**power))
-        found = store.load(content, lambda table: {key: table[key] for key in REFERENCE} | {"cached": True})
+        found = STORE.load(content, lambda table: {key: table[key] for key in REFERENCE} | {"cached": True})
         if found is not None:
             return found
     return None

@@ -13,7 +13,6 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene, paper_scene
-from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
@@ -50,13 +49,12 @@ def run_bench(
     solvers: Sequence[str] = SOLVERS,
     settings: BenchSettings = FULL,
     processes: bool = True,
-    store: ContentStore | None = None,
     accuracy: bool = True,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Time `solvers` on `scenes` and, for `accuracy`, compare them with converged runs.
 
-    `processes` adds compile time, start-up and memory; converged runs are in the store, the user's cache by default.
+    `processes` adds compile time, start-up and memory; converged runs are stored.
     Timed parts run one after the other on one core; the machine should have nothing else to do. Raises
     `ConfigurationError` for an unknown scene or solver; a failed run is a row with its status.
     """
@@ -72,7 +70,7 @@ def run_bench(
     apart = measure_processes(settings.starts, settings.memory_s, progress) if processes else None
     found, paths = dict[str, Row](), list[Row]()
     if accuracy:
-        found = references(scenes, settings, store=store or reference_store(), progress=progress)
+        found = references(scenes, settings, progress=progress)
         rows = with_accuracy(rows, found, settings, progress)
         paths = trajectories(scenes, solvers, settings.window_s, progress)
     described = machine()
@@ -82,11 +80,6 @@ def run_bench(
         "machine": described, "default_step_s": defaults, "reference": found, "runs": rows, "trajectories": paths,
         "processes": apart, "targets": list(targets(rows, apart, accuracy=accuracy)),
     }  # fmt: skip
-
-
-def reference_store() -> ContentStore:
-    """Where converged runs are stored: the user's cache."""
-    return ContentStore(kind="reference", computed_by="srbval.studies.speed_accuracy.runs")
 
 
 def step_sizes(settings: BenchSettings, defaults_s: Iterable[float], *, accuracy: bool) -> list[float]:

@@ -19,11 +19,10 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import machine_before
-from srbval.studies.outcomes import MEASURED, RunOutcome, outcome_store, outcomes
+from srbval.studies.outcomes import MEASURED, RunOutcome, outcomes
 from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import FULL, QUICK, RIG, StabilityCase, StabilityGrid, StabilityGroup
@@ -46,17 +45,16 @@ Row = dict[str, Any]
 def run_stability(
     grid: StabilityGrid = FULL,
     *,
-    store: ContentStore | None = None,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Row:
     """Run every cell of `grid`, compare each with its converged run, predict each step limit; what is stored of it.
 
-    `jobs` runs go at a time (default: one per usable core); each that has ended is in the store, by default in the
-    user's cache, so that an interrupted map continues where it was. A failed run is a cell with its status. Raises
+    `jobs` runs go at a time (default: one per usable core); each that has ended is stored, so that an
+    interrupted map continues where it was. A failed run is a cell with its status. Raises
     `ConfigurationError` for an unknown scene or solver.
     """
-    machine, store, limits = machine_before(), store or outcome_store(), dict[StabilityGroup, dict[str, StepLimits]]()
+    machine, limits = machine_before(), dict[StabilityGroup, dict[str, StepLimits]]()
     for number, group in enumerate(grid.groups):
         progress("step limits of linear theory", number / len(grid.groups))
         scene = grid.scene(StabilityCase(group, grid.solvers[0], grid.reference_steps_per_s))
@@ -65,7 +63,7 @@ def run_stability(
 
     def run(cases: Sequence[StabilityCase], task: str) -> dict[StabilityCase, RunOutcome]:
         scenes = {case: grid.scene(case) for case in cases}
-        return outcomes(scenes, task=task, store=store, jobs=jobs, progress=progress)
+        return outcomes(scenes, task=task, jobs=jobs, progress=progress)
 
     steps = grid.reference_steps_per_s
     pairs = {group: [StabilityCase(group, default_solver(), n) for n in (steps, steps // 2)] for group in grid.groups}

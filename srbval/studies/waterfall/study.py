@@ -24,7 +24,8 @@ from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.errors import NumericsError
 from srbval.models.run import Run
-from srbval.models.simulate import Step, simulate
+from srbval.models.run_store import stored_run
+from srbval.models.simulate import Step
 from srbval.path.amplitudes import levels, pattern
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
@@ -100,9 +101,9 @@ def scene_of(step: WaterfallStep, state: Fault, changes: Mapping[str, Any]) -> S
 
 @cache
 def _run_scene(scene: Scene) -> Run:
-    run = simulate(scene, step=Step.UNCHECKED)
+    run = stored_run(scene, step=Step.UNCHECKED)
     if not run.status.usable:  # the stiffest of the drawn contacts
-        run = simulate(
+        run = stored_run(
             replace(scene, solver=replace(scene.solver, step_s=scene.solver.step_s / 2)), step=Step.UNCHECKED
         )
     if not run.status.usable:
