@@ -2,17 +2,14 @@
 
 import contextlib
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from filelock import FileLock, Timeout
-
 from srbval.campaign.case import CaseResult, CaseTask, Ending, acceleration_only, read_result, version, write_result
 from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
 from srbval.errors import DataError, SrbvalError
-from srbval.models.jit import kernel_cache_folder
 from srbval.models.run import Run
 from srbval.scene import Scene
 
@@ -25,24 +22,11 @@ def prepare(scenes: Sequence[Scene]) -> str:
 
     _one_thread()
     for scene in scenes:
-        with contextlib.suppress(SrbvalError, OSError, MemoryError), _after_others(scene):  # the case will report it
+        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case will report it
             simulate(
                 replace(scene, duration_s=max(SHORTEST_S, 1 / scene.output_rate_hz), settle_s=0.0), step=Step.UNCHECKED
             )
     return version()
-
-
-@contextlib.contextmanager
-def _after_others(scene: Scene) -> Iterator[None]:
-    """Let one process compile; those that come meanwhile wait, then load what it has stored, side by side."""
-    lock = FileLock(kernel_cache_folder() / f"{scene.model}-{scene.solver.name}.lock")
-    try:
-        with lock.acquire(timeout=0):
-            yield
-    except Timeout:
-        with lock:
-            pass
-        yield
 
 
 def run_case(task: CaseTask) -> CaseResult:

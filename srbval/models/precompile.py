@@ -1,6 +1,6 @@
 """Fill or load the kernel cache.
 
-``python -m srbval.models.precompile KERNEL`` is the process that `jit.precompile` starts.
+``python -m srbval.models.precompile KERNEL ...`` is the process that `jit.precompile` starts.
 """
 
 import contextlib
@@ -16,9 +16,9 @@ from srbval.errors import SrbvalError
 from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import RATES, RING, compile_in_this_process, kernels_of, precompile
+from srbval.models.jit import RATES, RING, compile_in_this_process, kernel_cache_folder, kernels_of, precompile
 from srbval.models.simulate import Step, simulate
-from srbval.models.solvers import METHODS
+from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
 from srbval.scene import Scene, paper_scene
 
@@ -62,12 +62,21 @@ def compile_kernel(model: str, part: str, cages: int) -> None:
     if part == RATES:
         rates(parameters, 0.0, state)
     else:
-        take_steps(parameters, state, METHODS[part], step_s=scene.solver.step_s, intervals=range(0))
+        method = next(method for method in METHODS.values() if FAMILIES[method.coefficients.family] == part)
+        take_steps(parameters, state, method, step_s=scene.solver.step_s, intervals=range(0))
+
+
+def compile_kernels(names: Iterable[str]) -> None:
+    """Compile kernels by their names, one process a part: numba rewrites one index of it for all models."""
+    from filelock import FileLock
+
+    for name in names:
+        model, part, cages = name.split("-")
+        with FileLock(kernel_cache_folder() / f"{part}.lock"):
+            compile_kernel(model, part, int(cages))
 
 
 if __name__ == "__main__":
     end_with_input()
     gc.disable()  # a compiler makes millions of objects, of which few are rubbish
-    for name in sys.argv[1:]:
-        model_, part_, cages_ = name.split("-")
-        compile_kernel(model_, part_, int(cages_))
+    compile_kernels(sys.argv[1:])

@@ -4,6 +4,7 @@ One for each family of methods, as a run needs only one of them compiled.
 """
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -13,11 +14,11 @@ from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
-from srbval.models.jit import exactly_rounded, inlined, kernel, kernel_part
+from srbval.models.jit import inlined, kernel, kernel_part
 from srbval.models.solvers.methods import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 
-@exactly_rounded
+@partial(kernel_part, fastmath=False)  # rounded as written, whatever stands around a call
 def time_of_step(first_step, number, step):
     """Time at which a step begins [s], `number` after the first one: the same to the last digit for every method."""
     return (first_step + number) * step

@@ -44,7 +44,7 @@ STRIDE = 2056
     DEPTH, BOUND,  # penetration at the middle of the profile; what no point of an undamaged race exceeds [m]
     # for each roller: constants, what is read from the state, slot axes in world coordinates, accelerations
     SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: an empty slot
-    DAMAGE,  # summed height of the roller's own defects [m]
+    DAMAGE,  # of a column too: summed height of the roller's defects that may meet the race [m]
     SLIDE, SLIDE_RATE, SPIN,
     X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,  # slot axes x, y, z, by world components
     CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]

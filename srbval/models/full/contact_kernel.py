@@ -261,12 +261,13 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
     slip = math.sqrt(square) + 1e-300
     own, range_ = law.critical_velocity * law.critical_velocity, reach * half * half
     critical = math.sqrt((own if own > range_ else range_) + across)
+    inverse = 1.0 / (slip * critical)  # one division serves both
+    per_slip, per_critical = critical * inverse, slip * inverse
     dynamic = law.dynamic_friction
-    static = dynamic + (law.static_friction - dynamic) * law.critical_velocity / critical
-    mu = static - 2.0 * (static - dynamic) / critical * (slip - critical)
-    mu = mu if mu > dynamic else dynamic
-    mu = mu / slip
-    most = static / critical
+    excess = (law.static_friction - dynamic) * law.critical_velocity * per_critical
+    mu = dynamic + excess * (3.0 - 2.0 * slip * per_critical)
+    mu = (mu if mu > dynamic else dynamic) * per_slip
+    most = (dynamic + excess) * per_critical
     mu = mu if mu < most else most
     return mu * normal
 

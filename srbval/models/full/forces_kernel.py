@@ -66,8 +66,8 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
         race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
-        slot = plan[row, col.SINGLE_FROM] % col.RACE
-        damaged, roller = space[col.DAMAGE + np.uint64(slot)] > 0.0, roller_in(slot, rotation.shape[0])
+        at = plan[row, col.SINGLE_FROM]
+        damaged, roller = space[col.DAMAGE + np.uint64(at)] > 0.0, roller_in(at % col.RACE, rotation.shape[0])
         on_race = Candidates(points, race, base, 0, starts[race, base, CIRCLES])
         if first_time is not None and damaged:
             plan[row, col.SINGLE_WINDOW] = points.shape[1] - 1 - model.spare_of[roller]

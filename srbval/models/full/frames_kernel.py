@@ -17,6 +17,7 @@ SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a
 EMPTY_SLOT_M = -1.0  # depth where no roller is
 # Codes to be summed over a lane group: how many columns need a point, a second one, a third one; may have own points.
 NEEDS_ONE, NEEDS_TWO, NEEDS_THREE, OWN_POINTS = 1.0, 64.0, 4096.0, 1048576.0
+FACING_RAD = 0.6  # from where a roller faces a race to where it may still meet it: a sixth of its radius deep
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
 
 
@@ -110,7 +111,7 @@ def race_limits(race, onwards):
 
 @kernel_part
 def read_rollers(y, at, half, space):
-    """Copy slides, their rates and the spins of state `y` to the slots: both rows of `half` rollers in turn."""
+    """Copy slides, their rates and spins of state `y` to the slots, both rows of `half` rollers in turn; no damage."""
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):
@@ -118,7 +119,25 @@ def read_rollers(y, at, half, space):
             space[col.SLIDE + slot] = y[at.slide + j]
             space[col.SLIDE_RATE + slot] = y[at.slide_rate + j]
             space[col.SPIN + slot] = y[at.spin + j]
+            space[col.DAMAGE + slot] = space[col.DAMAGE + col.INNER + slot] = 0.0
             slot += np.uint64(1)
+
+
+@kernel_part
+def face_defects(defects, radius, rotation, space):
+    """Add in both columns of each damaged roller the heights of those `defects` that may meet the race there [m].
+
+    `rotation` of the rollers relative to their slots [rad]; the outer race is in front, the inner one behind.
+    """
+    half = rotation.shape[0] // 2
+    for d in range(defects.shape[0]):
+        roller = int(defects[d, col.DEFECT_ROLLER])
+        slot = 2 * (roller % half) + roller // half
+        for race in range(2):
+            away = rotation[roller] + defects[d, col.DEFECT_ANGLE] + race * math.pi
+            away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+            if abs(away) < FACING_RAD + 0.5 * defects[d, col.DEFECT_EXTENT] / radius:
+                space[col.DAMAGE + np.uint64(race * col.RACE + slot)] += abs(defects[d, col.DEFECT_HEIGHT])
 
 
 @kernel_part
@@ -168,7 +187,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.N_Y + p] = c * y_y - s * y_x
         space[col.N_Z + p] = c * z_y - s * z_x
         angle = roller_angle(second, turn + space[col.SLOT_ANGLE + p], turned, side)
-        here, damaged = side != 0.0, space[col.DAMAGE + p] > 0.0
+        here = side != 0.0
 
         # outer race
         o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
@@ -183,7 +202,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         leaning = abs(space[col.Z_Y + p]) * height
         count_candidates(
             search, outer, outer_clearance - o_x, o_z, -search.lead_s * space[col.V_X + p], abs(o_y) + leaning, angle,
-            here, damaged, patch, space, p,
+            here, space[col.DAMAGE + p] > 0.0, patch, space, p,
         )  # fmt: skip
 
         # inner race
@@ -198,7 +217,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
         count_candidates(
             search, inner, depth, offset, -search.lead_s * slide_rate, leaning, angle - shaft_angle,
-            here, damaged, patch, space, q,
+            here, space[col.DAMAGE + q] > 0.0, patch, space, q,
         )  # fmt: skip
 
 
@@ -208,7 +227,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: how much deeper
     within the averaging time of an onset [m]; `aside`: how far the roller may stand from its meridian [m]; `angle` of
-    the roller from the race's first point [rad]; `here`: there is a roller; `damaged`: it has a defect.
+    the roller from the race's first point [rad]; `here`: there is a roller; `damaged`: a defect of it may meet it.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian

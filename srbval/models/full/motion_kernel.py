@@ -12,6 +12,7 @@ from srbval.models.full.frames_kernel import (
     add_heights,
     cage_axes,
     cage_tilt,
+    face_defects,
     read_rollers,
     roller_frames,
     tilted_about_x,
@@ -57,8 +58,9 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, at, n // 2, space)
-    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
     rotation = y[at.rotation : at.rotation + n]
+    face_defects(model.roller_defects, model.law.roller_radius, rotation, space)
+    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
     add_heights(model.surface, rotation, count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)

@@ -170,7 +170,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         races=_races(scene, geometry, diameter / 2, int(np.count_nonzero(damage))),
         roller_defects=defects,
         spare_of=np.cumsum(damage > 0) - 1,
-        scratch=_scratch(angle, damage),
+        scratch=_scratch(angle),
         circle_half_gap=_axial_position(geometry, 3) / 2,
         surface=surface_heights(scene, geometry, diameter / 2),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
@@ -303,7 +303,7 @@ def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
-def _scratch(slot_angle: FloatArray, damage: FloatArray) -> Scratch:
+def _scratch(slot_angle: FloatArray) -> Scratch:
     """Space for every roller on both races, and for a single column of each; what never changes filled in."""
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
@@ -314,7 +314,6 @@ def _scratch(slot_angle: FloatArray, damage: FloatArray) -> Scratch:
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
         col.SLOT_ANGLE: slot_angle, col.SLOT_COSINE: np.cos(slot_angle), col.SLOT_SINE: np.sin(slot_angle),
-        col.DAMAGE: damage,
     }  # fmt: skip
     for row, values in both_rows.items():
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()

@@ -118,7 +118,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
         nearest = int(space[col.POSITION + column] + 0.5)
         # a state that is no longer finite has no position: never an index outside the array
         window = window_of[race, slot % 2, nearest if 0 <= nearest < count else 0]
-        damage = space[col.DAMAGE + np.uint64(slot)]
+        damage = space[col.DAMAGE + column]
         if window < plain and not damage > 0.0:
             space[col.CANDIDATE_CODE + column] = candidate_code(space[col.CANDIDATES + column])
             continue

@@ -185,13 +185,13 @@ def find_openings(slices, single, plan, space, rotation, roller_radius, points, 
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, np.uint64(col.SINGLE + i * col.LANES)
         race, window, at = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_FROM]
-        slot = at - race * col.RACE
         face_roller(space, start, start + np.uint64(1))
         away = space[col.POSITION + np.uint64(at)] * per_point + space[col.SHIFT + start] - slices.middle[race, window]
         space[col.POSITION + start] = away - 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
         plan[row, col.SINGLE_BASE] = 0
-        if not space[col.DAMAGE + np.uint64(slot)] > 0.0:
+        if not space[col.DAMAGE + np.uint64(at)] > 0.0:
             continue
+        slot = at - race * col.RACE
         roller = slot // 2 + (slot % 2) * (rollers // 2)
         spare = slices.rows.shape[1] - 1 - spare_of[roller]
         for d in range(defects.shape[0]):

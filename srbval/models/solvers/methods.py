@@ -46,7 +46,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 
-RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)  # families, one kernel each
+FAMILIES = ("explicit", "rosenbrock", "leapfrog")  # one kernel each
+RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)
 ONSET = 2.0  # implicit methods: neighbouring steps share a point's coming into contact; 1 leaves more noise
 GAMMA_ROS2 = 1 + 1 / math.sqrt(2)
 GAMMA_IMEX2 = 1 - 1 / math.sqrt(2)  # the smaller root: sharper, and the step has no positions that could go wrong

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import layout_of
@@ -19,21 +20,26 @@ NO_CLEARANCE_M = 1e-30  # so that every roller within reach is given the widest 
 SAME = 1e-9
 NOTHING = 1e-6  # N, W or J beside values of hundreds
 SAME_STEPS, SAME_STEPS_SHARE = 1e-8, 1e-11  # the same after two steps; of the largest velocity
+DAMAGE = {"kind": "roller", "height": "0.05 mm", "extent": "8 mm"}
 SCENES: dict[str, dict[str, Any]] = {
     "play 0, outer": {"defect": {"kind": "outer"}},
     "interference, inner": {"defect": {"kind": "inner"}, "contact": {"roller_fit": "printed"}},
     "dense": {"contact": {"points_per_circle": 3000, "stiffness": "5e6 N/m"}},
-    "roller": {"defect": {"kind": "roller", "height": "0.05 mm", "extent": "2 mm"}},
+    "roller": {"defect": DAMAGE, "further_defects": [DAMAGE | {"roller": roller} for roller in range(2, 20)]},
 }
 
 
 def looking_at_all(model: Parameters) -> Parameters:
-    """The same model with the widest windows for every roller within reach."""
+    """The same model with the widest windows for every roller within reach, and damage all round the damaged ones."""
+    raised, sunk = model.roller_defects.copy(), model.roller_defects.copy()  # by the same height
+    raised[:, col.DEFECT_EXTENT] = sunk[:, col.DEFECT_EXTENT] = 1.0
+    sunk[:, col.DEFECT_HEIGHT] *= -1.0
     return model._replace(
+        roller_defects=np.concatenate([model.roller_defects, raised, sunk]),
         races=model.races._replace(
             outer=model.races.outer._replace(clearance=NO_CLEARANCE_M),
             inner=model.races.inner._replace(clearance=NO_CLEARANCE_M),
-        )
+        ),
     )
 
 
