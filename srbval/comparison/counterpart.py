@@ -26,7 +26,8 @@ from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
-TURNS = 30.0  # length of a run in shaft turns: that of a rig record of 2 s
+# Length of a run [shaft turns], and the most of it [s]: that of the rig's records, which last 2 s at any speed.
+TURNS, LONGEST_S = 30.0, 2.1
 # Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
 DETAIL_HZ = {Fault.ROLLER: 1024.0}
 # Points on a circle from which on levels change by less than 0.1 dB and runs no longer hang on their start; the paper's
@@ -123,7 +124,7 @@ def load_ensemble(scene: Scene) -> tuple[Scene, ...]:
 
 
 def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silent) -> AnalysedRun | str:
-    """`TURNS` turns of the paper's scene at the recording's measured speed and its load, with the defect of its state.
+    """`TURNS` turns, at most `LONGEST_S`, of the paper's scene at the recording's own speed and load, with its defect.
 
     At converged points; a defect's quantities are means over `STARTS` starts, a healthy bearing is run once. The runs
     are made in `pool`; the error of the step is estimated for the first alone, since all have the same step. The reason
@@ -132,7 +133,7 @@ def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silen
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
     scene = converged(
         paper_scene(
-            duration_s=TURNS / rig.speed.value_hz,
+            duration_s=min(TURNS / rig.speed.value_hz, LONGEST_S),
             shaft_speed_rad_s=2 * math.pi * rig.speed.value_hz,
             load={"radial_n": recording.radial_n or 0.0, "axial_n": recording.axial_n or 0.0},
             defect={"kind": state},

@@ -6,14 +6,11 @@ import sys
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault, load_bearing
-from srbval.report.figures.bearing import bearing_scene
+from srbval.bearing import Fault
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices, figure_style
-from srbval.report.findings.bearing_views import LoadZone
-from srbval.scene import paper_scene
 from srbval.signal import Scalogram
 
 from .conftest import spectrum, view
@@ -90,22 +87,6 @@ def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
     draw("acceleration", tmp_path)
     assert dict(mpl.rcParams) == before
     assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
-
-
-def test_the_scene_shows_rollers_load_and_defect(tmp_path):
-    geometry = load_bearing("skf-22240").geometry
-    angle = np.linspace(-179, 179, 359)
-    force = 1e4 * np.clip(np.cos(np.radians(angle)), 0.0, None)
-    zone = LoadZone(
-        angle_deg=angle, outer_n=force, inner_n=force, moments=1, seconds=1.0, within_deg=30.0, near_n=9.5e3, far_n=0.0,
-        roller_load_share=1.0,
-    )  # fmt: skip
-    made = bearing_scene(paper_scene(defect={"kind": "outer"}), geometry, zone)(tmp_path, "scene")
-    text = made.picture.read_text("utf-8")
-    assert "± 72°" in text  # cos x is a quarter at 75.5 degrees; stretches are 12 degrees wide
-    assert "124.8 kN" in text
-    assert "outer-race defect" in text
-    assert len(rows_of(made)) == geometry.rollers_per_row
 
 
 def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval():

@@ -1,10 +1,11 @@
-"""A record over time with its envelope, its spectra before demodulation, and its envelope spectrum with named lines."""
+"""A record over time with its envelope, its spectra before and after demodulation; the forces on the rollers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.recordings import Origin
 from srbval.report.figures.style import (
     BINS_SHOWN,
@@ -13,6 +14,7 @@ from srbval.report.figures.style import (
     HALF,
     HEALTHY,
     INK,
+    SOFT,
     VERMILION,
     WIDE,
     Drawn,
@@ -26,9 +28,13 @@ from srbval.report.figures.style import (
     stamp_stand_in,
     title_panel,
 )
+from srbval.report.findings.load_zone import LoadZone
 from srbval.report.findings.records import OWN_UNIT, Cursor, RecordView, SpectrumView
 
 PLOTTED_BINS = 700
+STRETCH_DEG = 12.0  # of the roller's angle, over which forces are averaged
+LIGHT = "#a9cfe6"
+RATTLING = 0.02  # of the force in the load zone, opposite it: rollers that have no load to carry knock
 HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
 
 
@@ -223,3 +229,37 @@ def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
         last[top] = place
         tops.append(top)
     return tops
+
+
+@panel
+def load_zone_panel(zone: LoadZone) -> Drawn:
+    """The force of every roller on either race at every moment kept."""
+    order = np.argsort(zone.angle_deg)
+    angle, outer, inner = zone.angle_deg[order], zone.outer_n[order] / 1e3, zone.inner_n[order] / 1e3
+    figure, axes = new_axes(WIDE)
+    middles, means = _means(angle, outer)
+    axes.plot(angle, outer, ".", color=LIGHT, ms=1.5, label="one roller, one moment", rasterized=True)
+    axes.plot(middles, means, "-o", color=BLUE, ms=3, label="mean, outer race")
+    axes.plot(middles, _means(angle, inner)[1], "--", color=VERMILION, label="mean, inner race")
+    axes.axvline(0, color=SOFT, lw=0.8, ls="--")
+    axes.set(xlabel="Roller's angle from the middle of the load zone, degrees", ylabel="Contact force, kN",
+             xlim=(-180, 180), xticks=range(-180, 181, 60))  # fmt: skip
+    top = 1.1 * float(np.quantile(outer, 0.995))
+    axes.set_ylim(0, top)
+    if above := int(np.count_nonzero(outer > top)):
+        axes.text(0.99, 0.97, f"{above} of {outer.size} above", transform=axes.transAxes, ha="right", va="top",
+                  fontsize=7, color=SOFT)  # fmt: skip
+    if zone.far_n > RATTLING * zone.near_n:
+        for place in (-150, 150):
+            axes.text(place, 0.6, "unloaded:\nrollers rattle", transform=axes.get_xaxis_transform(), ha="center",
+                      fontsize=8, color=VERMILION)  # fmt: skip
+    legend_above(axes)
+    return figure, {"angle_deg": angle, "outer_race_n": 1e3 * outer, "inner_race_n": 1e3 * inner}
+
+
+def _means(angle: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Middles of stretches of `STRETCH_DEG` and the mean force in each."""
+    edges = np.arange(-180.0, 180.0 + STRETCH_DEG, STRETCH_DEG)
+    count, _ = np.histogram(angle, edges)
+    total, _ = np.histogram(angle, edges, weights=force)
+    return (edges[:-1] + edges[1:]) / 2, total / np.maximum(count, 1)

@@ -31,14 +31,14 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
 from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, load_entry, rig_recordings
-from srbval.report.findings.bearing_views import (
-    BearingViews,
-    bearing_views,
+from srbval.report.findings.cage_ratios import cage_data
+from srbval.report.findings.load_zone import (
+    LoadZone,
     load_sharing,
+    load_zone,
     load_zone_case,
     point_passing,
 )
-from srbval.report.findings.cage_ratios import cage_data
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
     RecordKurtogram,
@@ -76,7 +76,7 @@ class Findings:
     analyses: Mapping[str, Side]
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
-    bearing_views: BearingViews
+    load_zone: LoadZone
     kurtograms: tuple[RecordKurtogram, ...]
     known: Sensitivity
     matrix: Matrix
@@ -144,7 +144,7 @@ def gather(
     found = Findings(
         data={}, bearing=bearing, printed=printed, runs=runs, run_facts=tuple(facts), analyses=analyses, views=views,
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
-        bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
+        load_zone=load_zone(runs["load-zone"], geometry),
         kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
         cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
@@ -190,7 +190,7 @@ def _compared(
         "bias": biases(matrix.comparisons, used_for="withheld"),
         "sensitivity": found.known.defects,
         "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
-        "load_zone": found.bearing_views.load_zone,
+        "load_zone": found.load_zone,
         "load_path": load_sharing(runs["paper-healthy"]),
         "point_passing": point_passing(runs["paper-healthy"]),
         "kurtograms": found.kurtograms,

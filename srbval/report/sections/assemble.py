@@ -9,7 +9,7 @@ from srbval.comparison.budget import Answer
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
 from srbval.report.blocks import Badge, Command, KeyValues, Listing, Report, Section, Value
-from srbval.report.figures.bearing import axial_section, bearing_scene, defect_cloud, load_zone
+from srbval.report.figures.signals import load_zone_panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import TIMED
 from srbval.report.pages import Page, in_order, joined_data
@@ -66,23 +66,10 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def _bearing(findings: Findings) -> Section:
-    """What the simulated bearing looks like, where its defect and its load are: the paper's Figures 1 and 5."""
-    scene, views, geometry = findings.runs["paper-outer"].scene, findings.bearing_views, findings.bearing.geometry
-    assert geometry is not None, "the report's bearing is one the model can run"
-    defect, zone, simulated = scene.defect, views.load_zone, Badge.SIMULATED
-    along = bearing_scene(scene=scene, geometry=geometry, zone=zone)
-    cloud = defect_cloud(views=views)
-    return BEARING.section(
-        appendix=(
-            BEARING.paragraph("intro"),
-            BEARING.figure("bearing-section", axial_section(geometry=geometry, circles=views.circles)),
-            BEARING.figure("bearing-scene", along, badge=simulated, geometry=geometry),
-            BEARING.figure(
-                "defect-cloud", cloud, badge=simulated, scene=scene, defect=defect, spacing_m=views.spacing_m
-            ),
-            BEARING.figure("load-zone", load_zone(zone=zone), badge=simulated, scene=scene, zone=zone),
-        )
-    )
+    """What the simulated bearing is and how it carries its load."""
+    zone, scene = findings.load_zone, findings.runs["paper-outer"].scene
+    figure = BEARING.figure("load-zone", load_zone_panel(zone=zone), badge=Badge.SIMULATED, scene=scene, zone=zone)
+    return BEARING.section(appendix=(BEARING.paragraph("intro"), figure))
 
 
 def _assumptions(findings: Findings) -> Section:

@@ -8,7 +8,7 @@ from srbval.bearing import Fault
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
-from srbval.comparison.counterpart import CONVERGED_POINTS, START_SHARE, STARTS, TURNS
+from srbval.comparison.counterpart import CONVERGED_POINTS, LONGEST_S, START_SHARE, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
@@ -70,7 +70,9 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
         )  # fmt: skip
         yield TEXTS.paragraph("verdicts")
     yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
-    yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, share=START_SHARE, points=CONVERGED_POINTS)
+    yield TEXTS.paragraph(
+        "carried", turns=TURNS, seconds=LONGEST_S, starts=STARTS, share=START_SHARE, points=CONVERGED_POINTS
+    )
     if findings.known.defects:
         rows = [row for defect in findings.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)

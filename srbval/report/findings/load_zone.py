@@ -1,24 +1,22 @@
-"""The simulated bearing as the figures show it: slots, circles of points, the defect among them, the load zone."""
+"""How the simulated bearing carries its load: the force of every roller, what the housing takes, the points passed."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
+from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.full.parameters import make_parameters
-from srbval.models.full.point_cloud import Circle, circle_points, inner_circle, outer_circle, wrapped
+from srbval.models.full.point_cloud import wrapped
 from srbval.models.run import Run
-from srbval.scene import Defect, Scene
+from srbval.scene import Scene
 
 # The forces of every roller are kept in a short run of their own: some passages of the load zone are enough.
 LOAD_ZONE_ID, LOAD_ZONE_SECONDS, LOAD_SNAPSHOTS_HZ = "load-zone", 0.5, 160.0
 LOADED_DEG = 30.0  # either side of the middle of the load zone, and of the place opposite
-DEFECT_CIRCLE = 1.0  # the middle one of row 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,20 +40,6 @@ class LoadZone:
     roller_load_share: float
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BearingViews:
-    """`spacing_m`: of points on the defect's circle.
-
-    `circles` are those of contact points of row 1, by raceway (``outer``, ``inner``) and number p. `defect` holds, for
-    every circle of the outer raceway, its points about the defect: along the race and raised by [m], [n] each.
-    """
-
-    circles: Mapping[tuple[str, float], Circle]
-    defect: Mapping[float, tuple[FloatArray, FloatArray]]
-    spacing_m: float
-    load_zone: LoadZone
-
-
 def load_zone_case(scene: Scene) -> SimulationCase:
     """A short run of the healthy bearing in `scene` that keeps the contact loads."""
     every = max(1, round(scene.output_rate_hz / LOAD_SNAPSHOTS_HZ))
@@ -70,29 +54,9 @@ def load_zone_case(scene: Scene) -> SimulationCase:
     )  # fmt: skip
 
 
-def bearing_views(scene: Scene, geometry: SphericalRollerGeometry, load_zone_run: Run) -> BearingViews:
-    """The views of `scene`, an outer-race defect, and of the run of its `load_zone_case`."""
-    slots = make_parameters(scene, geometry).slot_angle
-    outer = {p: outer_circle(geometry, p) for p in CIRCLES}
-    return BearingViews(
-        circles={("outer", p): circle for p, circle in outer.items()}
-        | {("inner", p): inner_circle(geometry, p) for p in CIRCLES},
-        defect={p: _defect_points(scene, p, circle.radius_m) for p, circle in outer.items()},
-        spacing_m=2 * math.pi * outer[DEFECT_CIRCLE].radius_m / scene.contact.points_per_circle,
-        load_zone=_load_zone(load_zone_run, slots),
-    )
-
-
-def _defect_points(scene: Scene, circle: float, radius_m: float) -> tuple[FloatArray, FloatArray]:
-    defects: tuple[Defect, ...] = (scene.defect,) if circle == DEFECT_CIRCLE else ()
-    points = circle_points(scene.contact.points_per_circle, radius_m, defects, scene.load.zone_rad)
-    along = wrapped(points.angle - (scene.load.zone_rad + scene.defect.angle_rad)) * radius_m
-    order = np.argsort(along)
-    return along[order], points.lift[order]
-
-
-def _load_zone(run: Run, slots: FloatArray) -> LoadZone:
-    scene = run.scene
+def load_zone(run: Run, geometry: SphericalRollerGeometry) -> LoadZone:
+    """That of the run of a `load_zone_case`."""
+    slots, scene = make_parameters(run.scene, geometry).slot_angle, run.scene
     time = scene.settle_s + np.arange(len(run.load_n)) / scene.detail_rate_hz
     cage = run.cage_ratio * 2 * math.pi * scene.shaft_hz * time
     angle = np.degrees(wrapped(slots + cage[:, None] - scene.load.zone_rad))
