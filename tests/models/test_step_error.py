@@ -160,7 +160,8 @@ def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene: 
     assert times == pytest.approx(round(times))
     assert 2 <= times <= MOST_FINER * (1 + 1e-9)
     assert error.step_s == pytest.approx(chosen.solver.step_s)
-    assert error.beyond is not enough
+    # Euler's steps leave a twentieth of the losses without a source at any step; bands are beyond by chance or not.
+    assert (error.beyond or abs(error.energy) > TOLERANCE["drive_power"]) is not enough
 
 
 def test_finer_steps_gain_where_an_error_falls() -> None:

@@ -14,7 +14,6 @@ from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, record
 RAMP = 0.05  # of the mean speed, from the first sample to the last
 SLIP = 1.002
 READING_PCT = 0.03
-SPREAD = 0.01  # 2560 samples of a ramp; 20,480 a second without sensor noise
 
 
 def ramped(noise=0.3):
@@ -58,10 +57,13 @@ def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_follow
 @pytest.mark.recordings
 @pytest.mark.parametrize(("name", "before_rpm"), [("OR", 0.3634), ("IR", 0.1178), ("H", 0.1748), ("Roller", 0.1090)])
 def test_the_rig_s_records_are_tracked_and_their_mean_is_known_to_the_clocks(recordings_dir, name, before_rpm):
-    """`before_rpm`: 1.96 standard errors of the samples' mean, which took the shaft's own variation for an error."""
+    """`before_rpm`: 1.96 standard errors of the samples' mean, which took the shaft's own variation for an error.
+
+    Beside the clocks the angle at both ends counts: on these smoothed signals up to 1.5 times as much.
+    """
     analysis = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=BEARING)
     assert analysis.processed.tracking.used
-    assert 60 * analysis.speed.ci95_hz == pytest.approx(60 * SCALE_CI95 * analysis.speed.value_hz, rel=SPREAD)
+    assert 1 <= analysis.speed.ci95_hz / (SCALE_CI95 * analysis.speed.value_hz) <= np.hypot(1, 1.5)
     assert 60 * analysis.speed.ci95_hz < before_rpm
 
 

@@ -14,6 +14,7 @@ from srbval.scene import paper_scene
 from srbval.storage.json_files import to_json
 from srbval.studies import input_effects as sensitivity
 from srbval.studies.input_effects import grid_ci95, measure
+from srbval.studies.open_inputs import open_inputs
 
 SCENE = paper_scene(defect={"kind": "outer"})
 UNIFORM = 1 / np.sqrt(12)  # standard deviation of a uniform variable over one
@@ -52,7 +53,8 @@ def found():
 
 def test_inputs_move_quantities_together_and_by_as_much_as_they_do(found):
     cage, level = found.of("cage ratio"), found.of("2xBPFO")
-    decades = np.log10(0.2 / 1e-3)
+    (velocity,) = (one for one in open_inputs() if one.name == "critical velocity of friction")
+    decades = np.log10(velocity.high / velocity.low)
     assert cage.deviation == pytest.approx(1e-3 * decades * UNIFORM, rel=EMULATED)
     assert cage.shift == pytest.approx(1e-3 * decades / 2, rel=EMULATED)  # the nominal value is an end of the range
     parts = (2 * decades * UNIFORM, 50 * 0.04 * UNIFORM, 0.01 * 200 * UNIFORM)
