@@ -94,15 +94,9 @@ def _scores(bands: Sequence[Periodogram], analysis: Analysis) -> FaultScores:
     for fault, family in zip(DEFECTS, families, strict=False):
         score, found_hz = combs.highest(family.kinematic_hz, relative)
         chance = neg_log_rank(score, combs.placebos(allowed, family.kinematic_hz, relative))
-        reached = not math.isnan(score)
-        parts.append(
-            PartScore(
-                fault=fault,
-                found_hz=found_hz if reached else None,
-                excess=score - typical if reached else None,
-                false_alarm=None if math.isnan(chance) else math.exp(-chance),
-            )
-        )
+        excess, found = (None, None) if math.isnan(score) else (score - typical, found_hz)
+        false_alarm = None if math.isnan(chance) else math.exp(-chance)
+        parts.append(PartScore(fault=fault, found_hz=found, excess=excess, false_alarm=false_alarm))
     means_nothing = is_placebo_order(combs.frequency_hz, relative / APART, families, speed)
     if not means_nothing.any():
         return FaultScores(parts=tuple(parts), unexplained=0.0, unexplained_order=None)

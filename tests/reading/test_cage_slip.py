@@ -45,8 +45,7 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
         covered += line.detected and abs(line.found_hz - true_hz) <= line.ci95_hz
         named[diagnose(found).state] += 1
     assert seen == COUNT
-    # The weakest, at probabilities of a third to two thirds since a healthy bearing weighs half, remain undecided.
-    assert named["inner"] >= COUNT - 4
+    assert named["inner"] >= COUNT - 4  # the weakest, at a third to two thirds, remain undecided
     assert set(named) <= {"inner", "undecided"}
     assert covered >= COUNT - 3  # 95 % intervals: fewer with a probability of 3 %
     for seed in range(6):

@@ -57,10 +57,7 @@ def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_follow
 @pytest.mark.recordings
 @pytest.mark.parametrize(("name", "before_rpm"), [("OR", 0.3634), ("IR", 0.1178), ("H", 0.1748), ("Roller", 0.1090)])
 def test_the_rig_s_records_are_tracked_and_their_mean_is_known_to_the_clocks(recordings_dir, name, before_rpm):
-    """`before_rpm`: 1.96 standard errors of the samples' mean, which took the shaft's own variation for an error.
-
-    Beside the clocks the angle at both ends counts: on these smoothed signals up to 1.5 times as much.
-    """
+    """`before_rpm`: 1.96 standard errors of the mean. Beside the clocks the ends count, up to 1.5 times as much."""
     analysis = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=BEARING)
     assert analysis.processed.tracking.used
     assert 1 <= analysis.speed.ci95_hz / (SCALE_CI95 * analysis.speed.value_hz) <= np.hypot(1, 1.5)

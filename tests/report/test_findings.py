@@ -1,8 +1,13 @@
 """What figures and tables are given: names of lines and of tall peaks."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from srbval.comparison.table6 import table6
+from srbval.report.findings.findings import at_drawn_points
 from srbval.report.findings.records import fault_cursors, tall_peaks
+from srbval.storage.stored_result import newest_result
 
 
 def test_cursors_are_named_as_the_field_does():
@@ -23,3 +28,10 @@ def test_tall_peaks_are_named_by_what_they_are():
     )  # fmt: skip
     assert {round(hz, 1): name for name, hz, _ in found} == {round(hz, 1): n for hz, n in peaks.items() if n}
     assert [tall for _, _, tall in found] == sorted((tall for _, _, tall in found), reverse=True)
+
+
+def test_a_record_at_a_speed_or_load_without_stored_draws_has_no_part_in_the_verdicts():
+    points = ((124.8, 353.0), (124.8, 997.0), (62.4, 353.0))
+    own, fast, light = (SimpleNamespace(radial_kn=kn, axial_kn=0.0, nominal_rpm=rpm) for kn, rpm in points)
+    assert at_drawn_points([own, fast, light], table6(), newest_result("cage_draws").content) == [own]
+    assert at_drawn_points([own, fast, light], table6(), {}) == [own, fast]

@@ -125,7 +125,9 @@ def gather(
             counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
         )  # fmt: skip
     with stage(progress, "Read the cage ratio of every record"):
-        readings = cage_readings([load_entry(one) for one in of_rig], bearing)
+        readings = cage_readings(
+            [load_entry(one) for one in at_drawn_points(of_rig, printed, results.content("cage_draws"))], bearing
+        )
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     sides = _sides({state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}, matrix)
@@ -253,6 +255,15 @@ def published_speed_rows() -> Iterator[dict[str, Any]]:
         mean = means[state, rpm]
         from_outer_pct = deviation_pct(mean, means[Fault.OUTER, rpm])
         yield {"state": state, "nominal_rpm": rpm, "mean_rpm": mean, "from_outer_pct": from_outer_pct}
+
+
+def at_drawn_points(
+    registered: Iterable[RegisteredRecording], printed: Table6, stored: Mapping[str, Any]
+) -> list[RegisteredRecording]:
+    """Those at the paper's load, no axial one, and a speed of the model's stored draws; any speed without draws."""
+    speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
+    at_load = [one for one in registered if one.radial_kn == printed.radial_kn and not one.axial_kn]
+    return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
 
 
 def choose_rig_recordings(

@@ -61,17 +61,12 @@ def load_zone(run: Run, geometry: SphericalRollerGeometry) -> LoadZone:
     cage = run.cage_ratio * 2 * math.pi * scene.shaft_hz * time
     angle = np.degrees(wrapped(slots + cage[:, None] - scene.load.zone_rad))
     outer, inner = (run.load_n[:, race].sum(axis=2) for race in (0, 1))
+    near, far = abs(angle) < LOADED_DEG, abs(angle) > 180 - LOADED_DEG
     return LoadZone(
-        angle_deg=angle.ravel(),
-        outer_n=outer.ravel(),
-        inner_n=inner.ravel(),
-        moments=len(run.load_n),
-        seconds=run.seconds,
-        within_deg=LOADED_DEG,
-        near_n=float(outer[abs(angle) < LOADED_DEG].mean()),
-        far_n=float(outer[abs(angle) > 180 - LOADED_DEG].mean()),
+        angle_deg=angle.ravel(), outer_n=outer.ravel(), inner_n=inner.ravel(), moments=len(run.load_n),
+        seconds=run.seconds, within_deg=LOADED_DEG, near_n=float(outer[near].mean()), far_n=float(outer[far].mean()),
         roller_load_share=run.roller_load_share,
-    )
+    )  # fmt: skip
 
 
 def load_sharing(run: Run) -> dict[str, float]:
