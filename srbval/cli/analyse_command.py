@@ -36,8 +36,8 @@ COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz, ± 95 %", "deviation %
 RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault", "probability %": "probability",
            "alarm": "alarm"}  # fmt: skip
 ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained. Probability by the record alone."
-CAGE, PLACE = "cage", "housing or elsewhere"
-MOST_CAUTIONS, MOST_REASONS, LONGEST_FILE = 2, 20, 40
+CAGE = "cage"
+MOST_CAUTIONS, LONGEST_FILE = 2, 40
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
@@ -157,10 +157,10 @@ def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
     firsts = [line for line in result.lines if line.is_first]
     found = [line for line in firsts if line.detected]
     if found:
-        heard = Counter(line.name for line in result.lines if line.detected)
+        family = {x.name: [y.detected for y in result.lines if y.name == x.name] for x in found}
         print_table(DETECTED, [
-            (x.name, part.label if (part := Fault.of_line(x.name)) else "cage", uncertain(x.found_hz, x.ci95_hz),
-             f"{x.snr:,.3g}" if (x.snr or 0) < 1000 else f"{x.snr:,.0f}", round(100 * (x.depth or 0.0)), heard[x.name])
+            (x.name, part.label if (part := Fault.of_line(x.name)) else CAGE, uncertain(x.found_hz, x.ci95_hz),
+             f"{x.snr:,.0f}", f"{100 * (x.depth or 0.0):.0f}", f"{sum(family[x.name])} of {len(family[x.name])}")
             for x in found
         ])  # fmt: skip
     missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)

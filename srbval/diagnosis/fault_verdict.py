@@ -65,7 +65,7 @@ class FaultVerdict:
     def answer(self) -> str:
         """What, how sure and against what, in one sentence."""
         if self.diagnosis is None:
-            return f"{self.headline}."
+            return self.sentence
         name = self.diagnosis.best_class if self.part is None else self.part.value
         share = f"{label_of(name)} {100 * self.diagnosis.probabilities[name]:.0f} % by the record alone"
         return f"{self.headline} ({share}, against records of known state of {self.diagnosis.rigs} rigs)."
