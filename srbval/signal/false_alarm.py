@@ -132,11 +132,11 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """The larger of the probability from noise and that among placebos, `mixed` ones or, by `FOREIGN_COMB`, `whole` ones.
+    """The larger of the probability from noise and of that among `mixed` placebos or, by `FOREIGN_COMB`, `whole` ones.
 
     A mixture of two worlds: other lines in the record have little in common, or one comb of another source stands in
     one of the windows, no matter which. Where the comb is the strongest of m + 1 windows it is at least
-    `FOREIGN_COMB` / (m + 1). How often it falls below 0.01 on eight kinds of background, `srbval study run false_alarms`.
+    `FOREIGN_COMB` / (m + 1). `srbval study run false_alarms` counts how often it falls below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
