@@ -18,6 +18,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
+from srbval.signal.false_alarm import FOREIGN_COMB
 from srbval.storage.tables import build, read_toml
 
 OTHER, UNDECIDED = "other", "undecided"
@@ -25,9 +26,6 @@ CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
 # Before anything is known of a record a bearing is healthy or not with equal odds, and all that it may be instead is
 # equally probable. Stated, not fitted; others with `log_likelihood`.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for name in CLASSES}
-# The share of faulty bearings in machines that show another part's comb as well. Stated, for few sets tell; without it
-# the stronger of two combs would exclude the other.
-FOREIGN_COMB = 0.1
 # A wrong call costs this many times what no call costs: a class is called from probability 1 - 1 / WRONG_COST.
 WRONG_COST = 3.0
 # Correlation of the features of two records of one bearing, which have rig, mounting and load in common: 0.36 in 84
