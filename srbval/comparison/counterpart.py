@@ -41,7 +41,9 @@ CONVERGED_POINTS = 2000
 STARTS, START_SHARE = 8, 1e-5
 VALUES = ContentStore(kind="start", computed_by=__name__)  # of further starts, what `mean_of_starts` takes of them
 COUNTERPARTS = "counterparts"  # the study that stores those of the records that come with the program
-Starts = Mapping[str, Mapping[str, Sequence[Any]]]  # such values, by `start_key`
+TAKEN = ("value", "least", "present")  # of a `QuantityValue`; what is not finite is left out, as JSON has none
+StartValues = Mapping[str, Mapping[str, Any]]
+Starts = Mapping[str, StartValues]  # by `start_key`
 NO_STARTS: Starts = {}
 
 
@@ -165,8 +167,8 @@ def start_key(case: SimulationCase, bearing: Bearing) -> str:
 
 def start_values(
     case: SimulationCase, bearing: Bearing, *, stored: Starts = NO_STARTS, progress: Progress = silent
-) -> Mapping[str, Sequence[Any]]:
-    """What `mean_of_starts` takes of a further start, by quantity: `value`, `least` and `present`.
+) -> StartValues:
+    """What `mean_of_starts` takes of a further start, by quantity, as fields of a `QuantityValue`.
 
     Read from the `stored` ones, by `start_key`, or the cache; simulated where neither has them.
     """
@@ -176,7 +178,7 @@ def start_values(
     if found is None:
         run = run_case(case, step=Step.UNCHECKED, store=False, progress=progress)
         read = analyse_run(case, run, bearing).values
-        found = {name: (one.value, one.least, one.present) for name, one in read.items()}
+        found = {name: {key: x for key in TAKEN if math.isfinite(x := getattr(one, key))} for name, one in read.items()}
         VALUES.save(content, found)
     return found
 
@@ -203,10 +205,7 @@ def run_counterpart(
     further = [pool.submit(start_values, one, rig.bearing, stored=stored, progress=progress) for one in others]
     try:
         run = first.result()
-        starts = [
-            {name: QuantityValue(value=v, least=least, present=p) for name, (v, least, p) in one.result().items()}
-            for one in further
-        ]
+        starts = [{name: QuantityValue(**value) for name, value in one.result().items()} for one in further]
         return dataclasses.replace(run, values=mean_of_starts([run.values, *starts]))
     except SrbvalError as error:
         return str(error)

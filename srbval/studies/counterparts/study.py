@@ -1,7 +1,7 @@
 """The model's runs at the speeds of the rig's records that come with the program, beyond the first of each.
 
 `srbval report` takes what it compares from here instead of simulating 42 runs. `starts`: by `start_key`, for every
-compared quantity its value, the least that would be shown, and whether it is shown.
+compared quantity its `value`, the `least` that would be shown, and whether it is `present`.
 """
 
 from argparse import Namespace
