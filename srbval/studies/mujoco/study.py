@@ -130,7 +130,7 @@ def _numbers(values: FloatArray) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-class Engine:
+class MujocoRun:
     """The scene in MuJoCo, from the static balance and the rolling speeds that srbval starts from too."""
 
     def __init__(self, scene: Scene) -> None:
@@ -184,7 +184,7 @@ def compare(scene: Scene, pairs: int, progress: Progress) -> dict[str, Any]:
     Both on one core, kernels compiled and loaded before. srbval runs the scene each time, its static balance included;
     MuJoCo goes on with one run, `SHARE_S` in each pair. Of times on a busy machine the ratio of `cpu` is the sound one.
     """
-    engine, run = Engine(scene), simulate(scene, step=Step.UNCHECKED)
+    engine, run = MujocoRun(scene), simulate(scene, step=Step.UNCHECKED)
     engine.advance(scene.settle_s)
     angles, ring_m, touching, rows = [engine.cage_rad], list[float](), list[int](), list[dict[str, float]]()
 
