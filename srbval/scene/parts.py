@@ -20,7 +20,11 @@ CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may
 
 @dataclass(frozen=True, kw_only=True)
 class Housing(Limited):
-    """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
+    """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
+
+    The spring belongs to the load path `housing`. So does the paper's damper: a scene file with the path `bearing` has
+    none but the one that it states, for what the structure around the ring takes.
+    """
 
     mass_kg: float = quantity("mass", least=0)
     stiffness_n_m: float = quantity("stiffness", least=0)
@@ -104,7 +108,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """What carries the external load: housing spring and rollers in parallel, or the rollers alone."""
+    """What holds the ring: housing spring and damper beside the rollers, or the rollers alone."""
 
     HOUSING = "housing"
     BEARING = "bearing"
