@@ -68,7 +68,7 @@ def _noisiest(own: Cells) -> str:
     return (
         f"Its vibration is furthest off at {worst['rpm']:g} rpm, {worst['band_rms_part']:.2g} times the converged "
         f"run's, against {fastest['band_rms_part']:.2g} at {fastest['rpm']:g} rpm ({worst['scene']}, critical velocity "
-        f"{worst['critical_velocity_m_s']:g} m/s); at most {points:.2f} points of the inner race pass a roller in a step."
+        f"{worst['critical_velocity_m_s']:g} m/s). At most {points:.2f} points of the inner race pass in a step."
     )
 
 
