@@ -102,7 +102,7 @@ class SensorFilter:
         self._taps: FloatArray | None = None
         if path is not None:
             length = 8 * (2 * half + 1)  # a grid so fine that nothing of the response comes back at its other end
-            impulse = np.fft.irfft(path.response(np.fft.rfftfreq(length, 1 / fs_hz)), length)
+            impulse = np.fft.irfft(path.response(np.arange(length // 2 + 1) * fs_hz / length), length)
             self._taps = np.roll(impulse, half, axis=1)[:, : 2 * half + 1].T * hann(2 * half + 1)[:, None]
 
     def add(self, acceleration: FloatArray) -> FloatArray:

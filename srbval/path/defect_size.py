@@ -3,14 +3,16 @@
 A roller enters the defect and leaves it a passage later: a force lost for so long has the spectrum of one pulse, whose
 level rises with the size, and which dips where entry and exit cancel. The model runs at several sizes, and with inputs
 drawn from their ranges, where along and around the race the defect lies among them. In each third octave of the path
-the record's power that is locked to the fault, in dB, is y; that of the run behind the path m(e), interpolated over the
-logarithm of the size e; and d what drawn inputs change of it at their own size. With deviations u of reading and path,
+the record's power that is locked to the fault is D, with standard deviation u, and that of the run behind the path
+P(e), interpolated over the logarithm of the size e and with the mean change by the drawn inputs. By the logarithm that
+begins at u, so that a band that does not show counts by its limit alone,
 
-    y - m(e) - mean(d) ~ N(0, (1 + 1/K) cov(d) + diag(u^2 + tau^2) + l^2)
+    10 lg (D + u) - 10 lg (P(e) + u) ~ N(0, w w' ((1 + 1/K) C + tau^2 + p^2 + l^2) + (1 - w)^2 (10 / ln 10)^2)
 
-for K draws and an error tau of the model, of which only a prior is known, half-normal: it is integrated over. All sizes
-that are run are as likely beforehand, by their logarithm. l is how much is not known of all levels together: for the
-shape alone it is without limit.
+with w = P / (P + u), the covariance C of what K draws change at their own size [dB], the deviation p of the path's
+gains, and an error tau of the model, in each band its own, of which only a prior is known, half-normal: it is
+integrated over. All sizes that are run are as likely beforehand, by their logarithm. l is how much is not known of all
+levels together: for the shape alone it is without limit.
 """
 
 import math
@@ -25,7 +27,8 @@ from srbval.bearing import Bearing
 from srbval.comparison.budget import PRIOR
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
-from srbval.path.identify import DB, decibels, record_powers, ring_levels, simulated_run
+from srbval.path.amplitudes import DB
+from srbval.path.identify import behind, line_order, locked_db, record_powers, simulated_run
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath
@@ -111,24 +114,26 @@ def defect_size(
     if bearing.pitch_diameter_m is None or fault.speed is None:
         raise ConfigurationError(f"{fault.name}: a size needs the speed, and a bearing whose dimensions are known.")
     powers = record_powers(fault, bearing, (low_hz, high_hz), healthy)
-    if sum(one.value > one.u for one in powers.values()) < LEAST_BANDS:
+    middles = list(powers)
+    u = np.array([one.u for one in powers.values()])
+    shown = np.array([max(one.value, 0.0) for one in powers.values()])
+    if len(middles) < LEAST_BANDS:
         raise DataError(
-            f"{fault.name}: fewer than {LEAST_BANDS} of the {len(powers)} third octaves between {low_hz:.0f} and "
-            f"{high_hz:.0f} Hz show power that is locked to the fault; a size needs as many. Use a longer record."
+            f"{fault.name}: {len(middles)} third octaves between {low_hz:.0f} and {high_hz:.0f} Hz are wide enough for "
+            f"the fault's line; a size needs {LEAST_BANDS}. Widen --band, or use a record at a lower speed."
         )
-    least = np.array([max(one.value, one.u) for one in powers.values()])  # what does not show is its own noise at most
-    level = DB * np.log(least)
-    u_db = DB * np.array([one.u for one in powers.values()]) / least
-    nominal, drawn = ([(extent, _behind(run, path, bearing, list(powers))) for extent, run in some] for some in runs)
+    nominal, drawn = ([(e, locked_db(behind(run, path), bearing, middles, line_order(run, bearing))) for e, run in some]
+                      for some in runs)  # fmt: skip
     logs = np.log([extent for extent, _ in nominal])
     between = PchipInterpolator(logs, [levels for _, levels in nominal], extrapolate=True)
-    off = np.array([levels - between(math.log(extent)) for extent, levels in drawn]).reshape(len(drawn), level.size)
-    tried = np.linspace(logs[0], logs[-1], TRIED)
-    errors = level - between(tried) - (off.mean(axis=0) if drawn else 0.0)
-    covariance = np.diag(u_db**2 + _path_variance(path, np.array(list(powers))))
+    off = np.array([levels - between(math.log(extent)) for extent, levels in drawn]).reshape(len(drawn), len(middles))
+    covariance = np.diag(_path_variance(path, np.array(middles)))
     if len(drawn) > 1:
         covariance += (1 + 1 / len(drawn)) * np.atleast_2d(np.cov(off.T))
-    sizes = {name: _interval(tried, errors, covariance + u**2) for name, u in LEVEL_U_DB.items()}
+    tried = np.linspace(logs[0], logs[-1], TRIED)
+    power = np.exp((between(tried) + (off.mean(axis=0) if drawn else 0.0)) / DB)
+    errors, shares = DB * np.log((shown + u) / (power + u)), power / (power + u)
+    sizes = {name: _interval(tried, errors, shares, covariance + level_u**2) for name, level_u in LEVEL_U_DB.items()}
     ftf = bearing.orders.ftf
     speed_m_s = 2 * math.pi * fault.speed.value_hz * bearing.pitch_diameter_m * ftf * (1 - ftf)
     return DefectSize(
@@ -137,25 +142,21 @@ def defect_size(
     )  # fmt: skip
 
 
-def _behind(run: Run, path: SensorPath, bearing: Bearing, middles_hz: Sequence[float]) -> FloatArray:
-    """Levels of a run behind the path: the powers of both directions add."""
-    gains = np.abs(path.response(np.array(middles_hz))) ** 2
-    excited = (gains * 10 ** (ring_levels(run, bearing, middles_hz) / 10)).sum(axis=0)
-    return np.array([decibels(one) for one in excited.tolist()])
-
-
 def _path_variance(path: SensorPath, middles_hz: FloatArray) -> FloatArray:
     """Of the gains in these bands [dB^2]."""
     u_db = np.array(path.u_db or (0.0,) * len(path.load))
     return np.asarray(np.interp(np.log(middles_hz), np.log(path.frequency_hz), u_db) ** 2)
 
 
-def _interval(tried: FloatArray, errors: FloatArray, covariance: FloatArray) -> SizeInterval:
-    """The most likely of the sizes with these logarithms [m] and errors [m, n], and the likeliest that make 95 %."""
+def _interval(tried: FloatArray, errors: FloatArray, shares: FloatArray, covariance: FloatArray) -> SizeInterval:
+    """The most likely of the sizes with these logarithms [m], [k], errors and shares [k, n], and the 95 % likeliest."""
     density = np.zeros(tried.size)
+    noise = (DB * (1 - shares)) ** 2
     for scatter_db in np.linspace(0.0, 3 * PRIOR.discrepancy_db, 13)[1:]:
-        whole = covariance + scatter_db**2 * np.eye(len(covariance))
-        misfit = np.sum(errors.T * np.linalg.solve(whole, errors.T), axis=0) + np.linalg.slogdet(whole)[1]
+        own = covariance + scatter_db**2 * np.eye(len(covariance))
+        whole = shares[:, :, None] * shares[:, None, :] * own + noise[:, :, None] * np.eye(len(covariance))
+        misfit = np.sum(errors * np.linalg.solve(whole, errors[:, :, None])[:, :, 0], axis=1)
+        misfit += np.linalg.slogdet(whole)[1]
         density += np.exp(-0.5 * (misfit + (scatter_db / PRIOR.discrepancy_db) ** 2))
     order = np.argsort(-density)
     inside = np.sort(order[: int(np.searchsorted(np.cumsum(density[order]), 0.95 * density.sum())) + 1])

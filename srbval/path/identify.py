@@ -7,10 +7,11 @@ that of a run of the model at the record's own speed and load, with X_l and X_c 
 
 The ratio r of cross to load is the same in all bands. A hole that turns with the inner race strikes along the load and
 across it by turns, so that its sidebands tell r: it is the one for which the run behind the path shows the sidebands of
-the record. A record of a fault that stands still tells none, and without another one r is 1.
+the record, in the band in which its data set is demodulated, or else in that of the path. A record of a fault that
+stands still tells none, and without another one r is 1.
 
-Gains reach from the lowest to the highest band in which the record's power is above its own standard deviation; between,
-a band in which it is not has its neighbours' gain.
+Gains reach from the lowest to the highest band in which the record's power is above its own standard deviation; a band
+between in which it is not has its neighbours' gain.
 """
 
 import json
@@ -41,6 +42,7 @@ from srbval.signal.locked import LockedMean
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
 RATIOS = (0.1, 30.0)  # of cross to load, between which one is looked for
+ROUNDS = 3  # of setting gains so that the run behind them has the record's power, edges of bands and filters included
 LEAST_LINES = 3  # of a measured response in a band
 
 
@@ -103,8 +105,8 @@ def identify(
     shown = np.array([one.value > one.u for one in powers.values()])
     if not shown.any():
         raise DataError(
-            f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is locked "
-            "to the fault. Widen --band, or use a longer record."
+            f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
+            "locked to the fault. Widen --band, or use a longer record."
         )
     reach = slice(int(np.argmax(shown)), shown.size - int(np.argmax(shown[::-1])))
     middles = list(powers)[reach]
@@ -112,7 +114,8 @@ def identify(
         np.array([of(one) if one.value > one.u else math.nan for one in list(powers.values())[reach]])
         for of in (lambda one: decibels(one.value), lambda one: DB * one.u / one.value)
     )
-    ring = ring_levels(pair.run, bearing, middles)
+    order = line_order(pair.run, bearing)
+    ring = np.array([locked_db(one, bearing, middles, order) for one in ring_parts(pair.run)])
     turning = cross or (pair if pair.record.state is Fault.INNER else None)
     used = (pair.record.name, *((f"{turning.record.name} (direction)",) if turning else ()))
     own = SensorPath(
@@ -126,12 +129,12 @@ def identify(
         gains = 10 ** (_filled(levels - 10 * np.log10(excited)) / 20)
         return replace(own, load=tuple(gains.tolist()), cross=tuple((ratio * gains).tolist()))
 
-    if turning is None:
-        return Identified(path=behind_ratio(1.0), record_db=levels, ring_db=ring)
-    ratio, u, sidebands = _ratio(turning, bearing, behind_ratio)
-    return Identified(
-        path=replace(behind_ratio(ratio), cross_u_db=u), record_db=levels, ring_db=ring, sidebands_db=sidebands
-    )
+    ratio, u, sidebands = _ratio(turning, bearing, behind_ratio) if turning else (1.0, 0.0, None)
+    path = replace(behind_ratio(ratio), cross_u_db=u)
+    for _ in range(ROUNDS):
+        off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, middles, order)) / 20)
+        path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
+    return Identified(path=path, record_db=levels, ring_db=ring, sidebands_db=sidebands)
 
 
 def identify_response(
@@ -163,8 +166,8 @@ def _band_gains(
         inside = np.abs(values[(at_hz >= low) & (at_hz < high)])
         if inside.size < LEAST_LINES or not inside.any():
             raise DataError(
-                f"{name}: {np.count_nonzero(inside)} lines that are not zero in the third octave at {middle:.0f} Hz, at "
-                f"least {LEAST_LINES} are needed. Narrow --band or measure finer."
+                f"{name}: {np.count_nonzero(inside)} lines that are not zero in the third octave at {middle:.0f} Hz, "
+                f"at least {LEAST_LINES} are needed. Narrow --band or measure finer."
             )
         gains.append(mass_kg * math.sqrt(float(np.mean(inside**2))))
     return tuple(gains)
@@ -173,17 +176,17 @@ def _band_gains(
 def line_order(run: Run, bearing: Bearing) -> float:
     """The order of the line of a run's fault: by its cage, a roller's where it is found."""
     by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
-    return by_cage or found_order(recording_from_run(run), bearing)
+    return by_cage or found_order(recording_from_run(run), bearing, BAND_HZ)
 
 
-def found_order(record: Recording, bearing: Bearing) -> float:
-    """The order of the line of a record's fault where it is found, or else by pure rolling."""
+def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
+    """The order of the line of a record's fault where it is found in a band, or else by pure rolling."""
     if record.state not in DEFECTS or record.speed is None:
         raise ConfigurationError(
             f"{record.name}: state {record.state or 'unknown'}, speed {'known' if record.speed else 'unknown'}: a path "
             "is identified from a record of a known fault at a known speed; give --defect and --rpm."
         )
-    line = analyse(record, bearing=bearing).line_of(record.state)
+    line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(record.state)
     return (line.found_hz or line.kinematic_hz) / record.speed.value_hz
 
 
@@ -205,8 +208,8 @@ def record_powers(
 ) -> dict[float, LockedMean]:
     """Power locked to the record's fault in the third octaves of a band, by their middles [Hz], [(m/s2)^2].
 
-    Less what a `healthy` record of the same speed has at the same passage, if there is one. Third octaves too narrow for
-    the fault's line are left out.
+    Less what a `healthy` record of the same speed has at the same passage, if there is one. Third octaves too narrow
+    for the fault's line are left out.
     """
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
@@ -217,7 +220,7 @@ def record_powers(
             f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise, hold the middle of a third octave and end below "
             f"{limit_hz:.0f} Hz, for the rate of {record.name}."
         )
-    order = found_order(record, bearing)
+    order = found_order(record, bearing, band_hz)
     found = locked_powers(record, bearing, order, bands)
     if healthy is None:
         return found
@@ -228,20 +231,18 @@ def record_powers(
     }  # fmt: skip
 
 
-def ring_levels(run: Run, bearing: Bearing, middles_hz: Sequence[float]) -> FloatArray:
-    """The run's power locked to its fault [dB re 1 m/s2] in third octaves, along the load and across it, [2, n].
+def locked_db(run: Recording, bearing: Bearing, middles_hz: Sequence[float], order: float) -> FloatArray:
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in third octaves that hold two of these lines, [n].
 
     `ConfigurationError` where the scene's rate does not show them.
     """
     bands = {middle: (middle / HALF_THIRD_OCTAVE, middle * HALF_THIRD_OCTAVE) for middle in middles_hz}
-    if bands and max(high for _, high in bands.values()) >= 0.5 * run.scene.output_rate_hz:
+    if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
-            f"output_rate_hz = {run.scene.output_rate_hz:g} of the scene shows nothing above half of it, the record's "
-            f"bands go up to {max(middles_hz):.0f} Hz: raise output_rate, or end --band lower."
+            f"output_rate_hz = {run.fs_hz:g} of the scene shows nothing above half of it, the bands go up to "
+            f"{max(middles_hz):.0f} Hz: raise output_rate, or end --band lower."
         )
-    order = line_order(run, bearing)
-    powers = [locked_powers(one, bearing, order, bands) for one in ring_parts(run)]
-    return np.array([[decibels(of[middle].value) if middle in of else -300.0 for middle in bands] for of in powers])
+    return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
 
 
 def decibels(power: float) -> float:
@@ -255,23 +256,27 @@ def _filled(values: FloatArray) -> FloatArray:
     return np.interp(np.arange(values.size), known, values[known])
 
 
-def _ratio(pair: Pair, bearing: Bearing, behind_ratio: Callable[[float], SensorPath]) -> tuple[float, float, FloatArray]:
+def _ratio(
+    pair: Pair, bearing: Bearing, behind_ratio: Callable[[float], SensorPath]
+) -> tuple[float, float, FloatArray]:
     """The ratio of cross to load, its deviation [dB], and the sidebands of record and run behind it [dB], [2, 2]."""
     from scipy.optimize import minimize_scalar
 
-    read = pattern(pair.record, bearing, Fault.INNER, found_order(pair.record, bearing))
+    band_hz = pair.record.band_hz or (behind_ratio(1.0).low_hz, behind_ratio(1.0).high_hz)
+    order = found_order(pair.record, bearing, band_hz)
+    read = pattern(pair.record, bearing, Fault.INNER, order, band_hz)
     theirs = [read[f"sidebands {n}"] for n in SIDEBANDS]
     if pair.record.state is not Fault.INNER or not all(one.present for one in theirs):
         raise DataError(
-            f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race fault, "
-            "which do not stand out here. Use another record for --cross-from."
+            f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race "
+            "fault, which do not stand out here. Use another record for --cross-from."
         )
     wanted, u = (np.array(list(one)) for one in zip(*((v.value, (v.ci95 or 0.0) / 1.96) for v in theirs), strict=True))
 
     def sidebands(log_ratio: float) -> FloatArray:
-        shown = pattern(behind(pair.run, behind_ratio(math.exp(log_ratio))), bearing, Fault.INNER,
-                        line_order(pair.run, bearing))  # fmt: skip
-        return np.array([shown[f"sidebands {n}"].value for n in SIDEBANDS])
+        shown = behind(pair.run, behind_ratio(math.exp(log_ratio)))
+        own = pattern(shown, bearing, Fault.INNER, line_order(pair.run, bearing), band_hz)
+        return np.array([own[f"sidebands {n}"].value for n in SIDEBANDS])
 
     def misfit(log_ratio: float) -> float:
         return float(np.sum(((sidebands(log_ratio) - wanted) / u) ** 2))

@@ -5,9 +5,9 @@ what it does along the sensor's axis, the sensor shows
 
     A(f) = g(f) a_l(f) + i q(f) a_c(f)
 
-with gains g and q in third octaves (IEC 61260-1, base ten). Powers tell no phases, so that none are claimed: the quarter
-turn between the two directions adds their powers whatever the sign between them. Outside its bands the path changes
-nothing. Output-only data give the product of force and path alone: gains have no unit.
+with gains g and q in third octaves (IEC 61260-1, base ten). Powers tell no phases, so that none are claimed: the
+quarter turn between the two directions adds their powers whatever the sign between them. Outside its bands the path
+changes nothing. Output-only data give the product of force and path alone: gains have no unit.
 """
 
 import math
@@ -53,8 +53,8 @@ class SensorPath(Limited):
         steps = np.diff(np.log10(self.frequency_hz))
         if np.any(np.abs(10 * steps - 1) > MOST_GAPS):
             raise ConfigurationError(
-                "sensor_path frequency_hz must be the middles of adjoining third octaves, each 10^0.1 = 1.2589 times the "
-                f"one before: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."
+                "sensor_path frequency_hz must be the middles of adjoining third octaves, each 10^0.1 = 1.2589 times "
+                f"the one before: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."
             )
 
     @property
@@ -80,7 +80,8 @@ class SensorPath(Limited):
         """A path whose gains are off by as much as is not known of them."""
         off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
         ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
-        return replace(self, load=tuple(self.load * off), cross=tuple(self.cross * off * ratio))
+        load, cross = np.array([self.load, self.cross]) * off
+        return replace(self, load=tuple(load.tolist()), cross=tuple((ratio * cross).tolist()))
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:

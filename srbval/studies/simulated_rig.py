@@ -38,7 +38,7 @@ class SimulatedRig:
 def simulated_rig(
     seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, missed_db: float = 0.0
 ) -> SimulatedRig:  # fmt: skip
-    """Records with that `path`; their pulses differ by `missed_db` from those of the runs, in each band one line wide."""
+    """Records with that `path`; their pulses differ by `missed_db` from the runs', in each band one line wide."""
     random = np.random.default_rng(seed)
     pairs = []
     for state in (Fault.OUTER, Fault.INNER):
@@ -83,9 +83,9 @@ def behind(acceleration: FloatArray, path: SensorPath) -> FloatArray:
 
 
 def record_of(name: str, state: Fault, samples: FloatArray) -> Recording:
-    """A record of one channel."""
+    """A record of one channel, its samples means over their intervals as a run's are."""
     return Recording(
-        name=name, origin=Origin.STAND_IN, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
+        name=name, origin=Origin.SIMULATED, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
         speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER),
     )  # fmt: skip
 

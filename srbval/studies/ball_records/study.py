@@ -27,8 +27,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
-from srbval.models.sensor import along_sensor
 from srbval.models.run_store import stored_run
+from srbval.models.sensor import along_sensor
 from srbval.models.simulate import Step
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
@@ -73,11 +73,13 @@ def changed(scene: Scene, shares: Sequence[float]) -> tuple[Scene, dict[str, flo
     return drawn([one for one, _ in own], scene, [share for _, share in own])[0], structure
 
 
-def resonating(samples: FloatArray, fs_hz: float, *, frequency_hz: float, damping_ratio: float, direct: float) -> FloatArray:
+def resonating(
+    samples: FloatArray, fs_hz: float, *, frequency_hz: float, damping_ratio: float, direct: float
+) -> FloatArray:
     """What a sensor shows of a ring's accelerations [n] behind one resonance.
 
     The `direct` share of them, and the acceleration of a mass on a spring and damper that they drive, relative to the
-    ring: s^2 / (s^2 + 2 zeta w s + w^2) (Ewins 2000, Modal Testing, 2nd ed., sect. 2.5; quoted from memory, not checked).
+    ring: s^2 / (s^2 + 2 zeta w s + w^2) (Ewins 2000, Modal Testing, sect. 2.5; quoted from memory, not checked).
     """
     w = 2 * fs_hz * math.tan(math.pi * frequency_hz / fs_hz)  # where the bilinear transform puts it back
     taps = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * w, w * w], fs_hz)
