@@ -53,7 +53,7 @@ class ReadingSettings:
     trials: int = 1000
     noise_records: int = 60_000
     weak_records: int = intervals.RECORDS
-    seconds: tuple[float, ...] = (1.0, 2.0, 3.4, 10.0, 30.0)  # 12 to 355 revolutions
+    seconds: tuple[float, ...] = (0.76, 1.0, 2.0, 3.4, 10.0, 30.0)  # 9 to 355 revolutions
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
