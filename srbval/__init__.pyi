@@ -10,6 +10,8 @@ from srbval.cli.installation_commands import build_docs, doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.diagnose import Diagnosis, diagnose
 from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
+from srbval.diagnosis.records import RecordRequest, read_record, read_records
+from srbval.diagnosis.trend import record_times, trend_of
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
@@ -25,19 +27,20 @@ from srbval.recordings.registry import remove as remove_recordings
 from srbval.recordings.registry import verify as verify_recordings
 from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings, gather
-from srbval.report.reports import make_report, report_recordings, write_plot
+from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
 
 __version__: str
 __all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis",
-           "FaultVerdict", "Findings", "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene",
-           "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
+           "FaultVerdict", "Findings", "NumericsError", "Origin", "RecordRequest", "Recording", "Run", "RunStatus",
+           "Scene", "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
            "amplitude_spectrum", "analyse", "bandpass", "baseline_of", "build_docs", "campaign_status",
            "compare_with_baseline", "diagnose", "doctor", "envelope", "envelope_spectrum", "export_campaign",
            "fault_frequencies", "fault_verdict", "fetch_recordings", "find_bearings", "gather", "identify_path",
            "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
-           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "recording_from_run",
-           "remove_recordings", "report_recordings", "run_campaign", "run_check", "run_study", "simulate",
-           "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
+           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "read_record", "read_records",
+           "record_times", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
+           "run_check", "run_study", "simulate", "trend_of", "verify_campaign", "verify_recordings", "write_plot",
+           "write_run", "write_trend"]  # fmt: skip
