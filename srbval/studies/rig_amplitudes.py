@@ -5,7 +5,7 @@ these, and for nothing else.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,13 +18,11 @@ from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
-from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import MARGIN, levels, pattern
-from srbval.path.identify import BAND_HZ, band_powers, identify
-from srbval.path.path_fit import best_of, fit_path, refit
+from srbval.path.identify import Pair, behind, identify, line_order
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Recording, recording_from_run
+from srbval.recordings import Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge
@@ -42,6 +40,7 @@ WAVE_DRAWS = 6  # seeds of the waves
 WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm
+DIRECTION = "IR_877rpm_sample"  # whose sidebands gave the ratio of the path's directions, and nothing else of it
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
@@ -80,17 +79,6 @@ def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
     return run
 
 
-def behind(run: Run, path: SensorPath | None) -> Recording:
-    """What the sensor shows of it."""
-    shown = SensorFilter(path, run.scene.output_rate_hz).add(along_sensor(run.acceleration_m_s2))
-    return recording_from_run(replace(run, sensor_m_s2=shown))
-
-
-def line_order(run: Run, state: Fault) -> float:
-    """The order of the fault's line by the run's cage; a roller's by pure rolling."""
-    return state.passing_order(BEARING.rolling_elements, run.cage_ratio) or state.line_order(BEARING.orders)
-
-
 def shown_by(
     run: Run, state: Fault, path: SensorPath | None, healthy: Recording, seed: int | None = None
 ) -> dict[str, QuantityValue]:
@@ -100,11 +88,11 @@ def shown_by(
     """
     shown = behind(run, path)
     if seed is not None:
-        shown = turned(shown, line_order(run, state) * run.scene.shaft_hz, seed)
+        shown = turned(shown, line_order(run, BEARING) * run.scene.shaft_hz, seed)
     found = levels(shown, None)
     if state is Fault.HEALTHY:
         return found
-    order = line_order(run, state)
+    order = line_order(run, BEARING)
     noisy = pattern(with_background(shown, healthy), BEARING, state, order)
     of_noise = {name: value for name, value in noisy.items() if depends_on_noise(name)}
     return found | pattern(shown, BEARING, state, order) | of_noise
@@ -131,19 +119,9 @@ def values(read: Mapping[str, QuantityValue]) -> dict[str, float]:
 
 
 def drawn_paths(path: SensorPath) -> list[SensorPath]:
-    """Paths with parameters drawn from the covariance, those that are none left out."""
-    drawn = np.random.default_rng(SEED).multivariate_normal(path.parameters, np.array(path.covariance), PATH_DRAWS)
-    return [moved for one in drawn if (moved := moved_path(path, one)) is not None]
-
-
-def moved_path(path: SensorPath, parameters: np.ndarray) -> SensorPath | None:
-    """The path with other parameters; None for what is no path."""
-    modes = tuple(
-        replace(mode, frequency_hz=math.exp(f), damping_ratio=min(math.exp(z), 0.9), gain=g)
-        for mode, (f, z, g) in zip(path.modes, parameters[1:].reshape(-1, 3).tolist(), strict=True)
-    )
-    usable = all(100 < mode.frequency_hz < 6000 and mode.damping_ratio > 1e-3 for mode in modes)
-    return replace(path, direct=math.exp(parameters[0]), modes=modes) if usable else None
+    """Paths whose gains are off by as much as is not known of them."""
+    random = np.random.default_rng(SEED)
+    return [path.drawn(random) for _ in range(PATH_DRAWS)]
 
 
 def predicted(
@@ -172,23 +150,15 @@ def of_waves(
     found = []
     for one, beside in zip(faulty, healthy, strict=True):
         shown = behind(one, path)
-        read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, state))
+        read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, BEARING))
         found.append({name: value for name, value in values(read).items() if not depends_on_noise(name)})
     return half_widths(found)
 
 
-def identified_paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) -> Iterator[SensorPath]:
-    """The path of each outer-race run: that of the nominal inputs in full, the others with as many modes."""
-    best = None
-    for run in runs:
-        excitation = recording_from_run(run)
-        if best is None:
-            yield identify(fault, healthy, excitation, bearing=BEARING).path
-        evidence = band_powers(fault, healthy, excitation, bearing=BEARING, band_hz=BAND_HZ)
-        if best is None:
-            best = best_of(fit_path(evidence))
-        else:
-            yield refit(evidence, best).path(evidence, source="a draw of the inputs")
+def identified_paths(records: Mapping[Fault, Recording], runs: Mapping[Fault, Sequence[Run]]) -> list[SensorPath]:
+    """The path of each outer-race run, with the direction by the inner-race run of the same inputs."""
+    pairs = ([Pair(record=records[state], run=one) for one in runs[state]] for state in (Fault.OUTER, Fault.INNER))
+    return [identify(*both, bearing=BEARING).path for both in zip(*pairs, strict=True)]
 
 
 def with_background(run: Recording, healthy: Recording) -> Recording:
@@ -215,7 +185,8 @@ def rows(
         found.append(
             Comparison(
                 kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
-                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
+                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit],
+                used_for="fit" if record == DIRECTION and kind == "sideband level" else used_for,
                 parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
                 error=scale * (model[name].value - value.value),
             )

@@ -13,11 +13,10 @@ from srbval.path.amplitudes import THIRD_OCTAVES, levels
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.description import dataset
 from srbval.report.pages import results_of
-from srbval.scene import PathMode, SensorPath, load_scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.amplitudes.page import PAGE
 from srbval.studies.amplitudes.study import _shares
-from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, rows, turned
+from srbval.studies.rig_amplitudes import DIRECTION, rows, turned
 
 
 def test_only_what_the_record_shows_is_counted() -> None:
@@ -35,24 +34,6 @@ def test_only_what_the_record_shows_is_counted() -> None:
     assert [harmonics[name] for name in names] == ["harmonic pattern", "withheld", 1, 1, -0.5]
 
 
-def test_a_path_moves_with_its_parameters_and_what_is_none_is_left_out() -> None:
-    mode = PathMode(frequency_hz=1000.0, damping_ratio=0.05, gain=0.3)
-    path = SensorPath(direct=1.0, modes=(mode,), low_hz=400.0, high_hz=3150.0, source="test")
-    assert moved_path(path, path.parameters) is not None
-    moved = moved_path(path, path.parameters + np.array([0.1, 0.0, 0.0, 0.0]))
-    assert moved.direct > 1.1
-    assert moved_path(path, path.parameters + np.array([0.0, 5.0, 0.0, 0.0])) is None
-
-
-def test_paths_are_drawn_about_the_identified_one() -> None:
-    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    drawn = drawn_paths(path)
-    assert PATH_DRAWS // 2 < len(drawn) <= PATH_DRAWS
-    gains = np.log([one.direct for one in drawn])
-    assert np.std(gains) == pytest.approx(path.deviations()[0], rel=0.5)
-    assert np.mean(gains) == pytest.approx(np.log(path.direct), abs=path.deviations()[0])
-
-
 def test_turned_phases_keep_every_level_and_draw_pulses_out() -> None:
     pulses = np.zeros(20_480)
     pulses[::205] = 1.0  # a line of 99.9 Hz
@@ -64,6 +45,13 @@ def test_turned_phases_keep_every_level_and_draw_pulses_out() -> None:
     for name, level in levels(drawn_out, None).items():
         assert level.value == pytest.approx(levels(record, None)[name].value, abs=0.3)
     assert np.abs(drawn_out.channels["sensor"]).max() < 0.5
+
+
+def test_the_sidebands_that_gave_the_direction_are_fitted_and_nothing_else_of_that_record() -> None:
+    rig = {name: QuantityValue(value=-3.0) for name in ("sidebands 1", "harmonic 2", "1585 Hz")}
+    for record, own in ((DIRECTION, "fit"), ("IR_353rpm_sample", "withheld")):
+        used = [row.used_for for row in rows(rig, rig, {}, record=record, fault=Fault.INNER, used_for="withheld")]
+        assert used == [own, "withheld", "withheld"]
 
 
 PREDICTIONS = (

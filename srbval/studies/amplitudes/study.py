@@ -28,6 +28,7 @@ from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.models.run import Run
 from srbval.path.amplitudes import RMS_BANDS, THIRD_OCTAVES, band_power, levels, pattern
+from srbval.path.identify import behind
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
@@ -48,7 +49,6 @@ from srbval.studies.rig_amplitudes import (
     POWER,
     SLOW,
     SURFACES,
-    behind,
     crps,
     half_widths,
     identified_paths,
@@ -112,8 +112,8 @@ def study(progress: Progress) -> tuple[list[Comparison], list[Row]]:
         runs[state] = [run_of(record, state, one) for one in ({}, FINER, *map(merge, common, place))]
         planar[state] = run_of(record, state, {"model": "planar"})
     rough = {state: rough_runs(record, state) for state, record in {Fault.HEALTHY: healthy, **records}.items()}
-    paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
-    (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
+    paths = identified_paths(records, runs)
+    (own_path,) = identified_paths(records, {state: [run] for state, run in planar.items()})
     as_outer = levels(records[Fault.OUTER], healthy)
     found, shares = list[Comparison](), list[Row]()
     for i, (state, record) in enumerate(records.items()):
