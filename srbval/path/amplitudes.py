@@ -85,7 +85,10 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
     return found
 
 
-def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: float) -> dict[str, QuantityValue]:
+def pattern(
+    recording: Recording, bearing: Bearing, fault: Fault, line_order: float,
+    band_hz: tuple[float, float] = ENVELOPE_HZ,
+) -> dict[str, QuantityValue]:  # fmt: skip
     """Harmonics and sidebands over the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
 
     `line_order` is that of the fault's line as it was found; its squared envelope is followed over the shaft's angle.
@@ -93,7 +96,7 @@ def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: fl
     speed = recording.speed
     if speed is None:
         raise DataError(f"{recording.name}: no shaft speed; patterns are read at multiples of it. Give --rpm.")
-    processed = process(recording, band_hz=ENVELOPE_HZ, tracking=choose_tracking(recording, bearing, speed))
+    processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
     spacing_hz = fault.sideband_order(bearing.orders) * speed.value_hz
     first, first_snr = _line(square, rate, line_hz)

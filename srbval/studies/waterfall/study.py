@@ -27,6 +27,7 @@ from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
 from srbval.path.amplitudes import levels, pattern
+from srbval.path.identify import behind, line_order
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
@@ -40,10 +41,8 @@ from srbval.studies.rig_amplitudes import (
     OF_HEALTHY,
     PATH,
     WAVES,
-    behind,
     drawn_paths,
     half_widths,
-    line_order,
     measured,
     measured_entry,
     rows,
@@ -116,7 +115,7 @@ def _run_scene(scene: Scene) -> Run:
 def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> dict[str, QuantityValue]:
     """Every quantity of a step's run, its increment over the step's own healthy run."""
     shown, healthy = (behind(runs[kind], path) for kind in (state, Fault.HEALTHY))
-    found = levels(shown, healthy) | pattern(shown, BEARING, state, line_order(runs[state], state))
+    found = levels(shown, healthy) | pattern(shown, BEARING, state, line_order(runs[state], BEARING))
     return found | {HEALTHY: levels(healthy, None)[LEVEL], CAGE_RATIO.name: QuantityValue(value=runs[state].cage_ratio)}
 
 
