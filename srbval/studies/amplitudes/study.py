@@ -30,7 +30,7 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.comparison.bias import biases
 from srbval.comparison.budget import PRIOR, VERDICT
-from srbval.comparison.comparison import DATA_PARTS, MOUNTING, RIG_READING, Comparison, QuantityValue
+from srbval.comparison.comparison import DATA_PARTS, MOUNTING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
 from srbval.comparison.second_look import holm_adjusted
@@ -53,6 +53,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording
 from srbval.recordings.registry import listing, load_entry
+from srbval.recordings.settings import RecordingSettings
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult, input_hashes
@@ -206,8 +207,8 @@ def repeats() -> Iterator[Row]:
     for name, groups in REPEATS.items():
         variances = []
         for group in (group for group in groups if all(file in entries for file, _ in group)):
-            read = [replace(load_entry(entries[file]), channel=channel) for file, channel in group]
-            own = [[DB * math.log(band_power(one, band)) for band in LEVEL_BANDS.values()] for one in read]
+            of = [load_entry(replace(entries[file], settings=RecordingSettings(channel=one))) for file, one in group]
+            own = [[DB * math.log(band_power(one, band)) for band in LEVEL_BANDS.values()] for one in of]
             variances.append(np.var(own, axis=0, ddof=1))
         if variances:
             yield {"set": name, "groups": len(variances), "scatter_db": float(np.sqrt(np.mean(variances)))}
@@ -318,7 +319,7 @@ def healthy_rows(changes: Sequence[Mapping[str, Any]], paths: Sequence[SensorPat
         )  # fmt: skip
     (fast_rig, fast_model), (slow_rig, slow_model) = sides[FAST], sides[SLOW]
     rise = [scaling(slow, fast) for slow, fast in zip(slow_model, fast_model, strict=True)]
-    name = " to ".join(measured_entry(Fault.HEALTHY, speed).name for speed in (SLOW, FAST))
+    name = " to ".join(measured(Fault.HEALTHY, speed).name for speed in (SLOW, FAST))
     yield from rows(
         scaling(slow_rig, fast_rig), rise[0], _parts(rise), record=name, fault=Fault.HEALTHY, used_for="withheld"
     )
@@ -371,7 +372,9 @@ def study(progress: Progress) -> Row:
         progress("comparisons", i / len(records))
         own, by_draw = judge(one, one.rig(scatter["scatter_db"]), runs[key], paths, AS_IT_IS, scatter["scatter_db"])
         found += own
-        drawn += [{"record": one.record.name, **{n: v for n, v in of.items() if kind_of(n) == LOCKED}} for of in by_draw]
+        drawn += [
+            {"record": one.record.name, **{n: v for n, v in of.items() if kind_of(n) == LOCKED}} for of in by_draw
+        ]
         tested = tested_apart(own, by_draw)
         tests += [tested] if tested else []
     for setting in SETTINGS:
