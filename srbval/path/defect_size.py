@@ -3,16 +3,16 @@
 A roller enters the defect and leaves it a passage later: a force lost for so long has the spectrum of one pulse, whose
 level rises with the size, and which dips where entry and exit cancel. The model runs at several sizes, and with inputs
 drawn from their ranges, where along and around the race the defect lies among them. In each third octave of the path
-the record's power that is locked to the fault is D, with standard deviation u, and that of the run behind the path
-P(e), interpolated over the logarithm of the size e and with the mean change by the drawn inputs. By the logarithm that
-begins at u, so that a band that does not show counts by its limit alone,
+the record's power that is locked to the fault is D [dB], with standard deviation u, and that of the run behind the path
+P(e), interpolated over the logarithm of the size e and with the mean change by the drawn inputs. Where it shows
 
-    10 lg (D + u) - 10 lg (P(e) + u) ~ N(0, w w' ((1 + 1/K) C + tau^2 + p^2 + l^2) + (1 - w)^2 (10 / ln 10)^2)
+    D - P(e) ~ N(0, (1 + 1/K) C + u^2 + p^2 + tau^2 + l^2)
 
-with w = P / (P + u), the covariance C of what K draws change at their own size [dB], the deviation p of the path's
-gains, and an error tau of the model, in each band its own, of which only a prior is known, half-normal: it is
-integrated over. All sizes that are run are as likely beforehand, by their logarithm. l is how much is not known of all
-levels together: for the shape alone it is without limit.
+with the covariance C of what K draws change at their own size, the deviation p of the path's gains, and an error tau of
+the model, in each band its own, of which only a prior is known, half-normal: it is integrated over. A band that does
+not show is censored: what counts is the chance that it lies below its limit, those that show being given. All sizes
+that are run are as likely beforehand, by their logarithm. l is how much is not known of all levels together: for the
+shape alone it is without limit.
 """
 
 import math
@@ -20,7 +20,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
+from scipy.special import log_ndtr
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
@@ -28,7 +30,7 @@ from srbval.comparison.budget import PRIOR
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.path.amplitudes import DB
-from srbval.path.identify import behind, line_order, locked_db, record_powers, simulated_run
+from srbval.path.identify import behind, decibels, line_order, locked_db, record_powers, simulated_run
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath
@@ -38,6 +40,10 @@ TRIED = 400  # sizes at which the likelihood is found
 DRAWN_DECADES = 0.6  # over which runs with other inputs lie about the scene's own size: a factor of two either way
 LONGEST_S = 1.0  # of a run: its lines repeat
 LEAST_BANDS = 3
+OPEN = math.exp(
+    -1.92
+)  # of the greatest likelihood: an end of the sizes run that fits so well is no end of the interval
+LIMIT_U = 2.0  # deviations by which a band's power is above nothing where it shows
 # One standard deviation of all levels together: without limit, that of another mounting, none.
 LEVEL_U_DB = {"shape alone": 1e3, "level and shape, remounted": PRIOR.mounting_db, "level and shape": 0.0}
 
@@ -115,8 +121,10 @@ def defect_size(
         raise ConfigurationError(f"{fault.name}: a size needs the speed, and a bearing whose dimensions are known.")
     powers = record_powers(fault, bearing, (low_hz, high_hz), healthy)
     middles = list(powers)
-    u = np.array([one.u for one in powers.values()])
-    shown = np.array([max(one.value, 0.0) for one in powers.values()])
+    shown = np.array([one.value > LIMIT_U * one.u for one in powers.values()])
+    level = np.array([decibels(one.value if seen else max(one.value, 0.0) + LIMIT_U * one.u)
+                      for seen, one in zip(shown, powers.values(), strict=True)])  # fmt: skip
+    u_db = np.array([DB * one.u / one.value if seen else 0.0 for seen, one in zip(shown, powers.values(), strict=True)])
     if len(middles) < LEAST_BANDS:
         raise DataError(
             f"{fault.name}: {len(middles)} third octaves between {low_hz:.0f} and {high_hz:.0f} Hz are wide enough for "
@@ -127,13 +135,12 @@ def defect_size(
     logs = np.log([extent for extent, _ in nominal])
     between = PchipInterpolator(logs, [levels for _, levels in nominal], extrapolate=True)
     off = np.array([levels - between(math.log(extent)) for extent, levels in drawn]).reshape(len(drawn), len(middles))
-    covariance = np.diag(_path_variance(path, np.array(middles)))
+    covariance = np.diag(u_db**2 + _path_variance(path, np.array(middles)))
     if len(drawn) > 1:
         covariance += (1 + 1 / len(drawn)) * np.atleast_2d(np.cov(off.T))
     tried = np.linspace(logs[0], logs[-1], TRIED)
-    power = np.exp((between(tried) + (off.mean(axis=0) if drawn else 0.0)) / DB)
-    errors, shares = DB * np.log((shown + u) / (power + u)), power / (power + u)
-    sizes = {name: _interval(tried, errors, shares, covariance + level_u**2) for name, level_u in LEVEL_U_DB.items()}
+    errors = level - between(tried) - (off.mean(axis=0) if drawn else 0.0)
+    sizes = {name: _interval(tried, errors, shown, covariance + l_db**2) for name, l_db in LEVEL_U_DB.items()}
     ftf = bearing.orders.ftf
     speed_m_s = 2 * math.pi * fault.speed.value_hz * bearing.pitch_diameter_m * ftf * (1 - ftf)
     return DefectSize(
@@ -148,20 +155,28 @@ def _path_variance(path: SensorPath, middles_hz: FloatArray) -> FloatArray:
     return np.asarray(np.interp(np.log(middles_hz), np.log(path.frequency_hz), u_db) ** 2)
 
 
-def _interval(tried: FloatArray, errors: FloatArray, shares: FloatArray, covariance: FloatArray) -> SizeInterval:
-    """The most likely of the sizes with these logarithms [m], [k], errors and shares [k, n], and the 95 % likeliest."""
+def _interval(
+    tried: FloatArray, errors: FloatArray, shown: NDArray[np.bool_], covariance: FloatArray
+) -> SizeInterval:  # fmt: skip
+    """The most likely of sizes with these logarithms [m], [k], and the likeliest 95 %.
+
+    `errors` are those of the bands that are `shown`, or of the limits of others, [k, n].
+    """
     density = np.zeros(tried.size)
-    noise = (DB * (1 - shares)) ** 2
+    seen, hidden = errors[:, shown], errors[:, ~shown]
     for scatter_db in np.linspace(0.0, 3 * PRIOR.discrepancy_db, 13)[1:]:
-        own = covariance + scatter_db**2 * np.eye(len(covariance))
-        whole = shares[:, :, None] * shares[:, None, :] * own + noise[:, :, None] * np.eye(len(covariance))
-        misfit = np.sum(errors * np.linalg.solve(whole, errors[:, :, None])[:, :, 0], axis=1)
-        misfit += np.linalg.slogdet(whole)[1]
-        density += np.exp(-0.5 * (misfit + (scatter_db / PRIOR.discrepancy_db) ** 2))
+        whole = covariance + scatter_db**2 * np.eye(shown.size)
+        known, both = whole[np.ix_(shown, shown)], whole[np.ix_(~shown, shown)]
+        gain = np.linalg.solve(known, both.T).T
+        misfit = np.sum(seen * np.linalg.solve(known, seen.T).T, axis=1) + np.linalg.slogdet(known)[1]
+        spread = np.sqrt(np.diag(whole[np.ix_(~shown, ~shown)] - gain @ both.T))
+        below = log_ndtr((hidden - seen @ gain.T) / spread).sum(axis=1)
+        density += np.exp(below - 0.5 * (misfit + (scatter_db / PRIOR.discrepancy_db) ** 2))
     order = np.argsort(-density)
     inside = np.sort(order[: int(np.searchsorted(np.cumsum(density[order]), 0.95 * density.sum())) + 1])
-    low, high = np.exp(tried[inside[[0, -1]]])
+    low, high = np.exp(tried[inside[[0, -1]]]).tolist()
+    open_low, open_high = density[[0, -1]] > OPEN * density.max()
     return SizeInterval(
-        extent_m=math.exp(tried[order[0]]),
-        low_m=float(low) if inside[0] > 0 else None, high_m=float(high) if inside[-1] < tried.size - 1 else None,
+        extent_m=math.exp(tried[order[0]]), low_m=None if open_low or inside[0] == 0 else low,
+        high_m=None if open_high or inside[-1] == tried.size - 1 else high,
     )  # fmt: skip

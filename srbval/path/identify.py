@@ -42,6 +42,7 @@ from srbval.signal.locked import LockedMean
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
 RATIOS = (0.1, 30.0)  # of cross to load, between which one is looked for
+CHANCE = 0.025  # that noise alone shows power in any of the bands
 ROUNDS = 3  # of setting gains so that the run behind them has the record's power, edges of bands and filters included
 LEAST_LINES = 3  # of a measured response in a band
 
@@ -101,9 +102,11 @@ def identify(
     `ConfigurationError` for a band that lies beyond a record, or a record without a fault.
     """
     bearing = load_bearing(bearing)
+    from scipy.special import stdtrit
+
     powers = record_powers(pair.record, bearing, band_hz, healthy)
     shown = np.array([one.value > one.u for one in powers.values()])
-    if not shown.any():
+    if not any(one.value > one.u * stdtrit(one.blocks - 1, 1 - CHANCE / len(powers)) for one in powers.values()):
         raise DataError(
             f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
             "locked to the fault. Widen --band, or use a longer record."
