@@ -31,7 +31,8 @@ def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows() -> 
     assert compared("locked 1000 Hz", -9.0, shown=False).error == 0.0
     assert compared("locked 1000 Hz", 6.0, shown=False).error == 6.0
     found = [
-        compared("locked 1000 Hz", 3.0), compared("locked 1259 Hz", -5.0), compared("locked 1585 Hz", 9.0, used_for="fit"),
+        compared("locked 1000 Hz", 3.0), compared("locked 1259 Hz", -5.0),
+        compared("locked 1585 Hz", 9.0, used_for="fit"),
         compared("locked 1995 Hz", -9.0, shown=False), compared("locked 2512 Hz", 6.0, shown=False),
         compared("harmonic 2", 1.0), compared("harmonic 3", 1.0, shown=False), compared("total 1000 Hz", 4.5),
     ]  # fmt: skip

@@ -244,7 +244,7 @@ def judge(
 
 
 def counts(found: Sequence[Comparison], healthy_alone: Sequence[float]) -> Row:
-    """How many withheld bands, harmonics and totals are within the limit; `shown` leaves out what the rig does not show.
+    """How many withheld bands, harmonics and totals are within the limit; `shown`: of those alone that the rig shows.
 
     A locked band that the record does not show is within it where the model is no farther above what would be shown.
     """
@@ -380,9 +380,9 @@ def study(progress: Progress) -> Row:
     for setting in SETTINGS:
         progress(f"counts: {setting.name}", 0.0)
         of = records if setting.out else raw
-        nominal = {k: [run_of(one.record, one.state, setting.changes)] for k, one in of.items()} if setting.changes else {
-            key: own[:1] for key, own in runs.items()
-        }  # fmt: skip
+        nominal = {key: own[:1] for key, own in runs.items()}
+        if setting.changes:
+            nominal = {key: [run_of(one.record, one.state, setting.changes)] for key, one in of.items()}
         (path,) = paths_of(of, nominal, setting)
         compared = [
             row for key, one in of.items()
@@ -400,7 +400,7 @@ def study(progress: Progress) -> Row:
         "counts": worth[0], "worth": worth, "bands": [band_row(row) for row in found if row.kind == LOCKED],
         "level_and_pattern": tests, "mounting": scatter | {"elsewhere": list(repeats())},
         "crps_db": scores(found, healthy_alone(records)),
-        "path": {name: getattr(paths[0], name) for name in ("frequency_hz", "load", "cross", "u_db", "cross_u_db", "used")},
+        "path": vars(paths[0]),
         "comparisons": [row.to_dict() for row in (*found, *at_rest)], "bias": biases(counted), "draws": drawn,
     }  # fmt: skip
 
