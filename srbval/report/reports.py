@@ -6,6 +6,7 @@ from pathlib import Path
 
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_verdict import FaultVerdict
+from srbval.diagnosis.records import FailedFile
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
@@ -15,7 +16,7 @@ from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings, gather
-from srbval.report.findings.user_records import FailedFile, gather_user_records, user_record
+from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble

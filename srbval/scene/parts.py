@@ -15,6 +15,7 @@ from srbval.storage.tables import Limited, limited, quantity
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
+MOST_OFFSET_M = 2e-3  # of a roller in its pocket; rollers of the default bearing are 7 mm apart
 CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may overflow
 
 
@@ -38,13 +39,16 @@ class Bodies(Limited):
     Two cages, one for each row, turn independently and tilt together.
 
     `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, where 1 is 0 again;
-    models that tell rows apart know it, and the number of cages (full, line, slices).
+    models that tell rows apart know it, and the number of cages (full, line, slices). The same models know
+    `pocket_offset_m`: how far along the pitch circle, before or behind the middle of its slot, pockets of different
+    clearance let a roller run at most; every slot has its own place, drawn evenly with the scene's seed.
     """
 
     density_kg_m3: float = quantity("density", above=0)
     cage_mass_kg: float = quantity("mass", above=0)
     cages: int = limited(least=1, most=2)
     row_stagger: float = limited(least=0, most=1)
+    pocket_offset_m: float = quantity("length", least=0, most=MOST_OFFSET_M, default=0.0)
 
 
 class RollerFit(enum.StrEnum):

@@ -39,7 +39,9 @@ def similar_parts(scene: Scene, size: float) -> Scene:
             housing, mass_kg=housing.mass_kg * size**3, stiffness_n_m=housing.stiffness_n_m * size,
             damping_ns_m=housing.damping_ns_m * size**2,
         ),
-        bodies=replace(bodies, cage_mass_kg=bodies.cage_mass_kg * size**3),
+        bodies=replace(
+            bodies, cage_mass_kg=bodies.cage_mass_kg * size**3, pocket_offset_m=bodies.pocket_offset_m * size
+        ),
         defect=replace(defect, **{key: value * size for key, value in vars(defect).items() if is_length(key, value)}),
     )  # fmt: skip
 
