@@ -105,6 +105,7 @@ SETTINGS = (
     Setting(name="passage lines left in", out=False),
     Setting(name="one gain for both directions", directions=False),
 )
+MEAN = "mean over the draws of all inputs in place of the scene's own"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -366,15 +367,16 @@ def study(progress: Progress) -> Row:
         changes = [{}, FINER, *(merge(inputs, next(places)) for inputs in common)]
         runs[key] = [run_of(one.record, one.state, change) for change in changes]
     paths = paths_of(records, runs, AS_IT_IS)
-    found, drawn, worth = list[Comparison](), list[Row](), list[Row]()
-    tests = list[Row]()
+    found, average = list[Comparison](), list[Comparison]()
+    drawn, tests, worth = list[Row](), list[Row](), list[Row]()
     for i, (key, one) in enumerate(records.items()):
         progress("comparisons", i / len(records))
-        own, by_draw = judge(one, one.rig(scatter["scatter_db"]), runs[key], paths, AS_IT_IS, scatter["scatter_db"])
+        rig = one.rig(scatter["scatter_db"])
+        own, by_draw = judge(one, rig, runs[key], paths, AS_IT_IS, scatter["scatter_db"])
         found += own
-        drawn += [
-            {"record": one.record.name, **{n: v for n, v in of.items() if kind_of(n) == LOCKED}} for of in by_draw
-        ]
+        means = {name: QuantityValue(value=statistics.fmean(draw[name] for draw in by_draw)) for name in by_draw[0]}
+        average += rows(rig, means, {}, record=one.record.name, fault=one.state, used_for=one.used_for)
+        drawn += [{"record": one.record.name} | {n: v for n, v in of.items() if kind_of(n) == LOCKED} for of in by_draw]
         tested = tested_apart(own, by_draw)
         tests += [tested] if tested else []
     for setting in SETTINGS:
@@ -389,6 +391,7 @@ def study(progress: Progress) -> Row:
             for row in judge(one, one.rig(scatter["scatter_db"]), nominal[key], [path], setting, 0.0)[0]
         ]  # fmt: skip
         worth.append({"setting": setting.name, **counts(compared, healthy_alone(of))})
+    worth.append({"setting": MEAN, **counts(average, healthy_alone(records))})
     at_rest = list(healthy_rows([{}, FINER, *common[:HEALTHY_DRAWS]], paths))
     counted = [
         replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == LEVEL else row
