@@ -98,7 +98,7 @@ def test_inputs_that_change_the_level_make_the_size_by_level_less_sure_and_leave
 
 
 def test_a_defect_lost_in_the_background_has_a_limit_by_its_level_and_none_by_its_shape() -> None:
-    lost = found(1e-3, noise=0.5)
+    lost = found(1e-3, noise=0.1)
     assert lost.sizes["shape alone"].high_m is None
     assert lost.sizes["level and shape"].low_m is None
     assert lost.sizes["level and shape"].high_m is not None
