@@ -51,10 +51,9 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import without_passage_lines
-from srbval.recordings import Recording
+from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.registry import listing, load_entry
-from srbval.recordings.settings import RecordingSettings
-from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import (
@@ -356,7 +355,7 @@ def _rms(recording: Recording) -> dict[str, float]:
 
 
 def study(progress: Progress) -> Row:
-    """All that is stored, but surfaces."""
+    """All that is stored."""
     raw = rig_records()
     records = {key: one.without_lines() for key, one in raw.items()}
     scatter = mounting(records)
@@ -405,14 +404,12 @@ def study(progress: Progress) -> Row:
         "crps_db": scores(found, healthy_alone(records)),
         "path": vars(paths[0]),
         "comparisons": [row.to_dict() for row in (*found, *at_rest)], "bias": biases(counted), "draws": drawn,
+        "surfaces": surfaces(measured(Fault.HEALTHY, FAST), paths[0]),
     }  # fmt: skip
 
 
 def _run(_: Namespace, progress: Progress) -> StudyResult:
     content = study(progress)
-    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    assert path is not None
-    content["surfaces"] = surfaces(measured(Fault.HEALTHY, FAST), path)
     text = "\n\n".join(text_rows(content[part]) for part in ("bands", "level_and_pattern", "worth"))
     states = itertools.product((FAST, SLOW), (Fault.HEALTHY, *FAULTS))
     inputs = input_hashes(*(measured_entry(state, speed) for speed, state in states))
