@@ -25,6 +25,7 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
 
     Passages leave lines at random multiples of BPFO, of `level` in noise of one, sidelines of a second cage lie
     `other_cage` (relative) off at a third of it; a race's fault strikes with `jitter` of its spacing. Both slip alike.
+    The strikes of one record wander about the truth, as intervals allow for: they are of the ratio in the long run.
     """
     rng = np.random.default_rng(seed)
     time = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
@@ -40,11 +41,10 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
     if state is not Fault.HEALTHY:
         share = ratio if state is Fault.OUTER else 1 - ratio
         passed = BEARING.rolling_elements * share * turns
-        strikes = np.cumsum(1 + jitter * rng.standard_normal(int(passed[-1])))
-        strikes *= int(passed[-1]) / strikes[-1]  # the mean over the record is the truth
-        at = np.interp(strikes, passed, np.arange(time.size)).astype(int)
+        strikes = np.cumsum(1 + jitter * rng.standard_normal(int(1.1 * passed[-1])))
+        at = np.interp(strikes[strikes < passed[-1]], passed, np.arange(time.size)).astype(int)
         train = np.zeros(time.size)
-        train[at[at < time.size]] = 8.0 * (1 + 0.3 * np.cos(2 * np.pi * turns[at[at < time.size]]))
+        train[at] = 8.0 * (1 + 0.3 * np.cos(2 * np.pi * turns[at]))
         ring = np.exp(-time[:200] * 3000) * np.sin(2 * np.pi * 1700 * time[:200])
         signal += np.convolve(train, ring)[: time.size]
     speed_hz = shaft_hz * (1 + drift * (np.linspace(0, 1, 1280) - 0.5))
