@@ -15,6 +15,7 @@ from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
     RecordRequest,
+    machine_of,
     read_record,
     read_records,
     summary_of,
@@ -65,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
     if options.csv:
         check_suffix(Path(options.csv), "CSV", (".csv",))
-    if len(options.files) > 1 or Path(options.files[0]).is_dir():
+    if options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir():
         return _run_many(options)
     if options.plot:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
@@ -90,11 +91,14 @@ def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
         raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
     documents, failed, other = read_many(options)
+    machine = {"machine": machine_of(documents)} if options.one_machine else {}
     rows = [summary_of(document) for document in documents]
     write_csv(options.csv, rows)
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
 
     def show() -> None:
+        if machine:
+            print(machine["machine"]["sentence"])
         counted = ", ".join(f"{count} {state}" for state, count in states.items())
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
         shown = [
@@ -105,7 +109,7 @@ def _run_many(options: argparse.Namespace) -> int:
         print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
 
     code = report_failed(failed, other)
-    document = {"records": documents, "summary": rows, "failed": failed, "left_out": other}
+    document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
     return answer(options, document, show, code=code, status="incomplete" if failed else "")
 
 

@@ -16,6 +16,9 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.diagnose import fault_of, label_of
+from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
+from srbval.diagnosis.fault_scores import CAGE_SHOWN
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.machine import usable_cores
@@ -205,6 +208,37 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
         "probability": shares[part],
         "alarm": ALARMS[fault["verdict"]],
     }
+
+
+def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What all records say together where they are of one bearing, as an entry of JSON documents.
+
+    Of those that are measured, and whose lines do not fit another speed than the one stated; see `of_one_machine`.
+    `cage_excess`: the cage's comb in each. `ConfigurationError` where the records name more than one bearing.
+    """
+    if len(names := sorted({document["bearing"] for document in documents})) > 1:
+        raise ConfigurationError(
+            f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give those of one, or "
+            "state it with --bearing."
+        )
+    faults = [one["fault"] for one in documents if one["fault"]["log_likelihood"] and not one["shaft_hz"]["outside"]]
+    entry: dict[str, Any] = {"records": len(faults), "state": None, "called": None, "probabilities": {}}
+    if not faults:
+        return entry | {"sentence": "One machine: no measured record says anything of it."}
+    together = of_one_machine([fault["log_likelihood"] for fault in faults])
+    shares = evidence().probabilities(together)
+    state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
+    part, best = fault_of(state), most_probable(shares)
+    answer = (
+        f"{part.label} fault" if part else {UNDECIDED: "undecided"}.get(state, f"{label_of(state)}, no fault named")
+    )
+    shown = sum(excess is not None and excess >= CAGE_SHOWN for excess in cage)
+    said = f"One machine: {answer} ({label_of(best)} {100 * shares[best]:.0f} % by {len(faults)} records together)."
+    said += f" The cage's comb stands out in {shown} of them; it names no fault." if shown else ""
+    return entry | {
+        "state": state, "called": part, "probabilities": shares, "log_likelihood": together, "cage_excess": cage,
+        "sentence": said,
+    }  # fmt: skip
 
 
 def _concern(document: dict[str, Any]) -> tuple[int, float]:
