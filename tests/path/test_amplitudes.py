@@ -75,6 +75,10 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
     assert abs(value.value - 3.0) < 2 * (value.ci95 or 0.0)
     assert 0 < (value.ci95 or 0.0) < 0.4
     assert sum(value.present for value in levels(one, other).values()) <= 1
+    louder = dataclasses.replace(one, channels={"a": 1.4 * one.channels["a"]})
+    shown = [sum(value.present for value in levels(louder, other, mounting_db).values()) for mounting_db in (0.0, 2.0)]
+    assert shown[0] > 10
+    assert shown[1] == 0, "twice the power of another mounting is nothing that a fault must have added"
     with pytest.raises(DataError, match="no shaft speed"):
         pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
@@ -96,7 +100,7 @@ def test_rows_have_every_part_and_a_verdict() -> None:
     level, depth = rows(rig, model, parts, record="IR", fault=Fault.INNER, used_for="withheld")
     assert level.parts == pytest.approx({RIG_READING: 0.5, PATH: 0.98, NUMERICS: 0.3})
     assert (level.kind, level.error, level.verdict) == ("band level", -0.5, ComparisonVerdict.AGREES)
-    assert (depth.kind, depth.error) == ("modulation depth", pytest.approx(-20.0))
+    assert (depth.kind, depth.error) == ("modulation depth", pytest.approx(100 * math.log(0.8)))
     assert depth.parts == pytest.approx({RIG_READING: 2.0, NUMERICS: 4.0})
     assert depth.verdict is ComparisonVerdict.RESOLVED  # 20 % off, known to 4.5 %
     assert level.to_dict()["used_for"] == "withheld"
