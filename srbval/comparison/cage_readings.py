@@ -40,6 +40,7 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 class CageReading:
     """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
 
+    That by reading is of the ratio in the long run, about which a cage that slips unevenly wanders within the record.
     `per_speed` is the ratio's change per relative error of the shaft speed, -c where a comb of BPFO was read and 1 - c
     where one of BPFI was. `read_from` names the comb, `band_hz` the band that it stands in. `check` is the same by the
     record's other comb, where that shows.

@@ -28,7 +28,7 @@ from srbval.scene.read import (
     values_at,
 )
 from srbval.scene.scene import Scene, SolverSettings
-from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, PathMode, SensorPath
+from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface
 
 __all__ = [
@@ -43,7 +43,6 @@ __all__ = [
     "Load",
     "LoadPath",
     "LoadProfile",
-    "PathMode",
     "RigInput",
     "RollerFit",
     "Scene",
@@ -58,6 +57,7 @@ __all__ = [
     "load_sensor_path",
     "merge",
     "paper_scene",
+    "parts_along_sensor",
     "rig_inputs",
     "scene_table",
     "sobol",
