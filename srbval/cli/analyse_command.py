@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.cli.data_command import LONGEST_LINE, recording_settings
+from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.records import (
     FailedFile,
@@ -26,7 +26,6 @@ from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import files_under
 from srbval.signal import BandFilter
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
@@ -115,8 +114,7 @@ def _run_many(options: argparse.Namespace) -> int:
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
-    given = {path: files_under(Path(path)) if Path(path).is_dir() else [path] for path in options.files}
-    files = dict.fromkeys(str(file) for found in given.values() for file in found)
+    files = files_of(options.files)
     with ProgressDisplay() as progress:
         documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
     return documents, *without_other_files(failed, options.files, documents)

@@ -62,8 +62,6 @@ def test_document(result: dict[str, Any]) -> None:
     assert [r["solver"] for r in result["runs"]] == ["ode4", "imex2"]
     for row in result["runs"]:
         assert set(row) >= ROW_KEYS
-        seconds = result["machine"]["calibration"]["seconds"]
-        assert row["wall_in_calibrations"] == pytest.approx(row["wall_per_simulated_s"] / seconds)
         assert row["noise_floor"] is None, "of a record so short"
     assert result["runs"][0]["rhs_per_simulated_s"] == pytest.approx(4 * 61440)
     assert result["reference"]["play0-outer"]["dt_s"] == pytest.approx(1 / 122880)
