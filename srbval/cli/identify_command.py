@@ -70,10 +70,10 @@ def _records(options: argparse.Namespace, file: str) -> tuple[Recording, Recordi
 def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     """Print the defect's size with the path to the sensor known."""
     path = load_sensor_path(options.defect_size)
-    if path is None or options.output or options.mass_kg is not None:
+    if path is None or options.output or options.cross_from or options.mass_kg is not None:
         raise ConfigurationError(
-            "--defect-size reads a path (rig, or a file that srbval identify wrote) and writes none: leave out -o and "
-            "--mass-kg."
+            "--defect-size reads a path (rig, or a file that srbval identify wrote) and writes none: leave out -o, "
+            "--cross-from and --mass-kg."
         )
     fault, healthy, bearing = _records(options, options.file)
     own = {"bearing": bearing}

@@ -17,6 +17,7 @@ from srbval.studies.appendix_page import missing, origin_of
 TEXTS = Texts.of_study(__package__)
 DEPTH = "modulation depth"
 TABLED = ("locked level", "total level")  # kinds of rows that the counts stand for
+UNEXPLAINED = "IR_353rpm_sample"  # far below what the model and the same race's other record imply
 Row = Mapping[str, Any]
 
 
@@ -36,6 +37,10 @@ def section(results: StoredResults) -> Section:
         TEXTS.paragraph("amplitudes"),
         TEXTS.paragraph("counts", counts=content["counts"]),
         TEXTS.table("worth", content["worth"]),
+        TEXTS.paragraph(
+            "causes",
+            unexplained=[row for row in content["bands"] if row["record"] == UNEXPLAINED and not row["censored"]],
+        ),
         TEXTS.table("locked", content["bands"], mounting=content["mounting"]),
         appendix=(
             *rows,
