@@ -161,7 +161,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     table = dataclasses.asdict(scene)
     for defect in (table["defect"], *table["further_defects"]):
         defect["kind"] = defect["kind"].scene_word
-    for name in ("sensor_path", "surface"):
+    for name in ("sensor_path", "surface", "oil"):
         if table[name] is None:  # content of scenes without one is as it was
             del table[name]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
