@@ -167,7 +167,8 @@ class EnergyFlow:
     """Powers, interval means [W], and energies at each interval's start [J], all of shape [n].
 
     In: `drive_w` of the shaft, `load_w` of the external load. Lost: `friction_w` (slip power), `damping_w` in the
-    contacts, `housing_w` in the housing's damper. Stored: `mechanical_j` in the bodies (gravity included),
+    contacts, `housing_w` in the housing's damper, `rolling_w` to rolling resistance, `drag_w` of the oil, `pocket_w` to
+    friction in the cage's pockets, all three 0 without oil. Stored: `mechanical_j` in the bodies (gravity included),
     `contact_j` in the contacts, `spring_j` in the housing.
     """
 
@@ -179,6 +180,9 @@ class EnergyFlow:
     mechanical_j: FloatArray
     contact_j: FloatArray
     spring_j: FloatArray
+    rolling_w: FloatArray
+    drag_w: FloatArray
+    pocket_w: FloatArray
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
