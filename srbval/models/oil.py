@@ -15,27 +15,23 @@ import math
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.models.film import (
     CONTACT_MODULUS_PA,
     REDUCED_MODULUS_PA,
-    ROLLING_EXPONENT,
-    ROLLING_LOAD_EXPONENT,
-    elliptical_films_m,
     line_film_m,
     line_load_n_m,
     rolling_force_n,
-    thermal_factor,
 )
 from srbval.models.full.film_kernel import FilmLaw
-from srbval.models.full.oil_kernel import OilLaw, rolling_speed
-from srbval.models.full.parameters import Parameters
-from srbval.scene import Oil, Scene
+from srbval.models.full.oil_kernel import OilLaw, rate_power
+from srbval.scene import Oil
 
 REFERENCE_PA = 1e9  # mean pressure at which the film is compared with the roughness; it goes with p^-0.2
 PRESSURES_PA = np.linspace(0.02e9, 4e9, 400)
 DEGREE = 7
-CARRIES = 0.01  # of the highest load: contacts whose films count
+# Loads at which the kernel's roots of the load are those of the formula, whose couples rise with Q^0.497 where
+# contacts are shorter than their rollers, then with Q^0.246: to 1 % from 0.1 to 100 kN. The rate is that of 859 rpm.
+SHORT_N, LONG_N, RATE_RAD_S = 5e3, 5e4, 300.0
 
 
 class ContactShape:
@@ -60,13 +56,14 @@ class ContactShape:
 
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
-    """Constants of traction by the film: viscosity and film over the pressure as polynomials, to 2 %."""
+    """Constants of traction by the film: viscosity and film over the pressure as polynomials, to 5 %."""
     films = [[line_film_m(oil, 1.0, line_load_n_m(p, shape.along_m), shape.along_m) for p in PRESSURES_PA]
              for shape in shapes]  # fmt: skip
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)
+    fits = [np.polynomial.Polynomial.fit(PRESSURES_PA * 1e-9, row, DEGREE) for row in thicker / math.log(2)]
     return FilmLaw(
-        curve=np.array([np.polynomial.Polynomial.fit(PRESSURES_PA * 1e-9, row, DEGREE).convert().coef for row in thicker]),
+        curve=np.array([fit.convert().coef for fit in fits]),
         hertz=math.pi * CONTACT_MODULUS_PA / 8,
         thickness=thickness,
         per_thickness=oil.eyring_stress_pa / oil.viscosity_pa_s,
@@ -79,15 +76,14 @@ def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
 
 def oil_law(oil: Oil, shapes: list[ContactShape], roller_m: float) -> OilLaw:
     """Constants of rolling resistance, drag and pockets; `roller_m`: radius of a roller."""
-    full = 1 - ROLLING_LOAD_EXPONENT
-    rolling = np.full((2, 2), -math.inf)
-    if oil.rolling_resistance:
-        rolling[:] = [[math.log(s.rolling_couple_nm(oil, 1.0, 1.0, length)) for length in
-                       (ContactShape.length_m(s, 1.0), s.roller_length_m)] for s in shapes]  # fmt: skip
+    rolling = np.zeros((2, 2))
+    for race, shape in enumerate(shapes if oil.rolling_resistance else []):
+        short = shape.rolling_couple_nm(oil, RATE_RAD_S, SHORT_N, shape.length_m(SHORT_N)) / SHORT_N**0.5
+        full = shape.rolling_couple_nm(oil, RATE_RAD_S, LONG_N, shape.roller_length_m) / LONG_N**0.25
+        rolling[race] = np.array([short, full]) / rate_power(RATE_RAD_S)
     area = 2 * roller_m * shapes[0].roller_length_m
     return OilLaw(
         rolling=rolling,
-        exponents=(ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT + full / 3, ROLLING_LOAD_EXPONENT),
         heating=_heating(oil),
         drag=0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area,
         pocket=oil.pocket_friction,
@@ -96,19 +92,3 @@ def oil_law(oil: Oil, shapes: list[ContactShape], roller_m: float) -> OilLaw:
 
 def _heating(oil: Oil) -> float:
     return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk
-
-
-def films_of_run(
-    scene: Scene, model: Parameters, shapes: list[ContactShape], load_n: FloatArray, cage_rad_s: float
-) -> tuple[FloatArray, FloatArray]:
-    """Films in the middle and least films of all contacts that carry [m], each race's behind the other's.
-
-    `load_n`: normal forces, [2 races, 2 M]; elliptical contacts, with shear heating.
-    """
-    assert scene.oil is not None
-    rolling = rolling_speed(model.slices, cage_rad_s, scene.mean_shaft_rad_s)
-    carried = [race[race > CARRIES * load_n.max()] for race in load_n]
-    pairs = [elliptical_films_m(scene.oil, rolling, load, s.along_m, s.across_m)
-             for load, s in zip(carried, shapes, strict=True)]  # fmt: skip
-    middle, least = (np.concatenate(films) * thermal_factor(scene.oil, rolling) for films in zip(*pairs, strict=True))
-    return middle, least

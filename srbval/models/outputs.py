@@ -20,7 +20,7 @@ from srbval.arrays import FloatArray
     DRIVE_POWER, LOAD_POWER,  # mean power of the drive, of the external load [W]
     FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,  # mean power lost to friction, contact damping, housing damper [W]
     BODY_ENERGY, CONTACT_ENERGY, SPRING_ENERGY,  # at its start: bodies, contacts (first evaluation), housing spring [J]
-    ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # mean power lost to rolling resistance, oil's drag, pockets [W]; 0 without oil
+    ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # mean power lost to rolling resistance, drag, pockets [W]; 0 without oil
 ) = range(24)  # fmt: skip
 COUNT = 24
 

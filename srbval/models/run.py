@@ -63,6 +63,10 @@ class RunSummary:
     `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
     error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
     `stored_utc`: when the run was made, where it was read from the cache: times that it took are of then.
+
+    In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
+    the least film of a contact that carries and the `mean` of those in their middles, at the run's end; `lambda_min`:
+    the least over the roughness. Empty and NaN without.
     """
 
     scene: Scene
@@ -90,6 +94,14 @@ class RunSummary:
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
     stored_utc: str | None = None
+    power_w: Mapping[str, float] = field(default_factory=dict)
+    film_um: Mapping[str, float] = field(default_factory=dict)
+    lambda_min: float = math.nan
+
+    @property
+    def slip_pct(self) -> float:
+        """By how much the cage lags behind pure rolling [%]."""
+        return 100 * (1 - self.cage_ratio / self.rolling_ratio)
 
     @property
     def seconds(self) -> float:

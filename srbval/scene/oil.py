@@ -43,7 +43,7 @@ class Oil(Limited):
         super().__post_init__()
         own = self.viscosity_40_mm2_s, self.viscosity_100_mm2_s
         classes = viscosities_100_mm2_s()
-        if self.iso_vg is None if None in own else self.iso_vg is not None:
+        if (self.iso_vg is None) == (None in own):
             raise ConfigurationError(
                 f"oil: iso_vg = {self.iso_vg}, viscosity_40_mm2_s = {own[0]}, viscosity_100_mm2_s = {own[1]}: state "
                 "iso_vg, for example 150, or both viscosities."
@@ -57,8 +57,8 @@ class Oil(Limited):
             raise ConfigurationError(f"oil: viscosities {own} must fall from 40 to 100 degrees C.")
         if self.kinematic_mm2_s() < LEAST_MM2_S:
             raise ConfigurationError(
-                f"oil temperature_c = {self.temperature_c:g}: {self.kinematic_mm2_s():.3g} mm2/s; ASTM D341 holds above "
-                f"{LEAST_MM2_S:g} mm2/s as it is used here: lower the temperature."
+                f"oil temperature_c = {self.temperature_c:g}: {self.kinematic_mm2_s():.3g} mm2/s; ASTM D341 as used "
+                f"here holds above {LEAST_MM2_S:g} mm2/s: lower the temperature."
             )
 
     @property
@@ -78,7 +78,7 @@ class Oil(Limited):
         """Kinematic viscosity at the scene's temperature."""
         ratio = math.log10((40 + KELVIN) / (self.temperature_c + KELVIN))
         double = math.log10(math.log10(self.points_mm2_s[0] + WALTHER)) + self.walther_slope * ratio
-        return float(10 ** 10**double - WALTHER)
+        return float(10**10**double - WALTHER)
 
     @property
     def viscosity_pa_s(self) -> float:

@@ -56,8 +56,8 @@ class Scene(Limited):
     and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
     passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
     rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
-    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones. `oil`: None where
-    rolling, drag and the cage's pockets cost nothing.
+    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones. `oil`: None
+    where rolling, drag and the cage's pockets cost nothing.
     """
 
     bearing: str

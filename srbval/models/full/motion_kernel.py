@@ -7,8 +7,8 @@ Kane's method; the equations and the layout of the state stand at `srbval.models
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.film_kernel import law_in_film
+from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
     add_heights,
     cage_axes,

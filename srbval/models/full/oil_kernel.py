@@ -1,7 +1,7 @@
 """Kernels: what the oil does besides traction: rolling resistance, drag, friction in the cage's pockets.
 
 Each is small beside the forces that carry the load and changes slowly, so that steps take it explicitly: a roller's
-spin would relax under its rolling resistance in 0.3 s. All equations stand at `srbval.models.film` and `srbval.models.oil`.
+spin would relax under its rolling resistance in 0.3 s. The equations stand at `srbval.models.film` and `.oil`.
 Left out: that a pocket's friction also pushes its roller along the slot, some 10 N.
 """
 
@@ -14,20 +14,18 @@ from srbval.models.full import columns as col
 from srbval.models.jit import kernel_part
 
 THERMAL, THERMAL_EXPONENT = 3.94, 0.62  # of Murch & Wilson, see `film.thermal_factor`
-LEAST_LOAD_N = 1e-3  # of a contact that resists rolling
 LEAST_RAD_S = 1e-6
 
 
 class OilLaw(NamedTuple):
     """Constants of what the oil does to rollers. Numbers only, but for `rolling`.
 
-    `rolling`, [2 races, 2]: logarithms of the couple at 1 rad/s and 1 N, of a contact shorter than its roller and of
-    one as long; `exponents`: of the relative rate and of the load, shorter and as long; `heating`: L of shear heating
-    at 1 m/s; `drag`: force over the square of a roller's speed [kg/m]; `pocket`: coefficient of friction there.
+    `rolling`, [2 races, 2]: couple at 1 rad/s over the root of the load, of a contact shorter than its roller, and over
+    the fourth root, of one as long [N m]; `heating`: L of shear heating at 1 m/s; `drag`: force over the square of a
+    roller's speed [kg/m]; `pocket`: coefficient of friction there.
     """
 
     rolling: Any
-    exponents: tuple[float, float, float]
     heating: float
     drag: float
     pocket: float
@@ -46,6 +44,27 @@ def thermal_share(heating, rolling):
 
 
 @kernel_part
+def rate_power(rate):
+    """The rate to the 0.6484, in place of Goksem & Hargreaves' 0.648: half, eighth, 64th and 128th by roots."""
+    half = math.sqrt(np.float32(rate))
+    eighth = math.sqrt(math.sqrt(half))
+    last = math.sqrt(math.sqrt(math.sqrt(eighth)))
+    return np.float64(half * eighth * last * math.sqrt(last))
+
+
+@kernel_part
+def resist_rolling(space, j, short, full):
+    """Add its rolling resistance to the torque of column `j`; the power [W]. Factors: see `OilLaw.rolling`."""
+    root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
+    shorter, longest = short * root, full * math.sqrt(root)
+    rate = space[col.W_Z + j]
+    size = abs(rate) + LEAST_RAD_S
+    couple = rate_power(size) * (shorter if shorter < longest else longest) * rate / size
+    space[col.T_Z + j] += couple
+    return couple * rate
+
+
+@kernel_part
 def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """Add rolling resistance and pockets' couples to the columns' torques; fill the couples on cages, and the powers.
 
@@ -53,33 +72,25 @@ def add_oil_forces(oil, model, slots, cage, shaft, totals):
     """
     if oil is None:
         return
-    space, spin_exponent = model.scratch.space, oil.exponents[0]
+    space = model.scratch.space
     radius, weight = model.law.roller_radius, model.roller_mass * model.gravity
-    thermal = math.log(thermal_share(oil.heating, rolling_speed(model.slices, cage, shaft)))
+    thermal = thermal_share(oil.heating, rolling_speed(model.slices, cage, shaft))
+    outer_short, outer_full = thermal * oil.rolling[0, 0], thermal * oil.rolling[0, 1]
+    inner_short, inner_full = thermal * oil.rolling[1, 0], thermal * oil.rolling[1, 1]
+    drag_factor, pocket, centre = oil.drag, oil.pocket, model.centre_distance
     rolled = dragged = rubbed = 0.0
     for p in range(slots):
-        side = space[col.SIDE + p]
-        if side == 0.0:
-            continue
-        for race in range(2):
-            j = p + np.uint64(race * col.RACE)
-            square = space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2
-            if square > LEAST_LOAD_N * LEAST_LOAD_N:
-                rate = space[col.W_Z + j]
-                size, load = abs(rate) + LEAST_RAD_S, 0.5 * math.log(square)
-                shorter = oil.rolling[race, 0] + oil.exponents[1] * load
-                full = oil.rolling[race, 1] + oil.exponents[2] * load
-                couple = math.exp(spin_exponent * math.log(size) + thermal + (shorter if shorter < full else full))
-                space[col.T_Z + j] += couple * rate / size
-                rolled += couple * rate * rate / size
-        speed = (model.centre_distance + space[col.SLIDE + p]) * space[col.CAGE_Z + p]
-        drag = -oil.drag * abs(speed) * speed
+        there = space[col.SIDE + p] * space[col.SIDE + p]  # 0 of an empty slot
+        rolled += resist_rolling(space, p, outer_short, outer_full)
+        rolled += resist_rolling(space, p + col.INNER, inner_short, inner_full)
+        speed = (centre + space[col.SLIDE + p]) * space[col.CAGE_Z + p]
+        drag = -drag_factor * there * abs(speed) * speed
         dragged -= drag * speed
         push = space[col.F_Y + p] + space[col.F_Y + p + col.INNER] + drag + weight * space[col.Y_WY + p]
         turning = space[col.SPIN + p] - space[col.CAGE_Z + p]
-        couple = -oil.pocket * abs(push) * radius * turning / (abs(turning) + LEAST_RAD_S)
+        couple = -pocket * there * abs(push) * radius * turning / (abs(turning) + LEAST_RAD_S)
         space[col.T_Z + p] += couple  # the outer ring does not turn: no torque but the roller's is read from there
-        space[col.ON_CAGE + p] = (model.centre_distance + space[col.SLIDE + p]) * drag - couple
+        space[col.ON_CAGE + p] = (centre + space[col.SLIDE + p]) * drag - couple
         rubbed -= couple * turning
     totals[col.ROLLING_POWER], totals[col.DRAG_POWER], totals[col.POCKET_POWER] = rolled, dragged, rubbed
 

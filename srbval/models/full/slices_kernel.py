@@ -27,7 +27,7 @@ from srbval.models.full.contact_kernel import (
     penetration,
     place_of_point,
 )
-from srbval.models.full.film_kernel import film_drag
+from srbval.models.full.film_kernel import film_drag, film_on_race
 from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
@@ -273,13 +273,14 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
     rows = slices.rows
+    shear = film_on_race(film, point_law, race)
     for i in range(first, last):
         radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
         normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
         normal_axial = rows[race, window, col.SLICE_NORMAL_AXIAL, i]
         stiffness, width = rows[race, window, col.SLICE_STIFFNESS, i], rows[race, window, col.SLICE_WIDTH, i]
         vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
-        bend = rows[race, window, col.SLICE_BEND, i]
+        bend, sagging = rows[race, window, col.SLICE_BEND, i], rows[race, window, col.SLICE_SAG, i]
         tangential = 0.0
         if away is not None:
             along = away if on_roller else away * radial
@@ -310,8 +311,7 @@ def slice_columns(law, slices, film, race, window, first, last, space, start, st
                 slip = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
                 drag = normal * friction_of_slice(point_law, slip, more + LEAST_SLIP)
             else:
-                sagging, length = rows[race, window, col.SLICE_SAG, i], touched * width
-                drag = film_drag(film, point_law, race, sagging, normal, length, square, more)
+                drag = film_drag(shear, sagging, normal, touched * width, square, more)
             add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
             space[col.FRICTION_LOSS + j] += drag * square
             space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
