@@ -32,6 +32,8 @@ _NAMES = {
     "diagnosis.baseline": ("BaselineComparison", "baseline_of", "compare_with_baseline"),
     "diagnosis.diagnose": ("Diagnosis", "diagnose"),
     "diagnosis.fault_verdict": ("FaultVerdict", "fault_verdict"),
+    "diagnosis.records": ("RecordRequest", "read_record", "read_records"),
+    "diagnosis.trend": ("record_times", "trend_of"),
     "path.identify": ("identify as identify_path",),
     "report.findings.findings": ("Findings", "gather"),
     "studies.harness": ("run_study",),
@@ -42,7 +44,7 @@ _NAMES = {
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
     "report.figures.plot": ("plot",),
-    "report.reports": ("make_report", "report_recordings", "write_plot"),
+    "report.reports": ("make_report", "report_recordings", "write_plot", "write_trend"),
     "cli.installation_commands": ("build_docs", "doctor"),
     "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
 }
@@ -53,15 +55,16 @@ _HOME = {
     for name in names
 }
 __all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis",
-           "FaultVerdict", "Findings", "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene",
-           "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
+           "FaultVerdict", "Findings", "NumericsError", "Origin", "RecordRequest", "Recording", "Run", "RunStatus",
+           "Scene", "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
            "amplitude_spectrum", "analyse", "bandpass", "baseline_of", "build_docs", "campaign_status",
            "compare_with_baseline", "diagnose", "doctor", "envelope", "envelope_spectrum", "export_campaign",
            "fault_frequencies", "fault_verdict", "fetch_recordings", "find_bearings", "gather", "identify_path",
            "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
-           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "recording_from_run",
-           "remove_recordings", "report_recordings", "run_campaign", "run_check", "run_study", "simulate",
-           "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
+           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "read_record", "read_records",
+           "record_times", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
+           "run_check", "run_study", "simulate", "trend_of", "verify_campaign", "verify_recordings", "write_plot",
+           "write_run", "write_trend"]  # fmt: skip
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
@@ -74,6 +77,8 @@ if TYPE_CHECKING:
     from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
     from srbval.diagnosis.diagnose import Diagnosis, diagnose
     from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
+    from srbval.diagnosis.records import RecordRequest, read_record, read_records
+    from srbval.diagnosis.trend import record_times, trend_of
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
@@ -89,7 +94,7 @@ if TYPE_CHECKING:
     from srbval.recordings.registry import verify as verify_recordings
     from srbval.report.figures.plot import plot
     from srbval.report.findings.findings import Findings, gather
-    from srbval.report.reports import make_report, report_recordings, write_plot
+    from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
     from srbval.studies.harness import run_study

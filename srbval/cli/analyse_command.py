@@ -1,130 +1,182 @@
-"""``srbval analyse``: one recording or simulated run through the one signal pipeline."""
+"""``srbval analyse``: recordings and simulated runs through the one signal pipeline, the answer first."""
 
 import argparse
+import csv
 import sys
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.output import answer, own_command, print_table
-from srbval.diagnosis.baseline import (
-    Baseline,
-    baseline_of,
-    load_healthy,
-    on_background,
-    registered_baseline,
+from srbval.diagnosis.records import (
+    FailedFile,
+    RecordReading,
+    RecordRequest,
+    read_record,
+    read_records,
+    summary_of,
+    without_other_files,
 )
-from srbval.diagnosis.fault_verdict import fault_verdict
 from srbval.errors import ConfigurationError, DataError
-from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.progress import ProgressDisplay
+from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.pipeline import SQUARED_UNIT
-from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import load_registered
+from srbval.recordings.registry import files_under
 from srbval.signal import BandFilter
+from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
-COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
-           "identity", "detected")  # fmt: skip
+DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
+COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz, ± 95 %", "deviation %", "times noise", "false alarm",
+           "identity %", "detected")  # fmt: skip
+RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault", "probability %": "probability",
+           "alarm": "alarm"}  # fmt: skip
+ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained. Probability by the record alone."
 CAGE = "cage"
-BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
+MOST_CAUTIONS, LONGEST_FILE = 2, 40
+SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
+
+
+def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[RecordRequest]:
+    """What the options ask of each file."""
+    settings = recording_settings(options)
+    return [
+        RecordRequest(
+            file=file,
+            settings=settings,
+            bearing=options.bearing,
+            largest_slip_pct=options.cage_slip,
+            band_hz=(options.band[0], options.band[1]) if options.band else None,
+            auto_band=options.auto_band,
+            band_filter=BandFilter(options.filter),
+            healthy=options.healthy,
+            healthy_scale=options.healthy_scale,
+            background=options.background,
+        )
+        for file in files
+    ]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Analyse a file and print its lines and verdict."""
+    """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
+    if options.csv:
+        check_suffix(Path(options.csv), "CSV", (".csv",))
+    if len(options.files) > 1 or Path(options.files[0]).is_dir():
+        return _run_many(options)
     if options.plot:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
         check_plot(Path(options.plot))
-    settings = recording_settings(options)
-    recording = _load(options, settings)
-    healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
-    if options.background:
-        if healthy is not None:
-            raise ConfigurationError(
-                "--background and --healthy exclude each other: the background is a healthy record's own, so an "
-                "increment over one means nothing."
-            )
-        recording = on_background(recording, load_healthy(options.background, settings, options.healthy_scale))
-    _ask_at_once(recording, options)
-    bearing = bearing_of(recording, options.bearing, largest_slip_pct=options.cage_slip)
-    band = (options.band[0], options.band[1]) if options.band else None
-    chosen = BandFilter(options.filter)
-    result = analyse(
-        recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band,
-        healthy=healthy,
-    )  # fmt: skip
-    baseline = None if options.background else _baseline(result, healthy)
-    verdict = fault_verdict(result, baseline, all_channels=options.channel is None)
+    reading = read_record(requests_of(options, options.files)[0])
+    for caution in reading.cautions:
+        print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
-        write_plot(result, Path(options.plot), verdict=verdict, baseline=baseline, command=own_command())
+        write_plot(reading.analysis, Path(options.plot), verdict=reading.verdict, baseline=reading.baseline,
+                   command=own_command())  # fmt: skip
     part = options.defect  # of the lines to be printed; below, how their names begin
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
-
-    def show() -> None:
-        _print(result, line)
-        print("\n".join(("", f"{verdict.headline}.", *verdict.reasons)))
-        if declared := verdict.beside(recording.state):
-            print(declared)
-        for note in recording.notes:
-            print(f"  - {note}")
-
-    document = to_json(result)
+    document = to_json(reading)
     for rows in ("lines", "families"):
         document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
-    document |= to_json({"fault": verdict, "verdict": verdict.sentence, "declared_state": recording.state})
-    return answer(options, document, show)
+    write_csv(options.csv, document["lines"])
+    return answer(options, document, lambda: _show(reading, line, whole=options.all or part is not None))
 
 
-def _load(options: argparse.Namespace, settings: RecordingSettings) -> Recording:
-    """The record; what it leaves open is asked for with the band, which no file states."""
-    try:
-        return load_registered(options.file, settings)
-    except LeftOpenError as error:
-        if not error.band or options.band or options.auto_band:
-            raise
-        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
+def _run_many(options: argparse.Namespace) -> int:
+    if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
+        raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
+    documents, failed, other = read_many(options)
+    rows = [summary_of(document) for document in documents]
+    write_csv(options.csv, rows)
+    states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
+
+    def show() -> None:
+        counted = ", ".join(f"{count} {state}" for state, count in states.items())
+        print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
+        shown = [
+            row | {"file": short_name(row["file"], row["channel"] if files[row["file"]] > 1 else None),
+                   "probability": None if row["probability"] is None else round(100 * row["probability"])}
+            for row in rows
+        ]  # fmt: skip
+        print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
+
+    code = report_failed(failed, other)
+    document = {"records": documents, "summary": rows, "failed": failed, "left_out": other}
+    return answer(options, document, show, code=code, status="incomplete" if failed else "")
 
 
-def _ask_at_once(recording: Recording, options: argparse.Namespace) -> None:
-    """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
-    band = options.auto_band or options.band or recording.band_hz or recording.dataset
-    missing = [
-        asked
-        for asked, known in (
-            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or options.bearing),
-            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
-            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
-        )
-        if not known
-    ]
-    if len(missing) > 1:
-        raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
+def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
+    """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
+    given = {path: files_under(Path(path)) if Path(path).is_dir() else [path] for path in options.files}
+    files = dict.fromkeys(str(file) for found in given.values() for file in found)
+    with ProgressDisplay() as progress:
+        documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
+    return documents, *without_other_files(failed, options.files, documents)
 
 
-def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
-    """The healthy record given, or the registered one of the same rig, speed and load, where there is one."""
-    try:
-        healthy = given if given is not None else registered_baseline(result)
-    except DataError as error:  # an unreadable register must not hide what the file itself shows
-        print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
-        healthy = None
-    if healthy is None:
-        return None
-    baseline = baseline_of(result, healthy)
-    for caution in (*healthy.cautions, *(baseline.remarks if given is not None else ())):
-        print(f"srbval: caution: healthy baseline {healthy.file}: {caution}", file=sys.stderr)
-    return baseline
+def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
+    """Say on standard error which files could not be read, and why; the exit code."""
+    for one in failed:
+        print(f"srbval: not read: {one.file}: {str(one.error).removeprefix(f'{one.file}: ')}", file=sys.stderr)
+    if other:
+        print(f"srbval: left out, no recordings: {', '.join(other)}", file=sys.stderr)
+    return DataError.exit_code if failed else 0
 
 
-def _print(result: Analysis, wanted: str) -> None:
-    recording, speed, shown = result.recording, result.speed, result.processed
+def short_name(file: str, channel: str | None) -> str:
+    """A file in a table: its last part, and the channel where there is one to tell."""
+    return printable(Path(file).name, LONGEST_FILE) + (f" {channel}" if channel else "")
+
+
+def write_csv(path: str | None, rows: Sequence[Mapping[str, Any]]) -> None:
+    """A table as a CSV file with the keys as its header; nothing where no path is given."""
+    if path is None:
+        return
+    with atomic_write(Path(path)) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, rows[0] if rows else (), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
+    """The answer, what was detected, and what else there is to say; or everything."""
+    result, verdict = reading.analysis, reading.verdict
+    recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)
-    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
-    print(
-        f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
-    )
+    print(verdict.answer)
+    rpm = uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
+    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
+          f"({speed.source.value})\n")  # fmt: skip
+    if whole:
+        _show_all(reading, wanted)
+        return
+    firsts = [line for line in result.lines if line.is_first]
+    found = [line for line in firsts if line.detected]
+    if found:
+        family = {x.name: [y.detected for y in result.lines if y.name == x.name] for x in found}
+        print_table(DETECTED, [
+            (x.name, part.label if (part := Fault.of_line(x.name)) else CAGE, uncertain(x.found_hz, x.ci95_hz),
+             f"{x.snr:,.0f}", f"{100 * (x.depth or 0.0):.0f}", f"{sum(family[x.name])} of {len(family[x.name])}")
+            for x in found
+        ])  # fmt: skip
+    missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)
+    print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were looked for")
+    if declared := verdict.beside(recording.state):
+        print(declared)
+    for caution in recording.cautions[:MOST_CAUTIONS]:
+        print(f"caution: {caution}")
+    more = len(recording.cautions) - MOST_CAUTIONS
+    print(f"{f'{more} more cautions, ' if more > 0 else ''}every line and the reasons: --all, --csv FILE, --json")
+
+
+def _show_all(reading: RecordReading, wanted: str) -> None:
+    result, verdict = reading.analysis, reading.verdict
+    recording, shown = result.recording, result.processed
+    print(f"{result.bearing.title}")
     print(f"band {shown.chain}; {result.band.why}")
     print(f"lines searched in {result.search}")
     print(f"that is {', '.join(f'{name} {low:.2f} to {high:.2f} Hz' for name, (low, high) in result.windows.items())}")
@@ -132,12 +184,19 @@ def _print(result: Analysis, wanted: str) -> None:
     print(f"{shown.tracking.why}\n")
     for caution in recording.cautions:
         print(f"caution: {caution}")
-    lines = [line.stated() for line in result.lines if line.name.startswith(wanted)]
-    print_table(
-        COLUMNS,
-        [
-            (n.name, n.harmonic, n.kinematic_hz, n.found_hz, n.ci95_hz, n.deviation_pct, n.snr, n.false_alarm,
-             n.identity_probability, "yes" if n.detected else f"no: {n.not_detected}")
-            for n in lines
-        ],
-    )  # fmt: skip
+    rows = []
+    for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
+        p = x.false_alarm if x.detected else None  # of a peak that is not the line it says nothing
+        rows.append((
+            x.name, x.harmonic, f"{x.kinematic_hz:.3f}", uncertain(x.found_hz, x.ci95_hz),
+            uncertain(x.deviation_pct, x.deviation_ci95_pct), None if x.snr is None else float(f"{x.snr:.3g}"),
+            None if p is None else float(f"{p:.2g}"),
+            None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}",
+            "yes" if x.detected else f"no: {x.not_detected}",
+        ))  # fmt: skip
+    print_table(COLUMNS, rows)
+    print("\n".join(("", *verdict.reasons)))
+    if declared := verdict.beside(recording.state):
+        print(declared)
+    for note in recording.notes:
+        print(f"  - {note}")

@@ -64,9 +64,9 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.diagnosis.baseline import load_healthy
+        from srbval.diagnosis.records import FailedFile
         from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
-        from srbval.report.findings.user_records import FailedFile
         from srbval.report.reports import report_recordings
     settings = recording_settings(options)
 

@@ -2,12 +2,14 @@
 
 Mounting, load zone, temperature, the cage itself are others in each record. The ratios y are X m + b + e: effects m by
 the design X, b normal and independent of the standard deviation tau, e normal of the records' joint covariance, in
-which the tachometer's scale is one for all. The effects have flat priors, tau a half-normal one, which few records need
-(Friede, Roever, Wandel & Neuenschwander 2017, Res. Synth. Methods 8, 79; with a design: Roever & Friede 2023, Comput.
-Methods Programs Biomed. 229, 107303; both quoted from memory, not checked). Given tau the effects are those of weighted
-least squares; tau's own posterior, with V = covariance + tau^2 I and the residuals r,
+which the tachometer's scale is one for all. The effects have flat priors, tau that of Jeffreys, the root of its Fisher
+information in the restricted likelihood (in meta-analysis: Bodnar et al. 2017, Stat. Med. 36, 378; with a design:
+Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303; both quoted from memory, not checked). It has no
+scale to choose; where records scatter by far more than their readings, intervals are those of Student's t. Given tau
+the effects are those of weighted least squares; tau's own posterior, with V = covariance + tau^2 I, the residuals r
+and P = V^-1 - V^-1 X (X' V^-1 X)^-1 X' V^-1,
 
-    p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2)
+    p(tau | y) ~ p(tau) |V|^(-1/2) |X' V^-1 X|^(-1/2) exp(-r' V^-1 r / 2),    p(tau) ~ tau tr(P P)^(1/2)
 
 is taken on a grid. `tests/comparison/test_cage_readings.py` counts how often its intervals hold the truth.
 """
@@ -19,15 +21,15 @@ from typing import NamedTuple
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Fault
-from srbval.comparison.budget import PRIOR
+from srbval.bearing import RACE_DEFECTS
 from srbval.comparison.cage_readings import CageReading
 from srbval.errors import DataError
 from srbval.recordings.speed import SCALE_CI95
 from srbval.signal import NORMAL_95
 
 DRAWS, GRID, SEED = 4096, 200, 8
-FARTHEST = 5.0  # end of the grid, in scales of tau's prior and in spreads of the values
+# Ends of the grid, evenly over the logarithm, in spreads of the values or, where that is more, of the worst reading.
+NEAREST, FARTHEST = 0.02, 50.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,19 +64,31 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
     rpm, place = np.unique([one.nominal_rpm for one in readings], return_inverse=True)
     if len(readings) <= rpm.size:
         raise DataError(f"{len(readings)} records at {rpm.size} speeds show a cage ratio; two at one speed are needed.")
-    ratios, own, speeds = np.array([one.ratio for one in readings]), covariance(readings), np.eye(rpm.size)[place]
-    scale = PRIOR.between_pct / 100 * float(ratios.mean())
-    found = random_effects(ratios, own, speeds, between_scale=scale)
-    races = np.array([(one.state is Fault.OUTER) - (one.state is Fault.INNER) for one in readings]) / 2
-    design, apart = np.column_stack((speeds, races)), None
+    ratios, own = np.array([one.ratio for one in readings]), covariance(readings)
+    found, apart = random_effects(ratios, own, np.eye(rpm.size)[place]), None
+    design = race_design(readings)
     if len(readings) > design.shape[1] == np.linalg.matrix_rank(design):
-        apart = random_effects(ratios, own, design, between_scale=scale).effects[:, -1]
+        apart = random_effects(ratios, own, design).effects[:, -1]
     low, middle, high = np.quantile(found.between, (0.025, 0.5, 0.975)).tolist()
     return CageMeans(
         rpm=tuple(rpm.tolist()), records=tuple(np.bincount(place).tolist()),
         means=tuple(found.effects.mean(axis=0).tolist()), between_u=middle,
         between_ci95=(low, high), draws=found.effects, outer_less_inner=apart,
     )  # fmt: skip
+
+
+def race_design(readings: Sequence[CageReading]) -> FloatArray:
+    """Effects [records, effects] of the nominal speeds, rising, of a fault of a race, and how far the races are apart.
+
+    The last is the difference of outer and inner race. A fault of either may shift the cage against records without,
+    which else would count as scatter between records; left out where there are none without.
+    """
+    rpm = np.array([one.nominal_rpm for one in readings])
+    outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
+    speeds, apart = (rpm[:, None] == np.unique(rpm)).astype(np.float64), (outer - inner) / 2
+    design = np.column_stack((speeds, outer + inner, apart))
+    full = np.linalg.matrix_rank(design) == design.shape[1]
+    return design if full else np.column_stack((speeds, apart))
 
 
 class RandomEffects(NamedTuple):
@@ -84,23 +98,20 @@ class RandomEffects(NamedTuple):
     between: FloatArray
 
 
-def random_effects(
-    values: FloatArray, covariance: FloatArray, design: FloatArray, *, between_scale: float
-) -> RandomEffects:
-    """Of `values` [n] with `covariance` [n, n] and `design` [n, effects], of full rank and with fewer effects than n.
-
-    `between_scale` is that of the half-normal prior of tau, in the values' unit.
-    """
+def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
+    """Of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank, with fewer effects than n."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
-    tau = np.linspace(0, FARTHEST * max(between_scale, spread), GRID)
-    own = covariance + tau[:, None, None] ** 2 * np.eye(values.size)
-    weighed = np.linalg.solve(own, np.broadcast_to(design, (GRID, *design.shape)))
+    tau = np.geomspace(NEAREST, FARTHEST, GRID) * max(spread, float(np.sqrt(np.diag(covariance).max())))
+    inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))
+    weighed = inverse @ design
     information = design.T @ weighed
     effects = np.linalg.solve(information, (values @ weighed)[..., None])[..., 0]
     residual = values - effects @ design.T
-    fit = (residual * np.linalg.solve(own, residual[..., None])[..., 0]).sum(axis=1)
-    log_det = np.linalg.slogdet(own)[1] + np.linalg.slogdet(information)[1]
-    log_p = -(fit + log_det + (tau / between_scale) ** 2) / 2
+    fit = (residual * (inverse @ residual[..., None])[..., 0]).sum(axis=1)
+    log_det = np.linalg.slogdet(information)[1] - np.linalg.slogdet(inverse)[1]
+    free = inverse - weighed @ np.linalg.solve(information, np.swapaxes(weighed, 1, 2))
+    # Twice the logarithm of tau: once of the prior, once for the grid's steps.
+    log_p = 2 * np.log(tau) + np.log((free**2).sum(axis=(1, 2))) / 2 - (fit + log_det) / 2
     rng, covariances = np.random.default_rng(SEED), np.linalg.inv(information)
     p = np.exp(log_p - log_p.max())
     drawn = rng.choice(tau.size, DRAWS, p=p / p.sum())

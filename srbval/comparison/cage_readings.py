@@ -18,6 +18,7 @@ from pathlib import Path
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import families_of, placebo_fundamentals, window_share
 from srbval.reading.pipeline import (
+    LEAST_REVOLUTIONS,
     MEASURED_SPEEDS,
     Tracking,
     choose_tracking,
@@ -30,18 +31,16 @@ from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.signal import NORMAL_95, LineReading, Periodogram, is_improbable, read_comb
 from srbval.signal.false_alarm import rank_among_placebos
-from srbval.signal.slip import BLOCK_NUMBERS
 
 # The paper's bands for the rig's signals and for the model's, and the one that spans both [Hz].
 BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
-BLOCK_TURNS = 2  # least of a block whose phase is followed, as for every line
-LEAST_TURNS = BLOCK_TURNS * BLOCK_NUMBERS[-1]  # of a shorter record slip cannot be told from noise: no interval
 
 
 @dataclass(frozen=True, kw_only=True)
 class CageReading:
     """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
 
+    That by reading is of the ratio in the long run, about which a cage that slips unevenly wanders within the record.
     `per_speed` is the ratio's change per relative error of the shaft speed, -c where a comb of BPFO was read and 1 - c
     where one of BPFI was. `read_from` names the comb, `band_hz` the band that it stands in. `check` is the same by the
     record's other comb, where that shows.
@@ -72,7 +71,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
     tracking = choose_tracking(recording, bearing, speed)
-    if not tracking.used or recording.seconds * speed.value_hz < LEAST_TURNS:
+    if not tracking.used or recording.seconds * speed.value_hz < LEAST_REVOLUTIONS:
         return None
     of_fault = _by_fault(recording, bearing, speed, tracking) if state in RACE_DEFECTS else None
     passages = _by_passages(recording, bearing, speed, tracking)
@@ -93,7 +92,7 @@ def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trackin
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
         reading = read_comb(
             record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
-            sideband_hz=family.sideband_hz, shortest_block_s=BLOCK_TURNS / speed.value_hz,
+            sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz,
         )  # fmt: skip
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
@@ -113,7 +112,7 @@ def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trac
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
     reading = read_comb(
         record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
-        harmonics=math.floor(band_hz[1] / family.kinematic_hz), shortest_block_s=BLOCK_TURNS / speed.value_hz,
+        harmonics=math.floor(band_hz[1] / family.kinematic_hz), period_s=1 / speed.value_hz,
     )  # fmt: skip
     if reading is None:
         return None

@@ -41,7 +41,7 @@ class ComparedQuantity:
     the line's order of the shaft, where the model's run itself knows that, free of a reading's noise. `compare` gives
     the fields of a `Comparison` that depend on how it is made, or None where it cannot be. Errors are in `error_unit`:
     per cent of the rig's value where `relative`, else model less rig. A `yes_or_no` quantity counts whether either side
-    shows something. The record's verdict rests on those that are `primary`; an error surely below `margin` agrees.
+    shows something. An error surely below `margin` agrees.
     """
 
     kind: str
@@ -54,7 +54,6 @@ class ComparedQuantity:
     from_order: Callable[[Fault, float, int], float] | None = None
     relative: bool = False
     yes_or_no: bool = False
-    primary: bool = False
     margin: float | None = None
     plot: str = "level"
     axis: str = LEVEL_AXIS
@@ -216,18 +215,18 @@ def shape_angle(
 
 CAGE_RATIO = ComparedQuantity(
     kind="cage ratio", name="cage ratio", heading="Cage ratio, %", read=cage_ratio, compare=difference,
-    unit="1", error_unit="%", from_order=cage_of, relative=True, primary=True, margin=TOLERANCE.limit_pct,
+    unit="1", error_unit="%", from_order=cage_of, relative=True, margin=TOLERANCE.limit_pct,
     plot="cage", axis="cage ratio's deviation from kinematics, %",
 )  # fmt: skip
 ROLLER_LINE = ComparedQuantity(
     kind="roller line", name="{line}", heading="Roller's line, %", read=roller_line, compare=difference,
-    unit="order", error_unit="%", from_order=order_of, relative=True, primary=True, margin=TOLERANCE.limit_pct,
+    unit="order", error_unit="%", from_order=order_of, relative=True, margin=TOLERANCE.limit_pct,
     plot="roller", axis="roller line's deviation from kinematics, %",
 )  # fmt: skip
 HARMONIC = {
     number: ComparedQuantity(
         kind=f"harmonic {number}", name=f"{number}x{{line}}", heading=f"Harmonic {number}, dB",
-        read=harmonic_level(number), compare=difference, primary=number < 5, margin=VERDICT.level_db,
+        read=harmonic_level(number), compare=difference, margin=VERDICT.level_db,
     )
     for number in (2, 3, 4, 5)
 }  # fmt: skip
@@ -237,7 +236,7 @@ PRESENCE = ComparedQuantity(
 )  # fmt: skip
 SIDEBANDS = ComparedQuantity(
     kind="sideband level", name="{line} sidebands", heading="Sideband level, dB", read=sideband_level,
-    compare=difference, primary=True, margin=VERDICT.level_db,
+    compare=difference, margin=VERDICT.level_db,
 )  # fmt: skip
 SHAPE = ComparedQuantity(
     kind="spectrum shape", name="spectrum shape", heading="Spectrum shape, degrees", read=spectrum_shape,

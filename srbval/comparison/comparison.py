@@ -3,8 +3,8 @@
 After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U from numerics, inputs and data as a root
 of squares. Where |E| exceeds U the model's error is resolved. It agrees only where its error is surely below a margin
 fixed before: |E| + U below it (two one-sided tests, Schuirmann 1987; with U in place of 1.645 u they hold whatever the
-distribution, and that of an input is as good as uniform). Between the two nothing is decided. These verdicts on single
-quantities are exploratory: `srbval.comparison.record_verdict` has the record's.
+distribution, and that of an input is as good as uniform). Between the two nothing is decided. Verdicts on single
+quantities are exploratory: see `srbval.comparison.verdicts` for the cage ratio, `level_and_pattern` for bands.
 """
 
 import enum

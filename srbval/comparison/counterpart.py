@@ -4,10 +4,12 @@ A counterpart is the model at the record's own speed and load, with enough point
 """
 
 import dataclasses
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,13 +19,15 @@ from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.runs import side_by_side
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models.run import Run
+from srbval.models.run_file import scene_content
 from srbval.models.run_store import run_content, stored_run
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, paper_scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.content_store import ContentStore, is_fresh
+from srbval.storage.stored_result import StoredResult
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 # Length of a run [shaft turns], and the most of it [s]: that of the rig's records, which last 2 s at any speed.
@@ -36,6 +40,11 @@ CONVERGED_POINTS = 2000
 # Loads of the starts differ by up to this share: a change that no quantity may hang on, but a chaotic run does.
 STARTS, START_SHARE = 8, 1e-5
 VALUES = ContentStore(kind="start", computed_by=__name__)  # of further starts, what `mean_of_starts` takes of them
+COUNTERPARTS = "counterparts"  # the study that stores those of the records that come with the program
+TAKEN = ("value", "least", "present")  # of a `QuantityValue`; what is not finite is left out, as JSON has none
+StartValues = Mapping[str, Mapping[str, Any]]
+Starts = Mapping[str, StartValues]  # by `start_key`
+NO_STARTS: Starts = {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,24 +132,24 @@ def load_ensemble(scene: Scene) -> tuple[Scene, ...]:
     )
 
 
-def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silent) -> AnalysedRun | str:
+def counterpart_cases(rig: Analysis) -> list[SimulationCase]:
     """`TURNS` turns, at most `LONGEST_S`, of the paper's scene at the recording's own speed and load, with its defect.
 
-    At converged points; a defect's quantities are means over `STARTS` starts, a healthy bearing is run once. The runs
-    are made in `pool`; the error of the step is estimated for the first alone, since all have the same step. The reason
-    where one failed.
+    At converged points; one case for a healthy bearing, `STARTS` with a defect. The speed is rounded so that the last
+    digits of its reading, which differ between machines, do not make another scene.
     """
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
+    shaft_hz = round(rig.speed.value_hz, 6)
     scene = converged(
         paper_scene(
-            duration_s=min(TURNS / rig.speed.value_hz, LONGEST_S),
-            shaft_speed_rad_s=2 * math.pi * rig.speed.value_hz,
+            duration_s=min(TURNS / shaft_hz, LONGEST_S),
+            shaft_speed_rad_s=2 * math.pi * shaft_hz,
             load={"radial_n": recording.radial_n or 0.0, "axial_n": recording.axial_n or 0.0},
             defect={"kind": state},
             detail_rate_hz=DETAIL_HZ.get(state, 0.0),
         )
     )
-    first, *others = (
+    return [
         SimulationCase(
             id=f"counterpart-{recording.name}" + f"-{number}" * (number > 1),
             purpose="at the recording's own speed and load",
@@ -148,24 +157,56 @@ def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silen
             scene=one,
         )
         for number, one in enumerate((scene,) if state is Fault.HEALTHY else load_ensemble(scene), start=1)
-    )
+    ]
 
-    def made(case: SimulationCase, step: Step, *, store: bool = True) -> AnalysedRun:
-        return analyse_run(case, run_case(case, step=step, store=store, progress=progress), rig.bearing)
 
-    def values(case: SimulationCase) -> Mapping[str, QuantityValue]:
-        content = f"{run_content(case.scene)} {state} {rig.bearing}"
-        found = VALUES.load(content, dict)
-        if found is None:
-            read = made(case, Step.UNCHECKED, store=False).values
-            found = {name: (one.value, one.least, one.present) for name, one in read.items()}
-            VALUES.save(content, found)
-        return {name: QuantityValue(value=v, least=least, present=p) for name, (v, least, p) in found.items()}
+def start_key(case: SimulationCase, bearing: Bearing) -> str:
+    """Hash of what the values of a start follow from but for the code, 32 hexadecimal digits."""
+    return hashlib.sha256(f"{scene_content(case.scene)} {case.state} {bearing}".encode()).hexdigest()[:32]
 
-    shown, further = pool.submit(made, first, Step.CHECKED), [pool.submit(values, case) for case in others]
+
+def start_values(
+    case: SimulationCase, bearing: Bearing, *, stored: Starts = NO_STARTS, progress: Progress = silent
+) -> StartValues:
+    """What `mean_of_starts` takes of a further start, by quantity, as fields of a `QuantityValue`.
+
+    Read from the `stored` ones, by `start_key`, or the cache; simulated where neither has them.
+    """
+    key = start_key(case, bearing)
+    content = f"{run_content(case.scene)} {key}"
+    found = stored.get(key) or VALUES.load(content, dict)
+    if found is None:
+        run = run_case(case, step=Step.UNCHECKED, store=False, progress=progress)
+        read = analyse_run(case, run, bearing).values
+        found = {name: {key: x for key in TAKEN if math.isfinite(x := getattr(one, key))} for name, one in read.items()}
+        VALUES.save(content, found)
+    return found
+
+
+def stored_starts(result: StoredResult | None) -> Starts:
+    """Values of starts that a study stored; none where they no longer hold, or everything is to be computed again."""
+    return NO_STARTS if result is None or result.stale or is_fresh() else result.content["starts"]
+
+
+def run_counterpart(
+    rig: Analysis, *, pool: Executor, stored: Starts = NO_STARTS, progress: Progress = silent
+) -> AnalysedRun | str:
+    """The first of the `counterpart_cases`, its values means over all of them; the reason where one failed.
+
+    The runs are made in `pool`, those of which `stored` holds the values not at all. The error of the step is estimated
+    for the first alone, since all have the same step.
+    """
+
+    def shown(case: SimulationCase) -> AnalysedRun:
+        return analyse_run(case, run_case(case, progress=progress), rig.bearing)
+
+    case, *others = counterpart_cases(rig)
+    first = pool.submit(shown, case)
+    further = [pool.submit(start_values, one, rig.bearing, stored=stored, progress=progress) for one in others]
     try:
-        run = shown.result()
-        return dataclasses.replace(run, values=mean_of_starts([run.values, *(one.result() for one in further)]))
+        run = first.result()
+        starts = [{name: QuantityValue(**value) for name, value in one.result().items()} for one in further]
+        return dataclasses.replace(run, values=mean_of_starts([run.values, *starts]))
     except SrbvalError as error:
         return str(error)
     finally:

@@ -6,7 +6,7 @@ Every registered record fills a cell, and every cell of a fault compares every q
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from srbval.bearing import DEFECTS, Bearing, Fault
@@ -14,7 +14,6 @@ from srbval.comparison.compared_quantities import FREQUENCIES, compare
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import Sensitivity
-from srbval.comparison.record_verdict import RecordVerdict, holm, record_verdict
 from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
@@ -43,7 +42,7 @@ class MatrixCell:
     """One record [kN, rpm]: its shaft speed, the line of its state, the fault call, and its rows of the comparison.
 
     `comparisons` hold every quantity of the fault that both sides show; `error_pct` and `uncertainty_pct` are those of
-    the frequency, `judged` the verdict on all quantities together. `model_hz` is the model's line at the same speed,
+    the frequency. `model_hz` is the model's line at the same speed,
     None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault call against
     the healthy record of the same point.
     """
@@ -60,7 +59,6 @@ class MatrixCell:
     comparisons: tuple[Comparison, ...] = ()
     error_pct: float | None = None
     uncertainty_pct: float | None = None
-    judged: RecordVerdict | None = None
     remark: str = ""
     cautions: tuple[str, ...] = ()
 
@@ -81,7 +79,8 @@ class MatrixCell:
             return NOT_DETECTED
         if self.state is Fault.HEALTHY:
             return BASELINE
-        return (ComparisonVerdict.INSUFFICIENT if self.judged is None else self.judged.verdict).value
+        frequency = next((row for row in self.comparisons if row.kind in FREQUENCIES), None)
+        return (ComparisonVerdict.INSUFFICIENT if frequency is None else frequency.verdict).value
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
@@ -185,10 +184,9 @@ def build_matrix(
                 pool.shutdown(wait=False, cancel_futures=True)
             raise
     cells = [cell for _, cell, _ in results if isinstance(cell, MatrixCell)]
-    adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
     return Matrix(
         grid=rig_grid(),
-        cells=tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells),
+        cells=tuple(cells),
         unusable=tuple((chosen[point].file, cell) for point, cell, _ in results if isinstance(cell, str)),
         sides={point: sides for point, _, sides in results if sides is not None},
     )
@@ -227,7 +225,6 @@ def _cell(
         comparisons=rows,
         error_pct=None if frequency is None else frequency.error,
         uncertainty_pct=None if frequency is None else frequency.uncertainty,
-        judged=record_verdict(rows, sensitivity.of(state)),
         remark=model if isinstance(model, str) else "",
         cautions=analysis.recording.cautions,
     )

@@ -12,12 +12,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.comparison.budget import STATED
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.record_verdict import holm_adjusted
 from srbval.comparison.verdicts import endpoints, of_model, verdicts
 
 SEED = 4
@@ -49,6 +49,15 @@ def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> I
             "errors_pct": mean.tolist(), "d2": d2, "p": (1 + int(as_large)) / (1 + rig.shape[1]),
             "p_holm": holm_adjusted(np.minimum(1.0, 2 * (1 + beyond) / (1 + rig.shape[1]))).tolist(),
         }  # fmt: skip
+
+
+def holm_adjusted(chances: ArrayLike) -> FloatArray:
+    """Chances [n] after Holm's procedure (1979, Scand. J. Stat. 6, 65), in their order."""
+    p = np.asarray(chances, dtype=float)
+    order = np.argsort(p, kind="stable")
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(p.size, 0, -1) * p[order]))
+    return adjusted
 
 
 def second_looks(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:

@@ -24,7 +24,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import STATED, TOLERANCE, Answer
-from srbval.comparison.cage_means import CageMeans, cage_means
+from srbval.comparison.cage_means import CageMeans, cage_means, race_design
 from srbval.comparison.cage_readings import CageReading
 
 QUANTILES = 128  # that stand for the rig's distribution
@@ -93,7 +93,6 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
     The weights are those of least squares with the effects of `cage_means`: a mean of each speed, and the races apart.
     """
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
-    races = np.array([(one.state is RACE_DEFECTS[0]) - float(one.state is RACE_DEFECTS[1]) for one in readings]) / 2
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
     yield Endpoint(name=f"{fastest:g} rpm", weights=mean[-1], rig=means.draws[:, -1])
@@ -101,7 +100,7 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
         name, trend = f"{slowest:g} less {fastest:g} rpm", means.draws[:, 0] - means.draws[:, -1]
         yield Endpoint(name=name, weights=mean[0] - mean[-1], rig=trend)
     if means.outer_less_inner is not None:
-        apart = np.linalg.pinv(np.column_stack((speeds, races)))[-1].round(12)
+        apart = np.linalg.pinv(race_design(readings))[-1].round(12)
         codes = " less ".join(race.code for race in RACE_DEFECTS)
         yield Endpoint(name=codes, weights=apart, rig=means.outer_less_inner)
 

@@ -62,12 +62,12 @@ class Diagnosis:
             return "none is probable enough to be named"
         if self.state == UNDECIDED:
             return "none is named, for its line is not there at the speed stated"
-        return "no fault is named" if self.state == Fault.HEALTHY else f"named: {_label(self.state)}"
+        return "no fault is named" if self.state == Fault.HEALTHY else f"named: {label_of(self.state)}"
 
     @property
     def sentence(self) -> str:
         """All of it in words."""
-        shares = ", ".join(f"{_label(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
+        shares = ", ".join(f"{label_of(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
@@ -78,7 +78,7 @@ class Diagnosis:
         return " ".join(filter(None, (said, best, comb)))
 
 
-def _label(name: str) -> str:
+def label_of(name: str) -> str:
     """A class in words."""
     return Fault(name).label if name in tuple(Fault) else "something else"
 

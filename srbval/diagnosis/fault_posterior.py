@@ -17,6 +17,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Fault
+from srbval.signal.false_alarm import FOREIGN_COMB
 
 OTHER, UNDECIDED = "other", "undecided"
 CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
@@ -26,9 +27,6 @@ PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for na
 FREEDOM = 4.0
 # The location common to all parts counts as this many rigs in the location of one part.
 SHRINKAGE = 2.0
-# The share of faulty bearings in machines that show another part's comb as well. Stated, for few sets tell; without it
-# the stronger of two combs would exclude the other. Of 0, 0.1, 0.2 and 0.3 the best by the log score of rigs left out.
-FOREIGN_COMB = 0.1
 # A wrong call costs this many times what no call costs: a class is called from probability 1 - 1 / WRONG_COST.
 WRONG_COST = 3.0
 # Least scale: the highest of white noise in a window scatters by 0.55, of real noise a little more. Most silent

@@ -18,7 +18,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline, short_ratio
-from srbval.diagnosis.diagnose import Diagnosis, diagnose, fault_of
+from srbval.diagnosis.diagnose import Diagnosis, diagnose, fault_of, label_of
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected
@@ -60,6 +60,15 @@ class FaultVerdict:
     comparison: BaselineComparison
     diagnosis: Diagnosis | None = None
     part: Fault | None = None
+
+    @property
+    def answer(self) -> str:
+        """What, how sure and against what, in one sentence."""
+        if self.diagnosis is None:
+            return self.sentence
+        name = self.diagnosis.best_class if self.part is None else self.part.value
+        share = f"{label_of(name)} {100 * self.diagnosis.probabilities[name]:.0f} % by the record alone"
+        return f"{self.headline} ({share}, against records of known state of {self.diagnosis.rigs} rigs)."
 
     @property
     def sentence(self) -> str:

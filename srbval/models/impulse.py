@@ -50,8 +50,8 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     """Velocity of the ring, [samples, 2]."""
     scene = stats.scene
     if stats.bearing.geometry is None and stats.bearing.elements is None:
-        stiffness = scene.housing.stiffness_n_m * np.eye(2)
-        return _velocity(scene, scene.housing.mass_kg, stiffness, _assumed_pulses(stats, samples))
+        own, force = scene.housing, _assumed_pulses(stats, samples)
+        return _velocity(scene, own.mass_kg, own.stiffness_n_m * np.eye(2), own.damping_ns_m * np.eye(2), force)
     ring = make_ring(scene, stats.bearing)
     balance = ring.balance_m()
     force = np.zeros((samples, 2))
@@ -63,7 +63,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
             hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
             _add(ring, table, time_s[hit], outwards[hit], balance, of_defect)
         force += of_defect
-    return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), force)
+    return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)
 
 
 def _passages(
@@ -140,14 +140,16 @@ def _add_half_sines(force: FloatArray, time_s: FloatArray, height: FloatArray, r
         np.add.at(force[:, axis], sample[inside], (shape * height[:, axis, None])[inside])
 
 
-def _velocity(scene: Scene, mass: float, stiffness: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity under `force`, [n, 2]: `mass` on `stiffness`, [2, 2], and the housing's damper, first-order hold."""
+def _velocity(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:
+    """Velocity under `force`, [n, 2]: `mass` on `stiffness` and `damping`, [2, 2], first-order hold.
+
+    By the modes of the stiffness; what damping couples them is left out.
+    """
     import scipy.signal
 
-    damping = scene.housing.damping_ns_m
     velocity = np.zeros_like(force)
     for own, mode in zip(*np.linalg.eigh(stiffness), strict=True):
-        a = np.array([[0.0, 1.0], [-own / mass, -damping / mass]])
+        a = np.array([[0.0, 1.0], [-own / mass, -(mode @ damping @ mode) / mass]])
         system = (a, np.array([[0.0], [1 / mass]]), np.array([[0.0, 1.0]]), np.zeros((1, 1)))
         discrete = scipy.signal.cont2discrete(system, 1 / scene.output_rate_hz, method="foh")
         above, below = scipy.signal.ss2tf(*discrete[:4])

@@ -17,6 +17,7 @@ from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
 from srbval.models.sensor import ORDER
+from srbval.reading.locked import locked_powers
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.scene import BANDS_HZ
@@ -66,6 +67,21 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Quantit
         found[name] = QuantityValue(
             value=DB * math.log(increment), ci95=NORMAL_95 * DB * min(u / increment, 1.0), present=own - floor > 2 * u
         )
+    return found
+
+
+def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, QuantityValue]:
+    """Power locked to the fault per third octave [dB re 1 m/s2], see `srbval.reading.locked`.
+
+    `least` is the level from which on it would be shown; of one that is not, the value is half of that power at least.
+    """
+    found = {}
+    for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
+        value, tiny = max(power.value, power.ci95 / 2), 1e-30  # a run without noise repeats exactly
+        found[f"locked {name}"] = QuantityValue(
+            value=DB * math.log(max(value, tiny)), ci95=DB * min(power.ci95 / max(value, tiny), 1.0),
+            present=power.value > power.ci95, least=DB * math.log(max(power.ci95, tiny)),
+        )  # fmt: skip
     return found
 
 

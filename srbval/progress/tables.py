@@ -17,6 +17,16 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join(lines)
 
 
+def uncertain(value: float | None, ci95: float | None) -> str | None:
+    """A value with its half width, both to the second digit of that; None where either is. An exact one has six."""
+    if value is None or ci95 is None:
+        return None
+    if ci95 == 0:
+        return f"{value:.6g}"
+    decimals = max(0, 1 - math.floor(math.log10(ci95)))
+    return f"{value:.{decimals}f} ± {ci95:.{decimals}f}"
+
+
 def text_rows(rows: Sequence[Mapping[str, object]], columns: Mapping[str, str] | None = None) -> str:
     """`columns` (title: key) of the rows, by default all under their keys; four digits."""
     shown = columns or {key: key for key in rows[0]} if rows else {}

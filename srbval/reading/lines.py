@@ -38,8 +38,6 @@ LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
 SHAFT, NO_PEAK, OWN_LINE = "a harmonic of the shaft", "a stronger line beside the window", "its line is not detected"
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
-# Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
-_BLOCK_REVOLUTIONS = 2
 # What a line takes over from its reading.
 _AS_READ = (
     "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "comb_false_alarm", "detected",
@@ -200,7 +198,7 @@ def read_lines(
             centre = scale * family.kinematic_hz
             reading = read_comb(
                 record, centre, half_window_hz(centre, record, share), harmonics=HARMONICS,
-                sideband_hz=family.sideband_hz, shortest_block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
+                sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz,
             )  # fmt: skip
             if reading is not None:
                 readings[family] = reading
@@ -334,7 +332,7 @@ def _lines_of(
             own, off = number * scale * family.kinematic_hz, number * reading.half_window_hz
             low, high = max(centre - within, own - off), min(centre + within, own + off)
             centre, within = (low + high) / 2, (high - low) / 2
-        found = read_comb(record, centre, within, harmonics=1, shortest_block_s=None)
+        found = read_comb(record, centre, within, harmonics=1, period_s=None)
         if found is None:
             return line
         return _measured(line, replace(found, ci95_hz=min(math.hypot(found.ci95_hz, slip_hz), within)), speed)

@@ -235,7 +235,7 @@ def _outside_family(
     windows = found.windows(bearing, record.bin_hz)
     for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
         half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, windows[family.name]
-        reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, shortest_block_s=None)
+        reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, period_s=None)
         if reading is None or not reading.detected or low <= reading.found_hz <= high:
             continue
         if sum(s > LEAST_SNR for s in reading.snr) > 1:

@@ -62,6 +62,13 @@ class LeftOpenError(DataError):
         self.path, self.questions, self.band = path, questions, band
 
 
+def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
+    """The channels of a file that leaves open, under `settings`, which of them to analyse; else none."""
+    reading = apply_settings(path, read_file(path), settings)
+    is_open = reading.channel is None and reading.axes is None
+    return tuple(reading.vibrations or reading.channels) if is_open else ()
+
+
 def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_verdict import FaultVerdict
+from srbval.diagnosis.records import FailedFile
+from srbval.diagnosis.trend import Trend
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
@@ -15,10 +17,12 @@ from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings, gather
-from srbval.report.findings.user_records import FailedFile, gather_user_records, user_record
+from srbval.report.findings.provenance import provenance
+from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
+from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
 from srbval.storage.files import atomic_write
@@ -80,11 +84,11 @@ def report_recordings(
     if "pdf" in formats:
         require_typst()
     with one_thread():
-        records, failed, provenance = gather_user_records(
+        records, failed, facts = gather_user_records(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
             largest_slip_pct=largest_slip_pct, progress=progress,
         )  # fmt: skip
-        report = assemble_user_report(records, failed=failed, command=command, provenance=provenance)
+        report = assemble_user_report(records, failed=failed, command=command, provenance=facts)
         return report, _written(report, folder, formats, progress, appendix=appendix)
 
 
@@ -100,16 +104,24 @@ def write_plot(
 ) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (see `plot`), or with its table of lines as a page."""
     check_plot(path)
+    if path.suffix.lower() == ".html":
+        record = user_record(analysis, verdict, baseline)
+        _write_page(assemble_user_report([record], command=command, provenance={}, brief=True), path)
+        return
     with atomic_write(path) as part, figure_style():
-        if path.suffix.lower() == ".html":
-            record = user_record(analysis, verdict, baseline)
-            page = assemble_user_report([record], command=command, provenance={}, brief=True)
-            with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
-                draw_figures(page, Path(figures), (Document.MAIN,))
-                part.write_text(render_html(page, Path(figures)), encoding="utf-8")
-        else:
-            figure = plot(analysis, healthy=None if baseline is None else baseline.analysis)
-            part.write_bytes(picture_bytes(figure, path.suffix.lower()))
+        figure = plot(analysis, healthy=None if baseline is None else baseline.analysis)
+        part.write_bytes(picture_bytes(figure, path.suffix.lower()))
+
+
+def write_trend(trend: Trend, path: Path, *, command: str = "srbval trend") -> None:
+    """A trend as one page with its pictures."""
+    _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), path)
+
+
+def _write_page(page: Report, path: Path) -> None:
+    with atomic_write(path) as part, tempfile.TemporaryDirectory(prefix="srbval-") as figures:
+        draw_figures(page, Path(figures), (Document.MAIN,))
+        part.write_text(render_html(page, Path(figures)), encoding="utf-8")
 
 
 def _written(

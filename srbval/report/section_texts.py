@@ -64,6 +64,17 @@ class Texts:
         package, path = self._place
         return tomllib.loads((resources.files(package) / path).read_text(encoding="utf-8"))
 
+    @property
+    def page(self) -> Entry:
+        """The entry ``[page]`` of a study whose page is nothing but its texts; see `blocks`, `expressions`."""
+        entry: Entry = self._content["page"]
+        return entry
+
+    def blocks(self, **given: Any) -> Iterator[Block]:
+        """The ``blocks`` of that entry: their kind, their name, and ``values`` as expressions over those given."""
+        for entry in self.page["blocks"]:
+            yield getattr(self, entry["kind"])(entry["name"], **expressions(entry["values"], given))
+
     def section(self, *blocks: Block, appendix: Iterable[Block] = (), **values: Any) -> Section:
         """The section with these blocks in the main document, and those in the appendix."""
         title = _render(self._content["title"], values)
@@ -116,7 +127,7 @@ class Texts:
         return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
 
     def table(
-        self, name: str, rows: Iterable[Any], /, *, id: str = "", further_notes: Iterable[str] = (), **values: Any
+        self, name: str, /, rows: Iterable[Any], *, id: str = "", further_notes: Iterable[str] = (), **values: Any
     ) -> Table:
         """A table of one row for each of `rows`; `further_notes` stand before its own, `id` is `name` unless given."""
         entry = self._content["table"][name]
@@ -139,6 +150,11 @@ class Texts:
             rows=tuple(tuple(_cell(column, given | {"row": row}) for column, given in columns) for row in rows),
             notes=tuple(filter(None, (*further_notes, *notes))),
         )
+
+
+def expressions(entries: Mapping[str, str], given: Mapping[str, Any]) -> dict[str, Any]:
+    """What each expression of `entries` is of the values `given`."""
+    return {key: _value(source, given) for key, source in entries.items()}
 
 
 def _columns(entries: Iterable[Entry], values: Mapping[str, Any]) -> Iterator[tuple[Entry, dict[str, Any]]]:

@@ -15,12 +15,17 @@ from srbval.storage.tables import Limited, limited, quantity
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
+MOST_OFFSET_M = 2e-3  # of a roller in its pocket; rollers of the default bearing are 7 mm apart
 CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may overflow
 
 
 @dataclass(frozen=True, kw_only=True)
 class Housing(Limited):
-    """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
+    """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
+
+    The spring belongs to the load path `housing`. So does the paper's damper: a scene file with the path `bearing` has
+    none but the one that it states, for what the structure around the ring takes.
+    """
 
     mass_kg: float = quantity("mass", least=0)
     stiffness_n_m: float = quantity("stiffness", least=0)
@@ -34,13 +39,16 @@ class Bodies(Limited):
     Two cages, one for each row, turn independently and tilt together.
 
     `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, where 1 is 0 again;
-    models that tell rows apart know it, and the number of cages (full, line, slices).
+    models that tell rows apart know it, and the number of cages (full, line, slices). The same models know
+    `pocket_offset_m`: how far along the pitch circle, before or behind the middle of its slot, pockets of different
+    clearance let a roller run at most; every slot has its own place, drawn evenly with the scene's seed.
     """
 
     density_kg_m3: float = quantity("density", above=0)
     cage_mass_kg: float = quantity("mass", above=0)
     cages: int = limited(least=1, most=2)
     row_stagger: float = limited(least=0, most=1)
+    pocket_offset_m: float = quantity("length", least=0, most=MOST_OFFSET_M, default=0.0)
 
 
 class RollerFit(enum.StrEnum):
@@ -108,7 +116,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """What carries the external load: housing spring and rollers in parallel, or the rollers alone."""
+    """What holds the ring: housing spring and damper beside the rollers, or the rollers alone."""
 
     HOUSING = "housing"
     BEARING = "bearing"

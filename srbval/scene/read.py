@@ -14,6 +14,7 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
+from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
@@ -83,27 +84,31 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def for_bearing(base: Mapping[str, Any], name: object) -> Mapping[str, Any]:
+def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
     """The table `base`, written for the default bearing, with the values that a bearing of another size has.
 
     Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
-    (see `similar`). A bearing of which only orders are known has no size, and changes the model alone; one of the same
-    geometry changes nothing. Raises what `load_bearing` raises.
+    (see `similar`), unless another load `path` is asked for. A bearing of which only orders are known has no size, and
+    changes the model alone; one of the same geometry changes nothing but, with the path ``bearing``, the support that
+    this leaves out. Raises what `load_bearing` raises.
     """
-    if not isinstance(name, str) or name == base["bearing"]:
-        return base
-    bearing = load_bearing(name)
+    machine = merge(base, IN_ITS_MACHINE)
+    same = not isinstance(name, str) or name == base["bearing"]
+    bearing = load_bearing(str(base["bearing"] if same else name))
     size = size_of(bearing)
     if size is None:
         return merge(base, WITHOUT_DIMENSIONS)
-    if bearing.geometry == load_bearing(str(base["bearing"])).geometry:
-        return base
-    table = merge(base, NOT_SPHERICAL if bearing.geometry is None else IN_ITS_MACHINE)
+    if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
+        return machine if path == LoadPath.BEARING else base
+    table = base if path == LoadPath.HOUSING else machine
+    table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
 
 def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None = None) -> Scene:
-    base = for_bearing(base or bundled_table(PAPER), table.get("bearing"))
+    load = table.get("load")
+    path = load.get("path") if isinstance(load, Mapping) else None
+    base = for_bearing(base or bundled_table(PAPER), table.get("bearing"), path)
     merged = merge(base, table)
     further = merged.get("further_defects", [])
     if isinstance(further, list) and len(further) >= MOST_DEFECTS:  # before each is made

@@ -13,8 +13,8 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.scene.scene import Scene
 
 SAME = 1e-9  # sizes nearer than this are one
-# A bearing as it stands in its machine: nothing carries the load past it.
-IN_ITS_MACHINE = {"load": {"path": "bearing"}}
+# A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
+IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
 # Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
 # the rig's bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {
@@ -39,7 +39,9 @@ def similar_parts(scene: Scene, size: float) -> Scene:
             housing, mass_kg=housing.mass_kg * size**3, stiffness_n_m=housing.stiffness_n_m * size,
             damping_ns_m=housing.damping_ns_m * size**2,
         ),
-        bodies=replace(bodies, cage_mass_kg=bodies.cage_mass_kg * size**3),
+        bodies=replace(
+            bodies, cage_mass_kg=bodies.cage_mass_kg * size**3, pocket_offset_m=bodies.pocket_offset_m * size
+        ),
         defect=replace(defect, **{key: value * size for key, value in vars(defect).items() if is_length(key, value)}),
     )  # fmt: skip
 

@@ -88,14 +88,14 @@ def read_comb(
     *,
     harmonics: int = HARMONICS,
     sideband_hz: float = 0.0,
-    shortest_block_s: float | None = 0.0,
+    period_s: float | None = 0.0,
 ) -> LineReading | None:
     """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
 
     The fit starts at the highest `neg_log_p` of all harmonics together; from there the line and the spacing s, which
     starts at `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and
     phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip
-    (`track_slip`), unless `shortest_block_s` is None. Harmonics beyond ``record.limit_hz`` are left out; masked shaft
+    (`track_slip`), unless `period_s` is None. Harmonics beyond ``record.limit_hz`` are left out; masked shaft
     harmonics do not count. The uncertainty combines noise and slip. None where even the fundamental lies beyond the
     limit, its whole window is masked, or no peak lies inside it.
     """
@@ -116,7 +116,7 @@ def read_comb(
     highest = _totals(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
-    result = fit(record, best, noise, sideband_hz, shortest_block_s=shortest_block_s)
+    result = fit(record, best, noise, sideband_hz, period_s=period_s)
     inside = abs(result.found_hz - expected_hz) < half_window_hz
     found_hz = result.found_hz if inside else best  # a fit that leaves the window has followed something else
     snr = _snr(record, found_hz, noise)
@@ -216,12 +216,12 @@ class JointFit(NamedTuple):
 
 
 def fit(
-    record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, shortest_block_s: float | None
+    record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> JointFit:
     """Line and spacing of the highest power over noise, from a start within half a bin of the highest harmonic.
 
     `noise` is that about each harmonic. Where sidebands take part, both are free; `track_slip` then widens the interval
-    by what slip may have done. A line too weak to be tracked, or with `shortest_block_s` None, keeps the Cramer-Rao
+    by what slip may have done. A line too weak to be tracked, or with `period_s` None, keeps the Cramer-Rao
     interval.
     """
     components = _present(record, start_hz, noise, sideband_hz)
@@ -233,10 +233,8 @@ def fit(
     components = replace(components, snr=shifted.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, phasors.seconds)
     found, ci95 = line_hz, NORMAL_95 * sigma[0]
-    if shortest_block_s is not None:
-        slip = track_slip(
-            shifted, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
-        )
+    if period_s is not None:
+        slip = track_slip(shifted, components.number, components.noise_power, line_hz=found, period_s=period_s)
         if slip is not None:
             found, ci95 = found + slip[0], slip[1]
     if shift.size == 1:

@@ -49,6 +49,13 @@ class ShaftAngle:
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
 
+    def turns_at(self, at_s: FloatArray) -> FloatArray:
+        """Turns at these instants, rising [n]; beyond the speed signal the shaft goes on as at its ends."""
+        from scipy.interpolate import CubicSpline
+
+        turns: FloatArray = CubicSpline(*_extended(self.time_s, self.turns, at_s[0], at_s[-1]))(at_s)
+        return turns
+
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
         """`samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` of them per turn.
 
@@ -61,7 +68,7 @@ class ShaftAngle:
 
         at_s = start_s + np.arange(samples.size) / fs_hz
         knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])
-        first, last = CubicSpline(knots_s, turns)(at_s[[0, -1]])
+        first, last = self.turns_at(at_s)[[0, -1]]
         count = math.floor((last - first) * fs_hz / mean_hz) + 1
         wanted = first + np.arange(count) * (mean_hz / fs_hz)
         instants_s = CubicSpline(turns, knots_s)(wanted)

@@ -24,8 +24,11 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, wa
 from srbval.signal.periodogram import Phasors
 from srbval.signal.phase_posterior import posterior
 
-# Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used.
-BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5)
+# Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used. Blocks last two
+# periods of the sidebands, or only one where fewer than `FEW_BLOCKS` of these fit: with less than that the interval
+# must allow for slip that a steady line does not have, and covers all of them.
+BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4)
+FEW_BLOCKS = 8
 # Information of all harmonics about the phase, sum h^2 rho, below which all paths are weighted at once
 # (`phase_posterior`), and the power over noise of the strongest harmonic below which slip is not estimated.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
@@ -53,47 +56,49 @@ _ROUNDS, _PASSES = 4, 4
 
 
 def track_slip(
-    phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, line_hz: float, shortest_block_s: float = 0.0
+    phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, line_hz: float, period_s: float = 0.0
 ) -> tuple[float, float] | None:
     """How far the mean frequency of a line that may slip lies from `line_hz`, and its 95 % half width [Hz].
 
     From the line's phase, block by block; None if it is too weak. Component c of `phasors` moves with `number[c]` times
-    the line's fundamental; `noise_power[c]` is its mean noise power in a bin of the whole record. Blocks shorter than
-    `shortest_block_s` would mix the line with its sidebands. A steady drift of the speed is taken as slip.
+    the line's fundamental; `noise_power[c]` is its mean noise power in a bin of the whole record. What modulates
+    the line has a `period_s`; in shorter blocks its sidebands would be part of the line. The half width is infinite
+    where the record holds too few blocks to show slip. A steady drift of the speed is taken as slip.
     """
     # Without any noise there is nothing to compare a random walk with.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
     if float(np.max(phasors.power() / noise_power)) < LEAST_SNR:
         return None
-    weak = weak_sums(phasors, number, noise_power, shortest_block_s=shortest_block_s)
+    weak = weak_sums(phasors, number, noise_power, period_s=period_s)
     if weak is not None:
         block_s = phasors.seconds / weak.shape[1]
         found = posterior(weak, number, line_hz=line_hz, block_s=block_s)
         wide = found.credible_hz / (NORMAL_95 * noise_error_hz(weak, number, block_s))
         return found.shift_hz, weak_factor(found.steady, wide) * found.credible_hz
-    for sums, snr in _in_blocks(phasors, noise_power, shortest_block_s):
+    for sums, snr in _in_blocks(phasors, noise_power, period_s):
         if float(snr.max()) >= BLOCK_SNR:
             block_s = phasors.seconds / sums.shape[1]
             walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
             return _strong_estimate(sums, number, walk, block_s)
-    return None
+    return 0.0, math.inf
 
 
 def weak_sums(
-    phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, shortest_block_s: float = 0.0
+    phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, period_s: float = 0.0
 ) -> ComplexArray | None:
     """Sums [c, blocks], in units of their noise, of a line too weak for its phase to be tracked; None if strong."""
-    for sums, snr in _in_blocks(phasors, noise_power, shortest_block_s, most=WEAK_BLOCKS):
+    for sums, snr in _in_blocks(phasors, noise_power, period_s, most=WEAK_BLOCKS):
         return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
 
 
 def _in_blocks(
-    phasors: Phasors, noise_power: FloatArray, shortest_block_s: float, most: int = BLOCK_NUMBERS[0]
+    phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
     """Sums [c, blocks] in units of their noise, and mean power over noise [c], for numbers of blocks allowed."""
+    shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
-        if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_block_s:
+        if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
             sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
             yield sums, np.mean(np.abs(sums) ** 2, axis=1) - 1
 

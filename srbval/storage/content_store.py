@@ -45,6 +45,11 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
         os.environ[FRESH] = before
 
 
+def is_fresh() -> bool:
+    """Whether nothing that is stored may be read."""
+    return bool(os.environ.get(FRESH))
+
+
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
     """Hash of `content` and of the code behind a module, see `content_version`, 32 hexadecimal digits."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
@@ -70,7 +75,7 @@ class ContentStore:
     def load(self, content: str, read: Callable[[Any], T]) -> T | None:
         """What `read` makes of the JSON stored for `content`; None where there is none or it makes nothing."""
         path = self.path(content)
-        if os.environ.get(FRESH):
+        if is_fresh():
             return None
         try:
             stored = checked_summary(path)

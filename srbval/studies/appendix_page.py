@@ -5,7 +5,7 @@ from typing import Any
 
 from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
+from srbval.report.section_texts import Texts, expressions
 from srbval.storage.stored_result import StoredResult
 
 STORED = Texts("stored", "srbval.studies", "")
@@ -31,6 +31,16 @@ def appendix_page(
     return Page(
         name=name, place=place, results=(name,), section=section, data=lambda results: data(results.content(name))
     )
+
+
+def page_of_texts(package: str) -> Page:
+    """The page that the entry ``[page]`` of a study's ``texts.toml`` describes: its place, its blocks, its data."""
+    texts = Texts.of_study(package)
+    data = texts.page.get("data", {})
+    return appendix_page(
+        package, texts.page["place"], lambda texts, content: texts.blocks(content=content),
+        data=lambda content: expressions(data, {"content": content}) if content else {key: [] for key in data},
+    )  # fmt: skip
 
 
 def origin_of(result: StoredResult) -> Paragraph:

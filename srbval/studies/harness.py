@@ -77,9 +77,14 @@ def load_study(name: str) -> Study:
 
 
 def pages() -> tuple[Page, ...]:
-    """The pages of all studies that have one, in the order of the report."""
-    names = (name for name in study_names() if (FOLDER / name / "page.py").is_file())
-    found: list[Page] = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in names]
+    """The pages of all studies that have one, in the order of the report: of their ``page.py``, or of texts alone."""
+    of_texts = importlib.import_module("srbval.studies.appendix_page").page_of_texts
+    found: list[Page] = []
+    for name in study_names():
+        if (FOLDER / name / "page.py").is_file():
+            found.append(importlib.import_module(f"srbval.studies.{name}.page").PAGE)
+        elif (FOLDER / name / "texts.toml").is_file():
+            found.append(of_texts(f"srbval.studies.{name}"))
     return tuple(sorted(found, key=lambda page: page.place))
 
 

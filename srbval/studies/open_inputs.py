@@ -4,8 +4,8 @@ import bisect
 import enum
 import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ class OpenInput:
     """An uncertain value, of all `keys` alike: dotted names in a `Scene`, or ``band.low_hz`` and ``band.high_hz``.
 
     Uniform from `low` to `high`, in the logarithm where `log`, of factors on the scene's own value where `relative`;
-    or one of `choices` with `weights`.
+    or one of `choices` with `weights`. `with_choice`: what else of the scene goes with a choice, by key.
     """
 
     name: str
@@ -35,6 +35,7 @@ class OpenInput:
     relative: bool = False
     choices: tuple[str, ...] = ()
     weights: tuple[float, ...] = ()
+    with_choice: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.choices and (len(self.weights) != len(self.choices) or not math.isclose(sum(self.weights), 1)):
@@ -70,6 +71,8 @@ def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float]) ->
                 band[key.removeprefix(f"{BAND}.")] = float(one.value(share))
             else:
                 scene = _with(scene, key, one.value(share), one.relative)
+        for key, value in one.with_choice.get(str(one.value(share)), {}).items():
+            scene = _with(scene, key, value, relative=False)
     return scene, (band["low_hz"], band["high_hz"])
 
 

@@ -25,6 +25,7 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
 
     Passages leave lines at random multiples of BPFO, of `level` in noise of one, sidelines of a second cage lie
     `other_cage` (relative) off at a third of it; a race's fault strikes with `jitter` of its spacing. Both slip alike.
+    The strikes of one record wander about the truth, as intervals allow for: they are of the ratio in the long run.
     """
     rng = np.random.default_rng(seed)
     time = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
@@ -40,11 +41,10 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
     if state is not Fault.HEALTHY:
         share = ratio if state is Fault.OUTER else 1 - ratio
         passed = BEARING.rolling_elements * share * turns
-        strikes = np.cumsum(1 + jitter * rng.standard_normal(int(passed[-1])))
-        strikes *= int(passed[-1]) / strikes[-1]  # the mean over the record is the truth
-        at = np.interp(strikes, passed, np.arange(time.size)).astype(int)
+        strikes = np.cumsum(1 + jitter * rng.standard_normal(int(1.1 * passed[-1])))
+        at = np.interp(strikes[strikes < passed[-1]], passed, np.arange(time.size)).astype(int)
         train = np.zeros(time.size)
-        train[at[at < time.size]] = 8.0 * (1 + 0.3 * np.cos(2 * np.pi * turns[at[at < time.size]]))
+        train[at] = 8.0 * (1 + 0.3 * np.cos(2 * np.pi * turns[at]))
         ring = np.exp(-time[:200] * 3000) * np.sin(2 * np.pi * 1700 * time[:200])
         signal += np.convolve(train, ring)[: time.size]
     speed_hz = shaft_hz * (1 + drift * (np.linspace(0, 1, 1280) - 0.5))
@@ -106,7 +106,7 @@ def test_intervals_of_few_records_hold_the_truth(between):
     u[0], held, found = 0.03, [], []
     for _ in range(TRIALS):
         values = 0.3 * group + between * rng.standard_normal(7) + u * rng.standard_normal(7)
-        drawn = random_effects(values, np.diag(u**2), np.eye(2)[group], between_scale=0.2)
+        drawn = random_effects(values, np.diag(u**2), np.eye(2)[group])
         low, high = np.quantile(drawn.effects[:, 1] - drawn.effects[:, 0], (0.025, 0.975))
         held.append(low <= 0.3 <= high)
         found.append(np.median(drawn.between))
@@ -114,12 +114,29 @@ def test_intervals_of_few_records_hold_the_truth(between):
     assert np.median(found) == pytest.approx(between, rel=0.5)
 
 
-def test_of_equal_records_it_is_the_mean_with_a_common_error_left_in():
-    """Errors that records share are not averaged away: by hand, 0.05^2 + (0.01^2 + tau^2) / 4."""
-    values, common = np.array([0.10, 0.12, 0.08, 0.10]), 0.05**2 + 0.01**2 * np.eye(4)
-    drawn = random_effects(values, common, np.ones((4, 1)), between_scale=1e-6)
-    assert drawn.effects.mean() == pytest.approx(0.1, abs=4 * 0.05 / 64)
-    assert drawn.effects.std() == pytest.approx(math.hypot(0.05, 0.005), rel=0.05)
+def test_where_readings_are_sharp_it_is_students_t_with_a_common_error_left_in():
+    """Errors that records share are not averaged away: by hand, of four values, t with three degrees of freedom."""
+    values, rng = np.array([0.10, 0.12, 0.08, 0.11]), np.random.default_rng(2)
+    for common in (0.0, 0.03):
+        drawn = random_effects(values, common**2 + 1e-8 * np.eye(4), np.ones((4, 1)))
+        by_hand = values.std(ddof=1) / 2 * rng.standard_t(3, 100_000) + common * rng.standard_normal(100_000)
+        levels = (0.025, 0.25, 0.75, 0.975)
+        assert np.quantile(drawn.effects, levels) - values.mean() == pytest.approx(
+            np.quantile(by_hand, levels), rel=0.1
+        )
+
+
+def test_a_fault_that_shifts_one_race_is_no_scatter_between_records():
+    """The outer race's cage runs faster than all others': twice as wide were the shift taken for scatter."""
+    states = (Fault.HEALTHY, Fault.ROLLER, Fault.OUTER, Fault.INNER)
+    one = replace(cage_reading(simulated(2, Fault.OUTER, 0.43), BEARING), reading_u=1e-5)
+    read = [
+        replace(one, state=state, nominal_rpm=rpm, ratio=0.43 * (1 + 0.002 * (state is Fault.OUTER) + off))
+        for rpm, off in ((353.0, 1e-4), (877.0, -1e-4)) for state in states
+    ]  # fmt: skip
+    apart = cage_means(read).outer_less_inner / 0.43
+    assert apart.mean() == pytest.approx(0.002, rel=0.05)
+    assert apart.std() < 0.0003
 
 
 def test_the_rig_s_records_are_read_and_its_cage_slows_less_at_low_speed(recordings_dir):

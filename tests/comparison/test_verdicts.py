@@ -162,7 +162,7 @@ def test_a_second_look_names_the_record_that_a_verdict_rests_on():
     looks = {one["changed"]: one for one in second_looks([plain[0], high, *plain[2:]], {"variants": [variant()]})}
     nothing, without = looks.pop("nothing"), looks[f"without {high.record}"]
     assert not nothing["turned"]
-    assert nothing["trend_pct"] == pytest.approx(1.2 / 4, abs=WITHIN)
+    assert nothing["trend_pct"] == pytest.approx(1.2 / 4, abs=2 * WITHIN)  # three errors of the draws' mean
     assert without["trend_pct"] == pytest.approx(0, abs=WITHIN)
     turning = {name for name, one in looks.items() if any(v.endpoint == NAMES[TREND] for v in one["turned"])}
     assert turning == {f"without {high.record}", f"{high.record} by BPFO"}

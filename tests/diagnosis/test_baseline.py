@@ -154,6 +154,6 @@ def test_no_increment_over_a_healthy_record(
     assert main(["analyse", run, *common, "--background", healthy]) == 2
     assert "takes a simulated run and a measured record" in capsys.readouterr().err
     # read as a run, it is held against nothing, whatever is registered
-    monkeypatch.setattr("srbval.cli.analyse_command.on_background", lambda *records: records[0])
-    monkeypatch.setattr("srbval.cli.analyse_command._baseline", lambda *_: pytest.fail("a baseline was looked for"))
+    monkeypatch.setattr("srbval.diagnosis.records.on_background", lambda *records: records[0])
+    monkeypatch.setattr("srbval.diagnosis.records._baseline", lambda *_: pytest.fail("a baseline was looked for"))
     assert main(["analyse", run, *common, "--background", healthy]) == 0

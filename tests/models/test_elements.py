@@ -97,7 +97,7 @@ def test_the_most_loaded_element_carries_stribecks_share(name: str) -> None:
     scene = srbval.paper_scene(bearing=name)
     ring = make_ring(scene, many)
     deepest = -float(ring.balance_m()[1] * math.sin(scene.load.zone_rad))
-    share = float(ring.plain.force_n(np.array([deepest]))[0]) * 90 / scene.load.radial_n
+    share = float(ring.plain.at(np.array([deepest]))[0, 0]) * 90 / scene.load.radial_n
     assert share == pytest.approx(HIGHEST_SHARE[many.elements.shape], rel=STRIBECK)
 
 

@@ -48,7 +48,9 @@ def test_scenes_by_name() -> None:
     (pit,) = rig.defects
     assert (pit.shape, pit.extent_m, pit.height_m, pit.axial_m) == (DefectShape.HOLE, 2e-3, -5e-4, 0.0)
     assert load_scene("rig").defects == ()
-    assert rig.housing == paper_scene().housing, "what the rig's file leaves out is the paper's"
+    assert rig.bodies.density_kg_m3 == paper_scene().bodies.density_kg_m3, (
+        "what the rig's file leaves out is the paper's"
+    )
 
 
 def test_a_file_of_a_scenes_name_needs_its_ending_or_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

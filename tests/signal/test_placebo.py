@@ -45,7 +45,7 @@ def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small
     for _ in range(RECORDS):
         record = record_of(rng, other=0.5)
         for centre_hz in rng.uniform(50, 100, COMBS_EACH):
-            reading = read_comb(record, centre_hz, RELATIVE * centre_hz, shortest_block_s=None)
+            reading = read_comb(record, centre_hz, RELATIVE * centre_hz, period_s=None)
             rows.append((rank(record, centre_hz), 1.0 if reading is None else reading.noise_false_alarm))
     placebo, noise = np.array(rows).T
     assert np.mean(noise < 0.001) > 0.1

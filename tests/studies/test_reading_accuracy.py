@@ -6,9 +6,9 @@ import functools
 import numpy as np
 import pytest
 
-from srbval.report.findings.records import SCALOGRAM_TRANSFORM
 from srbval.signal import morlet_scalogram
 from srbval.signal.interval import slip_interval, weak_factor
+from srbval.signal.spectrum import SCALOGRAM_TRANSFORM
 from srbval.studies.reading_accuracy import intervals
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import BANDS_HZ, chain_errors

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from srbval.cli import main
@@ -26,8 +25,6 @@ from srbval.studies.speed_accuracy.runs import (
     compared,
     errors_against,
     non_dominated,
-    observed_order,
-    path_error,
     references,
     timed_row,
     with_accuracy,
@@ -38,7 +35,7 @@ from tests.studies import stored_in
 
 TINY = BenchSettings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
-    reference_budget_s=0.0, window_s=0.001, steps=(61440,),
+    reference_budget_s=0.0, steps=(61440,),
 )  # fmt: skip
 APART = {
     "compile_s": 3.0, "compile_by_solver_s": {"ode4": 3.0}, "second_start_s": 2.5, "peak_bytes": 300_000_000,
@@ -185,13 +182,6 @@ def test_a_failed_run_meets_no_target() -> None:
     rows = [row("play0-outer", 0.9, 1e-4, 0.1), row("interference-outer", 0.9, 1e-4, 0.1, "cage-lost")]
     found = {t["name"].partition("): ")[2] or t["name"]: t["met"] for t in targets(rows, None, accuracy=True)}
     assert [found[wall.format(f"{fit}-outer")] for fit in ("play0", "interference")] == [True, False]
-
-
-def test_observed_order_and_path_error() -> None:
-    assert observed_order((1.0, 0.4, 0.1)) == pytest.approx(2.0)
-    assert observed_order((1.0, 0.4, None)) is None
-    path = np.array([[0.0, 1.0], [0.0, -1.0]])
-    assert path_error(path * 1.5, path) == pytest.approx(0.5)
 
 
 def test_default_step_is_among_the_steps() -> None:

@@ -32,6 +32,7 @@ from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
 IntArray = NDArray[np.int64]
+POCKETS = 19  # second word of the seed of what is drawn for the cage's slots
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 
 
@@ -136,8 +137,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
     np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
-    row = np.arange(geometry.rollers_per_row)
-    angle = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
+    angle = slot_angles(scene, geometry)
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
     sprung = scene.load.path is LoadPath.HOUSING
     return Parameters(
@@ -177,6 +177,15 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         surface=surface_heights(scene, geometry, diameter / 2),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
+
+
+def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
+    """Where each roller stands in the cage, row 1 first, [2 M] [rad]: evenly but for the places in their pockets."""
+    row = np.arange(geometry.rollers_per_row)
+    even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
+    place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
+    angle: FloatArray = even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
+    return angle
 
 
 def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:

@@ -158,10 +158,10 @@ class ForceTable:
     deepest_m: float
     values: FloatArray
 
-    def force_n(self, approach_m: FloatArray) -> FloatArray:
-        """Force at each approach; the table's end beyond it."""
+    def at(self, approach_m: FloatArray) -> FloatArray:
+        """The rows at each approach; the table's end beyond it."""
         grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
-        return np.interp(approach_m, grid, self.values[0])
+        return np.array([np.interp(approach_m, grid, row) for row in self.values])
 
 
 def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPEST_M) -> ForceTable:
@@ -187,5 +187,5 @@ def bump_table(slot: ElementContact, plain: ForceTable, defect: Defect, race: in
     raised, reach_m, race_radius_m = slot.on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, reach_m, POSITIONS)
     approach = np.arange(plain.start_m, plain.deepest_m, plain.bump_step_m)
-    force_n = slot.press(approach[:, None], raised(position[None, :]))[0] - plain.force_n(approach)[:, None]
+    force_n = slot.press(approach[:, None], raised(position[None, :]))[0] - plain.at(approach)[0][:, None]
     return force_n, race_radius_m, float(position[1])

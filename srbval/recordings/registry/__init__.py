@@ -18,7 +18,7 @@ from srbval.recordings.registry.manifest import (
     RegisterListing,
     without_copies,
 )
-from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, listing, remove, verify
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, files_under, listing, remove, verify
 
 __all__ = [
     "RIG_DATASETS",
@@ -29,6 +29,7 @@ __all__ = [
     "RegisteredRecording",
     "add",
     "fetch",
+    "files_under",
     "find_recording",
     "healthy_baseline",
     "listing",

@@ -74,7 +74,7 @@ def add(
     """
     files: Mapping[Path, RecordingSettings | None]
     if table is None:
-        files = dict.fromkeys(_files_under(Path(folder)), settings)
+        files = dict.fromkeys(files_under(Path(folder)), settings)
     else:
         files = label_table(Path(table), Path(folder), settings or RecordingSettings())
     files = {file: stated and _with_bearing(stated) for file, stated in files.items()}
@@ -295,7 +295,7 @@ def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettin
     )
 
 
-def _files_under(folder: Path) -> list[Path]:
+def files_under(folder: Path) -> list[Path]:
     """Regular files below `folder`, sorted; hidden ones and links to folders are skipped."""
     if folder.is_file():
         return [Path(os.path.abspath(folder))]
@@ -414,7 +414,7 @@ def _look_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
         with contextlib.suppress(OSError):
             store.unlink()
     known |= entries
-    inspected = _inspect(dict.fromkeys(_files_under(folder)), known, silent)
+    inspected = _inspect(dict.fromkeys(files_under(folder)), known, silent)
     found = {e.file: _compared_with_pin(known.get(e.file), e) if pinned else e for e in inspected}
 
     def change(stored: Entries) -> None:

@@ -11,11 +11,13 @@ from srbval.comparison.bias import biases
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
+    COUNTERPARTS,
     PAPER_STATES,
     AnalysedRun,
     paper_cases,
     run_cases,
     run_counterpart,
+    stored_starts,
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
@@ -53,7 +55,8 @@ from srbval.signal import Scalogram
 
 SCHEMA_VERSION = 1
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
-RESULTS = ("sensitivity", "cage_draws", "verdict_power")  # stored ones that uncertainties and verdicts are made of
+# Stored ones that uncertainties, verdicts and the model's values are made of.
+RESULTS = ("sensitivity", "cage_draws", "verdict_power", COUNTERPARTS)
 Side = Mapping[Fault, Analysis]
 
 
@@ -117,12 +120,13 @@ def gather(
         of_rig = rig_recordings(register.recordings)
         chosen = choose_rig_recordings(printed, of_rig)
     runs, facts = _simulate(seconds, jobs, progress)
+    starts = stored_starts(results.get(COUNTERPARTS))
     known = sensitivity_of(results.content("sensitivity"))
     points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
     with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
         matrix = build_matrix(
             of_rig, bearing=bearing, sensitivity=known, keep_sides_of=set(points.values()), jobs=jobs,
-            counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
+            counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, stored=starts, progress=progress),
         )  # fmt: skip
     with stage(progress, "Read the cage ratio of every record"):
         readings = cage_readings(

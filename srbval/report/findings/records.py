@@ -18,7 +18,7 @@ from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
 from srbval.report.figures.style import BINS_SHOWN, plotted
 from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
-from srbval.signal.spectrum import COLUMNS, ROWS
+from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or more of a race fault
@@ -31,9 +31,6 @@ HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner r
 # Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
 # as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
 TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
-SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
-# What draws it, of the transforms that the study `reading_accuracy` tries; the largest error allowed there.
-SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,7 +11,8 @@ from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.baseline import Baseline, baseline_of, registered_baseline
 from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
-from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.diagnosis.records import FailedFile, only_error
+from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
@@ -100,18 +101,6 @@ class UserRecord:
         }
 
 
-@dataclass(frozen=True, kw_only=True)
-class FailedFile:
-    """A recording's file that could not be read or analysed, and the error."""
-
-    file: str
-    error: SrbvalError
-
-    def to_dict(self) -> dict[str, str]:
-        """Its entry in ``report.json``."""
-        return {"file": self.file, "reason": str(self.error)}
-
-
 def gather_user_records(
     recordings: Sequence[Recording | FailedFile],
     *,
@@ -157,7 +146,7 @@ def gather_user_records(
         except SrbvalError as error:
             failed.append(FailedFile(file=recording.file or recording.name, error=error))
     if not records:
-        raise _only_error(failed)
+        raise only_error(failed)
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
     analyses = [record.analysis for record in records]
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
@@ -166,14 +155,6 @@ def gather_user_records(
     }
     facts = {key: value for key, value in facts.items() if value}
     return tuple(records), tuple(failed), facts
-
-
-def _only_error(failed: Sequence[FailedFile]) -> SrbvalError:
-    """The error that all these files have in common, or one that lists theirs."""
-    first, *others = {str(one.error): one.error for one in failed}.values()
-    if not others:
-        return first
-    return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
 def _band_is_declared(recording: Recording) -> bool:

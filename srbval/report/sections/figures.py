@@ -15,9 +15,6 @@ from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import (
-    SCALOGRAM_ERROR,
-    SCALOGRAM_HZ,
-    SCALOGRAM_TRANSFORM,
     SEGMENT_HZ,
     WINDOW_S,
     RecordView,
@@ -28,6 +25,7 @@ from srbval.report.findings.records import (
 )
 from srbval.report.section_texts import Texts, badge_of, side_of
 from srbval.signal import Scalogram
+from srbval.signal.spectrum import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 
 TEXTS = Texts("figures")
 

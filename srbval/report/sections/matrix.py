@@ -11,11 +11,10 @@ from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, LONGEST_S, START_SHARE, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
-from srbval.comparison.record_verdict import RecordVerdict
 from srbval.report.blocks import Block, Figure, Listing, Section
 from srbval.report.figures.comparison import agreement_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.section_texts import VERDICT_TONE, Texts
+from srbval.report.section_texts import Texts
 
 TEXTS = Texts("matrix")
 SHOWN_BY = {
@@ -63,12 +62,6 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
     shown = shown_rows(findings.matrix)
     sides = [(bool(row.model.value), bool(row.rig.value)) for row in shown if row.kind == PRESENCE.kind]
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
-    judged = [cell for cell in compared if cell.judged]
-    if judged:
-        yield TEXTS.table(
-            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE
-        )  # fmt: skip
-        yield TEXTS.paragraph("verdicts")
     yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
     yield TEXTS.paragraph(
         "carried", turns=TURNS, seconds=LONGEST_S, starts=STARTS, share=START_SHARE, points=CONVERGED_POINTS
@@ -95,13 +88,6 @@ def _error(row: Comparison) -> str:
         return f"{row.error:+.2g}"
     p = "" if row.p is None else f", p {row.p:.2g}"
     return f"{row.error:+.2g} [{row.uncertainty:.2g}]{p}{', resolved' * (row.verdict is ComparisonVerdict.RESOLVED)}"
-
-
-def _errors(judged: RecordVerdict) -> str:
-    rows = zip(judged.quantities, judged.errors, judged.u, judged.units, strict=True)
-    return "; ".join(
-        f"{name} {error:+.2g} ± {u:.2g} {unit}{'*' * (name in judged.censored)}" for name, error, u, unit in rows
-    )
 
 
 def _most_by(row: QuantityEffects) -> str:

@@ -26,7 +26,6 @@ def verdict_box(findings: Findings) -> VerdictBox:
         found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
         fastest=f"{rpm[-1]} rpm", looks=data["second_look"],
         turning=[look for look in data["second_look"] if look["turned"]],
-        judged=[(cell.state, cell.nominal_rpm, cell.verdict) for cell in findings.matrix.cells if cell.judged],
     )  # fmt: skip
 
 

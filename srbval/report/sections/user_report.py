@@ -10,6 +10,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.diagnosis.fault_verdict import Finding
+from srbval.diagnosis.records import FailedFile
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
 from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
@@ -17,7 +18,7 @@ from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
-from srbval.report.findings.user_records import FailedFile, ModelSide, UserRecord
+from srbval.report.findings.user_records import ModelSide, UserRecord
 from srbval.report.plain import literal
 from srbval.report.section_texts import Texts, badge_of
 from srbval.report.sections.assemble import provenance_section

@@ -82,7 +82,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
     rng = np.random.default_rng(SEED)
     for family in families[: len(DEFECTS)]:
         half_hz = half_window_hz(family.kinematic_hz, record, bearing.largest_slip)
-        about = read_comb(record, family.kinematic_hz, half_hz, shortest_block_s=None)
+        about = read_comb(record, family.kinematic_hz, half_hz, period_s=None)
         if about is None:
             continue
         relative, harmonics = half_hz / family.kinematic_hz, len(about.snr)
@@ -91,9 +91,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
             alike = dataclasses.replace(family, kinematic_hz=float(centre))
             ranks = [_rank(record, alike, relative, harmonics, pool, orders) for orders in designs]
             placebo = [math.nan if one is None else one.false_alarm for one in ranks]
-            reading = read_comb(
-                record, alike.kinematic_hz, relative * centre, harmonics=harmonics, shortest_block_s=None
-            )
+            reading = read_comb(record, alike.kinematic_hz, relative * centre, harmonics=harmonics, period_s=None)
             if reading is not None and (first := ranks[0]) is not None:
                 stated = joint_false_alarm(reading.noise_false_alarm, first.false_alarm, first.whole_false_alarm)
                 yield {

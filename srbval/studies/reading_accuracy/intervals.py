@@ -133,7 +133,7 @@ def drawn(cell: Cell, count: int = RECORDS) -> FloatArray:
         reduced = periodogram_of(record)
         noise = np.array([reduced.noise_near(h * LINE_HZ, h * HALF_SHARE * LINE_HZ).mean_power for h in number])
         phasors = Phasors.of(reduced.samples, reduced.fs_hz, number * reading.found_hz)
-        sums = weak_sums(phasors, number, noise, shortest_block_s=BLOCK_S)
+        sums = weak_sums(phasors, number, noise, period_s=BLOCK_S)
         if sums is not None:
             told = posterior(sums, number, line_hz=reading.found_hz, block_s=seconds / sums.shape[1])
             off = abs(reading.found_hz + told.shift_hz - LINE_HZ)

@@ -8,9 +8,15 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.report.findings.records import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 from srbval.signal import Scalogram, morlet_scalogram
-from srbval.signal.spectrum import BANDWIDTH, COLUMNS, ROWS
+from srbval.signal.spectrum import (
+    BANDWIDTH,
+    COLUMNS,
+    ROWS,
+    SCALOGRAM_ERROR,
+    SCALOGRAM_HZ,
+    SCALOGRAM_TRANSFORM,
+)
 
 # Positions of the impulse, as shares of the record: none the middle of a column, all clear of the ends.
 PLACES = (0.4137, 0.5003, 0.6271)

@@ -53,7 +53,7 @@ class ReadingSettings:
     trials: int = 1000
     noise_records: int = 60_000
     weak_records: int = intervals.RECORDS
-    seconds: tuple[float, ...] = (1.0, 2.0, 3.4, 10.0, 30.0)  # 12 to 355 revolutions
+    seconds: tuple[float, ...] = (0.76, 1.0, 2.0, 3.4, 10.0, 30.0)  # 9 to 355 revolutions
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
@@ -128,7 +128,7 @@ def _kept(work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Se
 
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
-    parser.add_argument("--records", metavar="N", type="count", help="per cell")
+    parser.add_argument("--records", metavar="N", type="count", help="per cell; records of noise in proportion")
     parser.add_argument("--table", action="store_true", help="only make srbval/signal/slip_interval.toml again")
 
 
@@ -138,7 +138,8 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         text = f"{intervals.slip_table()}\n{intervals.weak_table(jobs)}"
         return StudyResult(content={"table": text}, text=text)
     settings = QUICK_READING if options.quick else ReadingSettings()
-    settings = replace(settings, trials=options.records or settings.trials)
+    count = options.records or settings.trials
+    settings = replace(settings, trials=count, noise_records=settings.noise_records * count // settings.trials)
     result = run_reading_bench(settings, jobs=jobs, progress=progress)
     text = "\n\n".join(text_rows(rows) for rows in result.values() if rows)
     return StudyResult(name=None if options.quick else "reading_accuracy", content=result, text=text)

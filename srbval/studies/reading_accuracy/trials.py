@@ -20,7 +20,7 @@ LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics coinci
 LIMIT_HZ = 520.0
 # The window about the kinematic line, how far off its middle the true line lies, and the shortest block of a course.
 HALF_SHARE, OFF_SHARE = 0.01, 0.001
-BLOCK_S = 2 / SHAFT_HZ
+BLOCK_S = 1 / SHAFT_HZ
 MEAN = 3.0  # a squared envelope is positive
 # Amplitudes of the harmonics: all equal, and decreasing as those of a short burst do.
 PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
@@ -77,7 +77,7 @@ def read_record(record: FloatArray, harmonics: int = 5, slip: float = 0.0) -> Li
     The line is the same for every slip: where the cage lags, the kinematic line that is looked about is the higher one.
     """
     middle, half = LINE_HZ * (1 + OFF_SHARE) / (1 - slip), (HALF_SHARE + slip) * LINE_HZ
-    return read_comb(periodogram_of(record), middle, half, harmonics=harmonics, shortest_block_s=BLOCK_S)
+    return read_comb(periodogram_of(record), middle, half, harmonics=harmonics, period_s=BLOCK_S)
 
 
 @dataclass(frozen=True, kw_only=True)

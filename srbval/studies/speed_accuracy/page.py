@@ -27,11 +27,10 @@ FRONTS = {"cage_error": "pareto", "band_rms_error": "pareto_band"}
 PAPER_SOLVER = "ode4"
 MAIN_SCENES = ("interference-outer", "play0-outer", "rig-outer")  # of the short table; the chart shows the first
 MOST_ROWS = 10  # of that table
-CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
 def section(results: StoredResults) -> Section:
-    """One chart and the rows that matter most; in the appendix the other charts, all such rows, orders and targets.
+    """One chart and the rows that matter most; in the appendix the other charts, all such rows and targets.
 
     A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
     """
@@ -50,7 +49,6 @@ def section(results: StoredResults) -> Section:
         of_rig = _marked(rig.content)
         blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig)]
         shown += _shown(of_rig)
-    paths = [path for name in NAMES for path in results.content(name).get("trajectories", ())]
     return TEXTS.section(
         intro,
         chart,
@@ -59,23 +57,9 @@ def section(results: StoredResults) -> Section:
             origin_of(result),
             *blocks,
             TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown))),
-            *_orders(paths),
             TEXTS.table("speed-accuracy-targets", content["targets"]),
         ),
     )
-
-
-def _orders(paths: Sequence[Row]) -> Iterator[Block]:
-    """The order that each solver was observed to have, where the converged run vouches for one."""
-    told = [path for path in paths if path["reference_error"] < CONVERGED]
-    by_solver: dict[str, dict[str, float | None]] = {}
-    for path in told:
-        by_solver.setdefault(path["solver"], {})[path["scene"]] = path["observed_order"]
-    if told:
-        scenes = list(dict.fromkeys(path["scene"] for path in told))
-        without = list(dict.fromkeys(path["scene"] for path in paths if path not in told))
-        rows = [{"solver": solver, "scenes": of_scenes} for solver, of_scenes in by_solver.items()]
-        yield TEXTS.table("observed-orders", rows, scenes=scenes, without=without, window_s=told[0]["window_s"])
 
 
 def _marked(content: Row) -> list[dict[str, Any]]:

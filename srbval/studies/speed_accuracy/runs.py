@@ -3,10 +3,6 @@
 A row is what is stored of a run, flat: scene, model, solver and step, status and reason, cost, `Measures`, `ERRORS`;
 None where there is none. Failed runs keep their rows. `cage_error_bound`: the error in cage speed, not below the
 converged run's own, which limits the comparison; `reference_limited`: the error itself is below that.
-
-Trajectories: the error of the outer ring's path over a short window as the step is halved. All runs of a scene start
-from the same state, the model's static equilibrium. After some 0.1 s the motion no longer depends on its start (rollers
-rattle in the unloaded zone) and a pointwise error is meaningless.
 """
 
 import math
@@ -17,7 +13,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.comparison.runs import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE, RunStatus
@@ -35,7 +30,6 @@ ERRORS = ("cage_error", "defect_hz_error", "noise_floor_ratio", "band_rms_error"
 REFERENCE = ("scene", "solver", "dt_s", "status", "reason", "wall_s", *MEASURES, *(f"own_{name}" for name in ERRORS))
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step, of a converged run
 SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again
-POWERS = (0, 1, 2)  # of two below the paper's step, of the trajectories
 WALL = "wall_per_simulated_s"
 Key = TypeVar("Key", bound=Hashable)
 Row = dict[str, Any]
@@ -47,7 +41,7 @@ class BenchSettings:
 
     `timing_s` of each timed run, after `timing_settle_s`; `accuracy_s` of each run that is compared with the converged
     one, after `accuracy_settle_s`; `memory_s` of the run whose memory is read; `reference_budget_s` wall time that one
-    converged run may take; `window_s` of the trajectories; `steps` step sizes, as divisors of a second.
+    converged run may take; `steps` step sizes, as divisors of a second.
     """
 
     timing_s: float
@@ -58,7 +52,6 @@ class BenchSettings:
     memory_s: float
     starts: int
     reference_budget_s: float
-    window_s: float
     steps: tuple[int, ...]
 
     def timed(self, name: str, solver: str, step_s: float = PAPER_STEP_S) -> Scene:
@@ -229,49 +222,3 @@ def non_dominated(points: Sequence[tuple[float, float] | None]) -> list[bool]:
         p is not None and not any(other[0] <= p[0] and other[1] <= p[1] and other != p for other in present)
         for p in points
     ]
-
-
-def trajectories(
-    scenes: Sequence[str], solvers: Sequence[str], window_s: float, progress: Progress = silent
-) -> list[Row]:
-    """Errors of the outer ring's path over `window_s` from the start, RMS, relative to the path's own spread.
-
-    `errors` are those at `steps_s`, None for a failed run; `observed_order` from the two finest. `reference_error` is
-    that of the converged run at twice its step. Scenes whose converged run fails are left out.
-    """
-    best, found = default_solver(), list[Row]()
-    for number, name in enumerate(scenes):
-        progress("short-window trajectories", number / len(scenes))
-        right, coarser = (ring_path(name, best, power, window_s) for power in (FINEST, FINEST - 1))
-        if right is None or coarser is None:
-            continue
-        for solver in solvers:
-            paths = [ring_path(name, solver, power, window_s) for power in POWERS]
-            errors = [None if path is None else path_error(path, right) for path in paths]
-            found.append({
-                "scene": name, "solver": solver, "window_s": window_s,
-                "steps_s": [PAPER_STEP_S / 2**power for power in POWERS], "errors": errors,
-                "observed_order": observed_order(errors), "reference_solver": best,
-                "reference_step_s": PAPER_STEP_S / 2**FINEST, "reference_error": path_error(coarser, right),
-            })  # fmt: skip
-    progress("short-window trajectories", 1.0)
-    return found
-
-
-def ring_path(name: str, solver: str, power: int, window_s: float) -> FloatArray | None:
-    """Outer ring displacement [m], shape [n, 3], at the paper's step over two to the `power`; None if the run fails."""
-    scene = bench_scene(name, solver=solver, step_s=PAPER_STEP_S / 2**power, seconds=window_s, settle_s=0.0)
-    run = attempt(scene).run
-    return None if run is None or not np.all(np.isfinite(run.displacement_m)) else run.displacement_m
-
-
-def path_error(path: FloatArray, reference: FloatArray) -> float:
-    """RMS distance of two paths over the reference's RMS distance from its own mean."""
-    spread = np.linalg.norm(reference - reference.mean(axis=0))
-    return float(np.linalg.norm(path - reference) / spread)
-
-
-def observed_order(errors: Sequence[float | None]) -> float | None:
-    """Power of the step with which the last two errors fall, the step halved between them; None without two."""
-    coarse, fine = errors[-2:]
-    return math.log2(coarse / fine) if coarse and fine else None

@@ -25,17 +25,16 @@ from srbval.studies.speed_accuracy.runs import (
     ratio_or_none,
     references,
     timed_row,
-    trajectories,
     with_accuracy,
 )
 
 FULL = BenchSettings(
     timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, memory_s=10.0, starts=3,
-    reference_budget_s=60.0, window_s=0.02, steps=(30720, 61440, 122880, 245760),
+    reference_budget_s=60.0, steps=(30720, 61440, 122880, 245760),
 )  # fmt: skip
 QUICK = BenchSettings(
     timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, memory_s=1.0, starts=1,
-    reference_budget_s=10.0, window_s=0.005, steps=(61440, 122880),
+    reference_budget_s=10.0, steps=(61440, 122880),
 )  # fmt: skip
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
 REAL_TIME = 1.0  # wall seconds per simulated second
@@ -68,16 +67,15 @@ def run_bench(
         rows.append(timed_row(name, settings.timed(name, solver, step), settings.repeats))
     progress("time the solvers", 1.0)
     apart = measure_processes(settings.starts, settings.memory_s, progress) if processes else None
-    found, paths = dict[str, Row](), list[Row]()
+    found = dict[str, Row]()
     if accuracy:
         found = references(scenes, settings, progress=progress)
         rows = with_accuracy(rows, found, settings, progress)
-        paths = trajectories(scenes, solvers, settings.window_s, progress)
     described = machine()
     calibration_s = described["calibration"]["seconds"]
     rows = [row | {"wall_in_calibrations": row[WALL] and row[WALL] / calibration_s} for row in rows]
     return {
-        "machine": described, "default_step_s": defaults, "reference": found, "runs": rows, "trajectories": paths,
+        "machine": described, "default_step_s": defaults, "reference": found, "runs": rows,
         "processes": apart, "targets": list(targets(rows, apart, accuracy=accuracy)),
     }  # fmt: skip
 
@@ -144,11 +142,9 @@ def _text(result: Mapping[str, Any]) -> str:
     if result["reference"]:
         when = {True: "earlier, stored", False: "now"}
         converged = [_with_steps(one) | {"when": when[one["cached"]]} for one in result["reference"].values()]
-        steps = ("coarse", "middle", "fine")
-        paths = [path | dict(zip(steps, path["errors"], strict=True)) for path in result["trajectories"]]
         fronts = {True: "front, within the reference's error", False: "front"}
         flagged = [row | {"on_front": fronts[row["reference_limited"]] if row["pareto"] else ""} for row in rows]
-        parts += [columns("references", converged), columns("accuracy", flagged), columns("trajectories", paths)]
+        parts += [columns("references", converged), columns("accuracy", flagged)]
     if result["targets"]:
         parts.append(columns("targets", [one | {"verdict": VERDICT[one["met"]]} for one in result["targets"]]))
     return "\n\n".join(parts)

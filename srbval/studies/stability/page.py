@@ -8,7 +8,6 @@ from typing import Any
 from srbval.models.run import USABLE, RunStatus
 from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
 from srbval.report.pages import Page, StoredResults
-from srbval.report.plain import literal
 from srbval.report.section_texts import Texts
 from srbval.scene import SolverSettings, paper_scene
 from srbval.studies.appendix_page import missing, origin_of
@@ -48,9 +47,7 @@ def section(results: StoredResults) -> Section:
             "how", grid=grid, reference_error=max(max(r["own_cage_error"], r["own_load_error"]) for r in references)
         ),
     ]
-    for claim in claims:
-        blocks.append(TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim))
-        blocks.append(Listing(items=tuple(literal(line) for line in claim["evidence"])))
+    blocks += [TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim) for claim in claims]
     blocks += [*_maps(content, "stability-limits"), outcomes]
     if rig is not None:
         blocks += [TEXTS.paragraph("rig", counts=rig.content["counts"]), origin_of(rig)]

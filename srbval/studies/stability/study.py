@@ -181,8 +181,7 @@ def _text(result: Mapping[str, Any]) -> str:
         f"{numbers['flagged_with_cage_and_load_right']} were flagged although cage speed and load are right.",
         f"planted failures caught by the runs themselves: {caught} of {len(result['planted'])}",
         f"converged runs flagged: {flagged} of {len(result['references'])}",
-        *("\n".join([f"\n{one['claim']}\n  {one['answer']}", *(f"  - {line}" for line in one["evidence"])])
-          for one in result["claims"]),
+        *(f"\n{one['claim']}\n  {one['answer']}" for one in result["claims"]),
     ])  # fmt: skip
 
 

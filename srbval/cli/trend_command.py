@@ -1,0 +1,81 @@
+"""``srbval trend``: how the records of one machine change, and when the first alarm was due."""
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from srbval.campaign.folder import PLAN, CampaignFolder
+from srbval.cli.analyse_command import read_many, report_failed, write_csv
+from srbval.cli.output import answer, own_command, print_table
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, machine_classes, record_times, trend_of
+from srbval.errors import ConfigurationError
+from srbval.storage.files import check_suffix
+
+MOST_ROWS = 10  # of a channel, for people
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read all records and print the trend; exit code 3 where some could not be read."""
+    for name, kind, ending in ((options.csv, "CSV", ".csv"), (options.plot, "HTML", ".html")):
+        if name:
+            check_suffix(Path(name), kind, (ending,))
+    if options.machine_class and options.machine_class not in machine_classes():
+        raise ConfigurationError(
+            f"--machine-class {options.machine_class!r} is not known. Known: {', '.join(machine_classes())}."
+        )
+    cases: dict[str, float] = {}
+    if len(options.files) == 1 and (Path(options.files[0]) / PLAN).is_file():
+        campaign = CampaignFolder(Path(options.files[0]))
+        cases = {str(campaign.result_path(case.key)): float(case.index) for case in campaign.journal().cases}
+        options.files = list(cases)
+    documents, failed, other = read_many(options)
+    files = list(dict.fromkeys(one["file"] for one in documents))
+    times, time_from = (cases, "the campaign's cases") if cases else record_times(
+        files, Path(options.times) if options.times else None
+    )  # fmt: skip
+    trend = trend_of(
+        documents, times, time_from=time_from, baseline=options.baseline, machine_class=options.machine_class
+    )
+    write_csv(options.csv, [
+        {"channel": one.channel, "time": point.time_text, "file": point.file, "rpm": point.rpm,
+         **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},
+         "velocity_rms_mm_s": point.velocity_rms_mm_s, "zone": point.zone, "risen": " ".join(point.risen)}
+        for one in trend.channels for point in one.points
+    ])  # fmt: skip
+    if options.plot:
+        from srbval.report.reports import write_trend  # needs the report's room
+
+        write_trend(trend, Path(options.plot), command=own_command())
+    code = report_failed(failed, other)
+    document: dict[str, Any] = {"trend": trend, "failed": failed, "left_out": other}
+    return answer(options, document, lambda: _print(trend), code=code, status="incomplete" if failed else "")
+
+
+def _print(trend: Trend) -> None:
+    print(trend.answer)
+    print(f"Time from {trend.time_from}; dB over the mean of the first {trend.baseline}; * above its limit.")
+    for one in trend.channels:
+        names = [name for name in one.reference if name != RMS]
+        head = (f"{one.channel or ''} time".strip(), f"RMS {one.unit}", "mm/s", *(f"{name} dB" for name in names))
+        print()
+        print_table(head, [_row(one, point, names) for point in _shown(one)])
+    for why in dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
+        print(f"no zone of ISO 20816-3: {why}")
+
+
+def _row(one: ChannelTrend, point: TrendPoint, names: Sequence[str]) -> tuple[str, ...]:
+    stars = {name: "*" if name in point.risen else "" for name in (*names, RMS)}
+    rises = {name: one.rise_db(point, name) for name in names}
+    velocity = "-" if point.velocity_rms_mm_s is None else f"{point.velocity_rms_mm_s:.2f} {point.zone or ''}"
+    shown = ("-" if x is None else f"{x:.1f}±{point.ci95_db[n]:.1f}{stars[n]}" for n, x in rises.items())
+    rms = f"{point.levels[RMS]:.3g}{stars[RMS]}" if point.comparable else "other speed"
+    return (point.time_text, rms, velocity, *shown)
+
+
+def _shown(one: ChannelTrend) -> list[TrendPoint]:
+    """Some of the points, evenly spaced, with the first, the last and that of the first alarm."""
+    step = math.ceil(len(one.points) / MOST_ROWS)
+    kept = {*range(0, len(one.points), step), len(one.points) - 1, one.first_alarm}
+    return [point for n, point in enumerate(one.points) if n in kept]

@@ -1,0 +1,274 @@
+"""From a file to its verdict, and from many files to theirs: in parallel, each read again only where something changed.
+
+What was read of a file is stored under everything that it was computed from: the file's bytes, what was asked, the
+bearing, the healthy record, the register, and the sources. So an interrupted batch goes on where it stopped.
+"""
+
+import json
+import signal
+from collections.abc import Collection, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import DEFECTS, load_bearing
+from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
+from srbval.processes.machine import usable_cores
+from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.features import features_of
+from srbval.recordings import Origin, Recording, RecordingSettings
+from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
+from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.signal import BandFilter
+from srbval.storage.content_store import ContentStore
+from srbval.storage.json_files import to_json
+
+BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
+STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
+ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordRequest:
+    """What is asked of one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options."""
+
+    file: str
+    settings: RecordingSettings = field(default_factory=RecordingSettings)
+    bearing: str | None = None
+    largest_slip_pct: float | None = None
+    band_hz: tuple[float, float] | None = None
+    auto_band: bool = False
+    band_filter: BandFilter = BandFilter.BUTTERWORTH
+    healthy: str | None = None
+    healthy_scale: float | None = None
+    background: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordReading:
+    """One record from file to verdict. `cautions` are those about its healthy record."""
+
+    analysis: Analysis
+    baseline: Baseline | None
+    verdict: FaultVerdict
+    cautions: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document of ``analyse --json``."""
+        recording, verdict = self.analysis.recording, self.verdict
+        return self.analysis.to_dict() | {
+            "channel": recording.channel,
+            "features": features_of(self.analysis),
+            "fault": verdict,
+            "verdict": verdict.sentence,
+            "answer": verdict.answer,
+            "declared_state": recording.state,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class FailedFile:
+    """A recording's file that could not be read or analysed, and the error."""
+
+    file: str
+    error: SrbvalError
+
+    def to_dict(self) -> dict[str, str]:
+        """Its entry in JSON documents."""
+        return {"file": self.file, "reason": str(self.error)}
+
+
+def read_record(request: RecordRequest) -> RecordReading:
+    """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
+
+    What a file leaves open is asked for all at once (`LeftOpenError`, `ConfigurationError`).
+    """
+    settings = request.settings
+    recording = _load(request)
+    healthy = load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None
+    if request.background:
+        if healthy is not None:
+            raise ConfigurationError(
+                "--background and --healthy exclude each other: the background is a healthy record's own, so an "
+                "increment over one means nothing."
+            )
+        recording = on_background(recording, load_healthy(request.background, settings, request.healthy_scale))
+    _ask_at_once(recording, request)
+    analysis = analyse(
+        recording, bearing=bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct),
+        band_hz=request.band_hz, band_filter=request.band_filter, choose_on_record=request.auto_band, healthy=healthy,
+    )  # fmt: skip
+    baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
+    verdict = fault_verdict(analysis, baseline, all_channels=settings.channel is None)
+    return RecordReading(analysis=analysis, baseline=baseline, verdict=verdict, cautions=cautions)
+
+
+def read_records(
+    requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
+) -> tuple[list[dict[str, Any]], list[FailedFile]]:
+    """The documents of many files, `jobs` at a time (default: one a core), and the files that failed.
+
+    The most serious come first. A file whose channel nobody states has one document a channel. Each file's result is
+    stored as soon as it is there. Raises the error of the files where all of them fail.
+    """
+    register = repr(listing(or_none=True).recordings)
+    contents = {request: _content(request, register) for request in requests}
+    answers: dict[RecordRequest, list[dict[str, Any]] | FailedFile] = {}
+    waiting = []
+    for request, content in contents.items():
+        found = STORE.load(content, list) if content else None
+        if found:
+            answers[request] = found
+        else:
+            waiting.append(request)
+    task = f"Analyse {len(requests)} files"
+    progress(task, len(answers) / max(1, len(requests)))
+    for request, answer in _answered(waiting, jobs or usable_cores()):
+        answers[request] = answer
+        if isinstance(answer, list):
+            STORE.save(contents[request], answer)
+        progress(task, len(answers) / len(requests))
+    failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
+    read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
+    if failed and not read:
+        raise only_error(failed)
+    return sorted(read, key=_concern), failed
+
+
+def _answered(
+    requests: Sequence[RecordRequest], jobs: int
+) -> Iterator[tuple[RecordRequest, list[dict[str, Any]] | FailedFile]]:
+    """Each request with its answer, as they come; in other processes if there are several, which ignore Ctrl-C."""
+    if len(requests) < 2:
+        yield from ((request, _answer(request)) for request in requests)
+        return
+    ignore = (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(
+        min(jobs, len(requests)), mp_context=get_context("spawn"), initializer=signal.signal, initargs=ignore
+    ) as pool:
+        running = {pool.submit(_answer, request): request for request in requests}
+        try:
+            yield from ((running[future], future.result()) for future in as_completed(running))
+        except BrokenProcessPool:
+            raise DataError(
+                "a process that reads recordings died, perhaps for want of memory. What was read so far is kept, the "
+                "same command goes on from there; use fewer --jobs."
+            ) from None
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
+    """The error that all these files have in common, or one that lists theirs."""
+    first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
+    if not others:
+        return first
+    return DataError("none of the recordings can be read: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
+
+
+def without_other_files(
+    failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
+) -> tuple[list[FailedFile], list[str]]:
+    """The failed files, and apart from them what a folder holds beside recordings, such as a licence.
+
+    That is what is no recording by its content, was not `named` itself, and ends like no file that was read.
+    """
+    endings = {Path(one["file"]).suffix for one in read}
+    other = [
+        one.file for one in failed
+        if isinstance(one.error, NoRecordingError) and one.file not in named and Path(one.file).suffix not in endings
+    ]  # fmt: skip
+    return [one for one in failed if one.file not in other], other
+
+
+def summary_of(document: dict[str, Any]) -> dict[str, Any]:
+    """A document in a row: verdict, most probable fault by the record alone and its probability, alarm.
+
+    The alarm is "yes" where a fault is named, "check" where something strong stays unexplained, else "no"; with "-" for
+    what is not measured.
+    """
+    fault = document["fault"]
+    shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
+    part = max(shares, key=lambda one: shares[one] or 0.0)
+    called = next((one.label for one in DEFECTS if one.value == fault["called"]), None)
+    return {
+        "file": document["file"],
+        "channel": document["channel"],
+        "state": f"{called} fault" if called else fault["verdict"] or document["origin"],
+        "strongest_fault": part if shares[part] else None,
+        "probability": shares[part],
+        "alarm": ALARMS[fault["verdict"]],
+    }
+
+
+def _concern(document: dict[str, Any]) -> tuple[int, float]:
+    """What sorts documents: the verdict, then the most probable fault."""
+    return list(ALARMS).index(document["fault"]["verdict"]), -(summary_of(document)["probability"] or 0.0)
+
+
+def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
+    """The documents of a file, one a channel where it is left open; or the error."""
+    try:
+        names = open_channels(Path(request.file), request.settings.over(registered_settings(request.file)))
+        own = [replace(request, settings=replace(request.settings, channel=name)) for name in names] or [request]
+        documents: list[dict[str, Any]] = to_json([read_record(one) for one in own])
+    except SrbvalError as error:
+        kind = type(error) if isinstance(error, ConfigurationError | NoRecordingError) else DataError
+        return FailedFile(file=request.file, error=kind(str(error)))
+    return documents
+
+
+def _content(request: RecordRequest, register: str) -> str:
+    """All that the documents of a file are computed from; empty where the file cannot be read."""
+    try:
+        files = [sha256_of(Path(path)) for path in (request.file, request.healthy, request.background) if path]
+        name = request.bearing or registered_settings(request.file).bearing
+        bearing = repr(load_bearing(name)) if name else ""
+    except SrbvalError:
+        return ""
+    return json.dumps([to_json(request), str(Path(request.file).resolve()), files, bearing, register])
+
+
+def _load(request: RecordRequest) -> Recording:
+    """The record; what it leaves open is asked for with the band, which no file states."""
+    try:
+        return load_registered(request.file, request.settings)
+    except LeftOpenError as error:
+        if not error.band or request.band_hz or request.auto_band:
+            raise
+        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
+
+
+def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
+    """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
+    band = request.auto_band or request.band_hz or recording.band_hz or recording.dataset
+    missing = [
+        asked
+        for asked, known in (
+            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or request.bearing),
+            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
+            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
+        )
+        if not known
+    ]
+    if len(missing) > 1:
+        raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
+
+
+def _baseline(analysis: Analysis, given: Recording | None) -> tuple[Baseline | None, tuple[str, ...]]:
+    """The healthy record given, or the registered one of the same rig, speed and load, where there is one; cautions."""
+    try:
+        healthy = given if given is not None else registered_baseline(analysis)
+    except DataError as error:  # an unreadable register must not hide what the file itself shows
+        return None, (f"no healthy baseline: {error}",)
+    if healthy is None:
+        return None, ()
+    baseline = baseline_of(analysis, healthy)
+    said = (*healthy.cautions, *(baseline.remarks if given is not None else ()))
+    return baseline, tuple(f"caution: healthy baseline {healthy.file}: {caution}" for caution in said)

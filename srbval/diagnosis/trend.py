@@ -1,0 +1,254 @@
+"""How the records of one machine change: levels of its fault lines, RMS, velocity, and the first alarm.
+
+The level of a fault in a record is the RMS of what its line modulates: the band's RMS times the root of the line's
+depth in the squared envelope. A level has risen where its logarithm x lies above the prediction limit of a baseline,
+the first b records of the history, with mean m and standard deviation s::
+
+    x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
+
+for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not
+checked). K counts all comparisons: records behind the baseline times levels times channels. By Bonferroni's inequality
+the chance of any false alarm in the whole history is at most alpha, however the comparisons depend on each other. That
+holds as long as a healthy machine stays what it was in the baseline: a change of load or temperature is a rise too.
+"""
+
+import csv
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from importlib import resources
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.stats import t
+
+from srbval.bearing import DEFECTS
+from srbval.diagnosis.baseline import SAME_SHARE
+from srbval.errors import ConfigurationError, DataError
+from srbval.signal import NORMAL_95
+from srbval.storage.files import read_limited
+
+ALPHA = 0.05
+LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer say too little of the scatter
+ZONES_FILE = "iso_20816_3.toml"
+RMS = "RMS"
+DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
+DB = 20 / math.log(10)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrendPoint:
+    """One record. `levels` by line, and RMS, in the recording's unit; `ci95_db` the lines' 95 % half widths [dB].
+
+    `risen` names the levels above their limits. A record that is not `comparable` ran at another speed than the
+    baseline and is not judged.
+    """
+
+    file: str
+    time: datetime | float
+    rpm: float
+    levels: Mapping[str, float]
+    ci95_db: Mapping[str, float]
+    velocity_rms_mm_s: float | None
+    zone: str | None
+    comparable: bool
+    risen: tuple[str, ...] = ()
+
+    @property
+    def time_text(self) -> str:
+        """The time as it is printed."""
+        return self.time.isoformat(" ", "minutes") if isinstance(self.time, datetime) else f"{self.time:g}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelTrend:
+    """The records of one channel in the order of time; `reference` are the levels' geometric means of the baseline.
+
+    `limits` are the levels from which they have risen, empty without a baseline; `zones` are the least velocities of
+    B, C and D [mm/s]; `velocity_missing` says why there is no velocity, or no zone.
+    """
+
+    channel: str | None
+    unit: str
+    points: tuple[TrendPoint, ...]
+    reference: Mapping[str, float]
+    limits: Mapping[str, float]
+    zones: tuple[tuple[str, float], ...]
+    velocity_missing: str
+
+    def rise_db(self, point: TrendPoint, name: str) -> float | None:
+        """A level over its reference [dB]; None where one of them is missing."""
+        return self._over_reference_db(point.levels.get(name), name)
+
+    def limit_db(self, name: str) -> float | None:
+        """A limit over its reference [dB]; None without one."""
+        return self._over_reference_db(self.limits.get(name), name)
+
+    def _over_reference_db(self, value: float | None, name: str) -> float | None:
+        before = self.reference.get(name)
+        return DB * math.log(value / before) if value and before else None
+
+    @property
+    def first_alarm(self) -> int | None:
+        """Number of the first record in which a level has risen."""
+        return next((n for n, point in enumerate(self.points) if point.risen), None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trend:
+    """`baseline` records come first in each channel; `comparisons` is K, `false_alarm` alpha, of the whole history."""
+
+    JSON_PROPERTIES: ClassVar = ("answer", "alarm")
+
+    channels: tuple[ChannelTrend, ...]
+    time_from: str
+    baseline: int
+    comparisons: int
+    false_alarm: float = ALPHA
+
+    @property
+    def alarm(self) -> ChannelTrend | None:
+        """The channel of the first alarm, None without one."""
+        found = [one for one in self.channels if one.first_alarm is not None]
+        return min(found, key=lambda one: one.first_alarm or 0, default=None)
+
+    @property
+    def answer(self) -> str:
+        """The first alarm and how sure it is, in one sentence."""
+        count = max(len(one.points) for one in self.channels)
+        first = self.alarm
+        if not self.comparisons:
+            return (
+                f"No alarm can be judged from {count} records: a baseline takes {LEAST_BASELINE} of the same speed, "
+                "and one more to compare."
+            )
+        chance = f"the chance of any false alarm in the whole history is at most {100 * self.false_alarm:.0f} %"
+        if first is None or first.first_alarm is None:
+            return f"No alarm in {count} records: no level rose above those of the first {self.baseline}; {chance}."
+        n = first.first_alarm
+        point, since = first.points[n], first.points[n:]
+        name = max(point.risen, key=lambda one: first.rise_db(point, one) or 0.0)
+        lasting, where = sum(name in one.risen for one in since), f" of {first.channel}" if first.channel else ""
+        return (
+            f"Alarm: {name}{where} first at {point.time_text} (record {n + 1} of {count}), "
+            f"{first.rise_db(point, name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
+            f"{len(since)} records from then on; {chance}."
+        )
+
+
+def machine_classes() -> dict[str, tuple[float, ...]]:
+    """The velocities [mm/s] between zones A, B, C and D, by class of machine."""
+    text = (resources.files("srbval.diagnosis") / ZONES_FILE).read_text(encoding="utf-8")
+    return {name: tuple(values) for name, values in tomllib.loads(text)["boundaries_mm_s"].items()}
+
+
+def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
+    """When each file was recorded, and where that is from: a table with the columns `file` and `time`, or the names.
+
+    A table's times are dates (ISO 8601) or numbers. Names hold dates, or else one number each; failing both, the
+    files' own dates of change count. `ConfigurationError` for a table that cannot be used.
+    """
+    names = {file: Path(file).name for file in files}
+    if table is not None:
+        rows = csv.DictReader(read_limited(table).decode("utf-8-sig", "replace").splitlines())
+        try:
+            stated = {Path(row["file"]).name: _time(row["time"]) for row in rows}
+            return {file: stated[name] for file, name in names.items()}, f"the column time of {table.name}"
+        except (KeyError, ValueError, TypeError) as error:
+            raise ConfigurationError(
+                f"{table}: {error}: it must have the columns file and time, a row for each file, and times that are "
+                "dates (2026-11-24 13:55) or numbers."
+            ) from None
+    dates = {file: match for file, name in names.items() if (match := DATE.search(name))}
+    if len(dates) == len(files):
+        try:
+            shown = {f: "{}-{}-{}T{}:{}:{}".format(*match.groups("00")) for f, match in dates.items()}
+            return {f: datetime.fromisoformat(text) for f, text in shown.items()}, "the files' names"
+        except ValueError:  # numbers, but no date
+            pass
+    numbers = {file: re.findall(r"\d+", Path(name).stem) for file, name in names.items()}
+    if all(numbers.values()) and len({float(one[-1]) for one in numbers.values()}) == len(files):
+        return {file: float(one[-1]) for file, one in numbers.items()}, "the last number in the files' names"
+    try:
+        changed: dict[str, datetime | float] = {f: datetime.fromtimestamp(Path(f).stat().st_mtime) for f in files}
+    except OSError as error:
+        raise DataError(f"{error.filename}: cannot be read ({error.strerror}).") from None
+    return changed, "the files' dates of change"
+
+
+def _time(text: str) -> datetime | float:
+    try:
+        return float(text)
+    except ValueError:
+        return datetime.fromisoformat(text.strip())
+
+
+def trend_of(
+    documents: Sequence[Mapping[str, Any]], times: Mapping[str, datetime | float], *, time_from: str = "",
+    baseline: int | None = None, machine_class: str | None = None,
+) -> Trend:  # fmt: skip
+    """The trend of the `documents` of `read_records`, each channel's for itself.
+
+    `baseline` is how many of the first records show the machine's own scatter (default: a third, from `LEAST_BASELINE`
+    to `MOST_BASELINE`), `machine_class` one of `machine_classes`. `ConfigurationError` for a baseline too short.
+    """
+    by_channel: dict[str | None, list[Mapping[str, Any]]] = {}
+    for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
+        by_channel.setdefault(one["channel"], []).append(one)
+    share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
+    count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))
+    if count < LEAST_BASELINE:
+        raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} show their scatter.")
+    boundaries = machine_classes()[machine_class] if machine_class else ()
+    series = {channel: _points(found, times, count, boundaries) for channel, found in by_channel.items()}
+    names = (*(fault.line or "" for fault in DEFECTS), RMS)
+    comparisons = sum(
+        name in point.levels for points in series.values() for point in points[count:] if point.comparable
+        for name in names
+    )  # fmt: skip
+    channels = []
+    for channel, points in series.items():
+        features = by_channel[channel][0]["features"]
+        logs = {name: np.log([p.levels[name] for p in points[:count] if name in p.levels]) for name in names}
+        factor = {n: t.isf(ALPHA / max(1, comparisons), n - 1) * math.sqrt(1 + 1 / n) for n in range(2, count + 1)}
+        enough = {name: x for name, x in logs.items() if x.size >= LEAST_BASELINE and comparisons}
+        limits = {name: math.exp(x.mean() + factor[x.size] * x.std(ddof=1)) for name, x in enough.items()}
+        missing = features["velocity_missing"] or ("" if boundaries else "no class of machine: --machine-class")
+        channels.append(ChannelTrend(
+            channel=channel, unit=features["unit"], velocity_missing=missing, limits=limits,
+            zones=tuple(zip("BCD", boundaries, strict=False)),
+            reference={name: math.exp(x.mean()) for name, x in logs.items() if x.size},
+            points=(*points[:count], *(_judged(point, limits) for point in points[count:])),
+        ))  # fmt: skip
+    first = min(count, max(map(len, series.values())))
+    return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
+
+
+def _judged(point: TrendPoint, limits: Mapping[str, float]) -> TrendPoint:
+    risen = (name for name, limit in limits.items() if point.comparable and point.levels.get(name, 0.0) > limit)
+    return TrendPoint(**vars(point) | {"risen": tuple(risen)})
+
+
+def _points(
+    documents: Sequence[Mapping[str, Any]], times: Mapping[str, datetime | float], count: int,
+    boundaries: Sequence[float],
+) -> list[TrendPoint]:  # fmt: skip
+    usual_hz = float(np.median([one["shaft_hz"]["value"] for one in documents[:count]]))
+    points = []
+    for one in documents:
+        features, shaft_hz = one["features"], one["shaft_hz"]["value"]
+        lines = [x for x in one["lines"] if x["harmonic"] == 1 and x["depth"] and x["snr"]]
+        velocity = features["velocity_rms_mm_s"]
+        points.append(TrendPoint(
+            file=one["file"], time=times[one["file"]], rpm=60 * shaft_hz,
+            levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines} | {RMS: features["rms"]},
+            ci95_db={x["name"]: DB / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
+            velocity_rms_mm_s=velocity,
+            zone="ABCD"[int(np.searchsorted(boundaries, velocity))] if boundaries and velocity is not None else None,
+            comparable=abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
+        ))  # fmt: skip
+    return points

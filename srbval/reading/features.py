@@ -1,0 +1,74 @@
+"""Scalar features of one analysed channel: RMS, peak, crest, kurtosis, and the velocity that severity is judged by."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.reading.analyse import Analysis
+from srbval.signal import kurtosis
+
+ACCELERATION, MM = "m/s2", 1e3
+HIGHEST_HZ = 1000.0
+SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for machines slower than 600 rpm, else 10 Hz
+LEAST_PERIODS = 10  # of the lowest frequency in the record: below, its amplitude means nothing
+
+
+@dataclass(frozen=True, kw_only=True)
+class Features:
+    """Of the channel analysed, without its mean, in the recording's `unit`; `crest` and `kurtosis` have none.
+
+    `band_rms` is the RMS within the demodulation band. `velocity_rms_mm_s` is the RMS of velocity within
+    `velocity_band_hz`; None where `velocity_missing` says why.
+    """
+
+    unit: str
+    rms: float
+    peak: float
+    crest: float
+    kurtosis: float
+    band_rms: float
+    velocity_rms_mm_s: float | None
+    velocity_band_hz: tuple[float, float]
+    velocity_missing: str
+
+
+def features_of(analysis: Analysis) -> Features:
+    """The features of an analysed record."""
+    recording, done = analysis.recording, analysis.processed
+    signal = done.scale * (done.whole - done.whole.mean())
+    rms, peak = float(np.std(signal)), float(np.abs(signal).max())
+    band_hz = (SLOW_HZ if 60 * analysis.speed.value_hz < SLOW_RPM else FAST_HZ, HIGHEST_HZ)
+    missing = ""
+    if recording.unit != ACCELERATION:
+        missing = f"the unit is {recording.unit}: state what the samples are (--unit, --sensitivity)"
+    elif recording.fs_hz <= 2 * HIGHEST_HZ:
+        missing = f"sampled at {recording.fs_hz:g} Hz the record does not hold the band to {HIGHEST_HZ:g} Hz"
+    elif signal.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
+        missing = f"the record lasts {recording.seconds:.3g} s, less than {LEAST_PERIODS} periods of {band_hz[0]:g} Hz"
+    return Features(
+        unit=recording.unit,
+        rms=rms,
+        peak=peak,
+        crest=peak / rms,
+        kurtosis=kurtosis(signal),
+        band_rms=done.scale * math.sqrt(float(np.mean(done.squared)) / 2),
+        velocity_rms_mm_s=None if missing else MM * velocity_rms(signal, recording.fs_hz, band_hz),
+        velocity_band_hz=band_hz,
+        velocity_missing=missing,
+    )
+
+
+def velocity_rms(acceleration: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
+    """RMS of the velocity within a band [m/s] of an acceleration [m/s2], shape [n].
+
+    Each component's amplitude over its angular frequency, V(f) = A(f) / (2 pi f), summed by Parseval's theorem under a
+    Hann window, whose mean square is divided out; so no constant of integration drifts.
+    """
+    window = np.hanning(acceleration.size)
+    spectrum = np.fft.rfft(window * (acceleration - acceleration.mean()))
+    frequency = np.fft.rfftfreq(acceleration.size, 1 / fs_hz)
+    within = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    power = 2 * np.abs(spectrum[within] / (2 * math.pi * frequency[within])) ** 2
+    return math.sqrt(float(power.sum()) / acceleration.size / float((window**2).sum()))

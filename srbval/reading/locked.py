@@ -1,0 +1,95 @@
+"""Power locked to a fault: what of a record's power in a band repeats with the passages of its defect.
+
+The squared envelope in the band, over the shaft's angle, is averaged over the phase of the passage; its mean less its
+quiet level (`srbval.signal.locked`) is the power that the fault adds there. It needs no healthy record, and neither
+another mounting's background nor a tone counts. A band narrower than two spacings of the line hardly shows it.
+
+The rig's records have lines at whole multiples of BPFO that are no fault's, high and narrow, in faulty bearings others
+than in healthy ones (`PASSAGE_LINES`). What makes them is not known. In the records with a fault at 877 rpm they make
+most of what the third octave about 1585 Hz has more than the healthy record's.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.bearing import Bearing, Fault
+from srbval.errors import DataError
+from srbval.reading.pipeline import Tracking, choose_tracking, one_signal, process
+from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.signal import analytic_signal, drop_ends, end_s
+from srbval.signal.locked import LockedMean, locked_mean, steady_tone
+
+SPACINGS = 2  # of the line that a band holds at least: a modulation shows between two of its lines
+PASSAGE_LINES = {False: (15, 30), True: (12, 24)}  # multiples of BPFO, by whether the bearing is healthy
+SLIP = 0.004  # relative: so far from pure rolling a line is looked for
+HALF_OCTAVE = 10**0.15  # of the band that a line is read in: passages stay short in it
+
+
+def locked_powers(
+    recording: Recording, bearing: Bearing, line_order: float, bands_hz: Mapping[str, tuple[float, float]]
+) -> dict[str, LockedMean]:
+    """Power locked to the fault in each band that holds `SPACINGS` of its line [unit of the recording, squared].
+
+    `line_order` is that of the line as it was found: over the record its phase must hold. Blocks are turns of the cage.
+    """
+    speed = _speed(recording)
+    tracking = choose_tracking(recording, bearing, speed)
+    line_hz, found = line_order * speed.value_hz, {}
+    for name, band_hz in bands_hz.items():
+        if band_hz[1] - band_hz[0] >= SPACINGS * line_hz:
+            processed = process(recording, band_hz=band_hz, tracking=tracking)
+            power = processed.squared * processed.scale**2 / 2  # of a real signal, half its analytic signal's
+            if recording.origin is Origin.SIMULATED:  # means over output intervals
+                power /= np.sinc(math.sqrt(band_hz[0] * band_hz[1]) / recording.fs_hz) ** 2
+            periods: FloatArray = line_hz / processed.squared_fs_hz * np.arange(power.size, dtype=float)
+            cage_turns = int(processed.seconds * bearing.orders.ftf * speed.value_hz)
+            found[name] = locked_mean(power, periods, cage_turns)
+    return found
+
+
+def without_passage_lines(
+    recording: Recording, bearing: Bearing, line_order: float | None, within_hz: tuple[float, float]
+) -> Recording:
+    """The recording less its `PASSAGE_LINES` in that range, each with one amplitude over all of it.
+
+    With a fault's `line_order` they are read where the fault is quiet (`steady_tone`).
+    """
+    speed = _speed(recording)
+    turns = _turns(recording, choose_tracking(recording, bearing, speed), speed)
+    signal = one_signal(recording)
+    for multiple in PASSAGE_LINES[recording.state is Fault.HEALTHY]:
+        order = multiple * bearing.orders.bpfo
+        if within_hz[0] < order * speed.value_hz < within_hz[1]:
+            signal = signal - _line(signal, recording.fs_hz, order * turns, order * speed.value_hz, turns, line_order)
+    return replace(recording, channels={"sensor": signal}, channel="sensor", axes=None)
+
+
+def _line(
+    signal: FloatArray, fs_hz: float, tone: FloatArray, near_hz: float, turns: FloatArray, line_order: float | None
+) -> FloatArray:
+    """The line near the phase `tone` [n, in periods], as it stands in the signal."""
+    band_hz = (near_hz / HALF_OCTAVE, near_hz * HALF_OCTAVE)
+    kept = drop_ends(tone, fs_hz, end_s(band_hz)).size
+    first = (signal.size - kept) // 2
+    inside = slice(first, first + kept)
+    periods = None if line_order is None else line_order * turns[inside]
+    analytic = analytic_signal(signal, fs_hz, band_hz)[inside]
+    amplitude, slip = steady_tone(analytic, tone[inside], periods, SLIP * near_hz * kept / fs_hz)
+    slipped = slip * (np.arange(signal.size) - first) / kept
+    return np.asarray((amplitude * np.exp(2j * np.pi * (tone + slipped))).real)
+
+
+def _turns(recording: Recording, tracking: Tracking, speed: ShaftSpeed) -> FloatArray:
+    """The shaft's turns at each sample, [n]."""
+    at_s = np.arange(recording.samples) / recording.fs_hz
+    return speed.value_hz * at_s if tracking.course is None else tracking.course.turns_at(at_s)
+
+
+def _speed(recording: Recording) -> ShaftSpeed:
+    if recording.speed is None:
+        raise DataError(f"{recording.name}: no shaft speed; what is locked to a fault follows it. Give --rpm.")
+    return recording.speed

@@ -1,0 +1,121 @@
+"""`srbval analyse` for people: the answer first, of one file, and of a folder with broken files in it."""
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import srbval.diagnosis.records as records
+from srbval.cli import main
+from tests.cli.test_properties import SHORT
+from tests.reading.test_shaft_speed import FS_HZ, record
+
+GIVEN = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "g", "--bearing", "skf-6205", "--band", "2000", "5000"]
+FILES, FAULTY, BROKEN = 47, 3, 3  # of a folder of 50
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Healthy noise of one machine, inner-race faults, three broken files, and what is no recording."""
+    made = tmp_path / "machine"
+    made.mkdir()
+    for number in range(FILES):
+        samples = record(shaft_hz=25.0, seed=number, fault=number < FAULTY).channels["x"]
+        np.save(made / f"run{number:02}.npy", samples.astype(np.float32))
+    (made / "empty.npy").write_bytes(b"")
+    (made / "cut.npy").write_bytes((made / "run00.npy").read_bytes()[:1000])
+    (made / "zeros.npy").write_bytes(bytes(4000))
+    (made / "LICENSE.txt").write_text("Free to use.\n")
+    return made
+
+
+def test_the_answer_comes_first(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What, where, how sure and against what in the first line; the numbers are those of the JSON, to their digits."""
+    file = str(folder / "run00.npy")
+    assert main(["analyse", file, *GIVEN, "--json", "--csv", str(folder / "lines.csv")]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert main(["analyse", file, *GIVEN]) == 0
+    first, *text = capsys.readouterr().out.splitlines()
+    assert len(text) < SHORT
+    assert re.fullmatch(r"Inner race fault: .* \(inner race \d+ % by the record alone, against records .*\)\.", first)
+    line = next(one for one in document["lines"] if (one["name"], one["harmonic"]) == ("BPFI", 1))
+    (row,) = [one for one in text if one.startswith("BPFI ")]
+    value, half = map(float, re.search(r"([\d.]+) ± ([\d.]+)", row).groups())  # type: ignore[union-attr]
+    assert (value, half) == (pytest.approx(line["found_hz"], abs=half / 10), pytest.approx(line["ci95_hz"], rel=0.06))
+    missed = next(one for one in text if one.startswith("not found: "))
+    assert {one["name"] for one in document["families"] if not one["detected"]} <= set(re.split(r"[ ,]", missed))
+    table = (folder / "lines.csv").read_text().splitlines()
+    assert len(table) == 1 + len(document["lines"])
+
+
+def test_what_is_printed_beside_a_line_agrees_with_yes_or_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A probability of false alarm stands beside detected lines alone."""
+    assert main(["analyse", str(folder / "run05.npy"), *GIVEN, "--all"]) == 0
+    rows = [re.split(r"\s{2,}", row) for row in capsys.readouterr().out.splitlines() if re.search(r"  no: ", row)]
+    assert rows
+    assert {(row[3], row[4], row[6]) for row in rows} == {("-", "-", "-")}
+
+
+ANSWERED = records._answered
+
+
+def interrupted(waiting: Any, jobs: int) -> Iterator[Any]:
+    for done, answer in enumerate(ANSWERED(waiting, jobs)):
+        yield answer
+        if done == 9:
+            raise KeyboardInterrupt
+
+
+def test_a_folder_with_broken_files_goes_on_where_it_stopped(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that can be read is in the table, the faults first; what was read before Ctrl-C is not read again."""
+    monkeypatch.setattr(records, "_answered", interrupted)
+    command = ["analyse", str(folder), *GIVEN]
+    assert main(command) == 130
+    left = list[int]()
+
+    def counted(waiting: Any, jobs: int) -> Any:
+        left.append(len(waiting))
+        return ANSWERED(waiting, jobs)
+
+    monkeypatch.setattr(records, "_answered", counted)
+    capsys.readouterr()
+    assert main([*command, "--json"]) == 3
+    printed = capsys.readouterr()
+    document = json.loads(printed.out)
+    assert left[0] <= FILES + BROKEN + 1 - 7  # ten were read, of them three broken at most
+    assert len(document["records"]) == FILES
+    failed = {Path(one["file"]).name: one["reason"] for one in document["failed"]}
+    assert set(failed) == {"empty.npy", "cut.npy", "zeros.npy"}
+    assert "0 bytes" in failed["empty.npy"]
+    assert [Path(name).name for name in document["left_out"]] == ["LICENSE.txt"]
+    named = [Path(one["file"]).name for one in document["records"] if one["fault"]["called"] == "inner"]
+    assert sorted(named) == [f"run{number:02}.npy" for number in range(FAULTY)]
+    assert [Path(one["file"]).name for one in document["records"][:FAULTY]] == named
+    assert main(["analyse", document["records"][0]["file"], *GIVEN, "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert {key: alone[key] for key in document["records"][0]} == document["records"][0]
+    assert main(command) == 3
+    shown = capsys.readouterr()
+    assert left[1] == BROKEN + 1  # what could not be read is tried again
+    first, _, header, *rows = shown.out.splitlines()
+    assert first.startswith(f"{FILES} records: {FAULTY} inner race fault, ")
+    assert first.endswith(f"{BROKEN} files could not be read.")
+    assert header.split()[0] == "file"
+    assert all(len(row) <= 80 for row in rows[: len(document["records"])])
+    assert all(row.endswith("yes") for row in rows[:FAULTY])
+    assert all(f"not read: {folder / name}: " in shown.err for name in failed)
+
+
+def test_what_all_files_leave_open_is_asked_for_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files = sorted(str(one) for one in folder.glob("run0*.npy"))
+    assert main(["analyse", *files, "--bearing", "skf-6205"]) == 3
+    (said,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("srbval: ")]
+    assert said.count("--fs HZ") == 1
+    assert main(["analyse", *files, *GIVEN, "--plot", "x.png"]) == 2
+    assert "one file at a time" in capsys.readouterr().err
