@@ -11,7 +11,7 @@ from srbval.cli import main
 from srbval.models import film
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import Step, simulate
-from srbval.models.slices import sliced_contacts, slice_parameters
+from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import load_scene
 
 CLOSED = 1e-3  # of the drive's power that no source accounts for
