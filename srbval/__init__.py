@@ -8,96 +8,21 @@ The names below are loaded when they are first used, so that ``import srbval`` c
     analysis = srbval.analyse(srbval.recording_from_run(run), bearing=srbval.load_bearing("skf-22240"))
 """
 
+import ast
 import importlib
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 __version__ = "0.2.0"
 
-_NAMES = {
-    "bearing": ("Bearing", "fault_frequencies", "find_bearings", "known_bearings", "load_bearing"),
-    "scene": ("Scene", "load_scene", "paper_scene"),
-    "models.run": ("Run", "RunStatus"),
-    "models.simulate": ("simulate",),
-    "models.run_file": ("write_run",),
-    "recordings": ("Origin", "Recording", "ShaftSpeed", "SpeedSource", "load_recording", "recording_from_run"),
-    "recordings.registry": (
-        "add as add_recordings",
-        "fetch as fetch_recordings",
-        "listing as list_recordings",
-        "remove as remove_recordings",
-        "verify as verify_recordings",
-    ),
-    "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
-    "reading.analyse": ("Analysis", "analyse"),
-    "diagnosis.baseline": ("BaselineComparison", "baseline_of", "compare_with_baseline"),
-    "diagnosis.diagnose": ("Diagnosis", "diagnose"),
-    "diagnosis.fault_verdict": ("FaultVerdict", "fault_verdict"),
-    "diagnosis.records": ("RecordRequest", "read_record", "read_records"),
-    "diagnosis.trend": ("record_times", "trend_of"),
-    "path.identify": ("identify as identify_path",),
-    "report.findings.findings": ("Findings", "gather"),
-    "studies.harness": ("run_study",),
-    "plan.plan": ("make_plan",),
-    "campaign.settings": ("load_campaign",),
-    "campaign.run": ("run_campaign",),
-    "campaign.status": ("campaign_status", "verify_campaign"),
-    "campaign.export": ("export_campaign",),
-    "check.check": ("run_check",),
-    "report.figures.plot": ("plot",),
-    "report.reports": ("make_report", "report_recordings", "write_plot", "write_trend"),
-    "cli.installation_commands": ("build_docs", "doctor"),
-    "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
-}
-# Where each name is: its module and what it is called there (``there as here``).
+# Where each name is, its module and what it is called there: the stub that type checkers read says it.
 _HOME = {
-    name.split(" as ")[-1]: (f"srbval.{module}", name.split(" as ")[0])
-    for module, names in _NAMES.items()
-    for name in names
+    alias.asname or alias.name: (str(node.module), alias.name)
+    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
 }
-__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis",
-           "FaultVerdict", "Findings", "NumericsError", "Origin", "RecordRequest", "Recording", "Run", "RunStatus",
-           "Scene", "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
-           "amplitude_spectrum", "analyse", "bandpass", "baseline_of", "build_docs", "campaign_status",
-           "compare_with_baseline", "diagnose", "doctor", "envelope", "envelope_spectrum", "export_campaign",
-           "fault_frequencies", "fault_verdict", "fetch_recordings", "find_bearings", "gather", "identify_path",
-           "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
-           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "read_record", "read_records",
-           "record_times", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
-           "run_check", "run_study", "simulate", "trend_of", "verify_campaign", "verify_recordings", "write_plot",
-           "write_run", "write_trend"]  # fmt: skip
-
-if TYPE_CHECKING:
-    from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
-    from srbval.campaign.export import export_campaign
-    from srbval.campaign.run import run_campaign
-    from srbval.campaign.settings import load_campaign
-    from srbval.campaign.status import campaign_status, verify_campaign
-    from srbval.check.check import run_check
-    from srbval.cli.installation_commands import build_docs, doctor
-    from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
-    from srbval.diagnosis.diagnose import Diagnosis, diagnose
-    from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
-    from srbval.diagnosis.records import RecordRequest, read_record, read_records
-    from srbval.diagnosis.trend import record_times, trend_of
-    from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
-    from srbval.models.run import Run, RunStatus
-    from srbval.models.run_file import write_run
-    from srbval.models.simulate import simulate
-    from srbval.path.identify import identify as identify_path
-    from srbval.plan.plan import make_plan
-    from srbval.reading.analyse import Analysis, analyse
-    from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
-    from srbval.recordings.registry import add as add_recordings
-    from srbval.recordings.registry import fetch as fetch_recordings
-    from srbval.recordings.registry import listing as list_recordings
-    from srbval.recordings.registry import remove as remove_recordings
-    from srbval.recordings.registry import verify as verify_recordings
-    from srbval.report.figures.plot import plot
-    from srbval.report.findings.findings import Findings, gather
-    from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
-    from srbval.scene import Scene, load_scene, paper_scene
-    from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
-    from srbval.studies.harness import run_study
+__all__ = ["__version__", *sorted(_HOME)]
 
 
 def __getattr__(name: str) -> Any:

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.cli.data_command import LONGEST_LINE, recording_settings
+from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
     RecordRequest,
+    machine_of,
     read_record,
     read_records,
     summary_of,
@@ -25,7 +26,6 @@ from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import files_under
 from srbval.signal import BandFilter
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
     if options.csv:
         check_suffix(Path(options.csv), "CSV", (".csv",))
-    if len(options.files) > 1 or Path(options.files[0]).is_dir():
+    if options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir():
         return _run_many(options)
     if options.plot:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
@@ -90,11 +90,14 @@ def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
         raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
     documents, failed, other = read_many(options)
+    machine = {"machine": machine_of(documents)} if options.one_machine else {}
     rows = [summary_of(document) for document in documents]
     write_csv(options.csv, rows)
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
 
     def show() -> None:
+        if machine:
+            print(machine["machine"]["sentence"])
         counted = ", ".join(f"{count} {state}" for state, count in states.items())
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
         shown = [
@@ -105,14 +108,13 @@ def _run_many(options: argparse.Namespace) -> int:
         print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
 
     code = report_failed(failed, other)
-    document = {"records": documents, "summary": rows, "failed": failed, "left_out": other}
+    document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
     return answer(options, document, show, code=code, status="incomplete" if failed else "")
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
-    given = {path: files_under(Path(path)) if Path(path).is_dir() else [path] for path in options.files}
-    files = dict.fromkeys(str(file) for found in given.values() for file in found)
+    files = files_of(options.files)
     with ProgressDisplay() as progress:
         documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
     return documents, *without_other_files(failed, options.files, documents)

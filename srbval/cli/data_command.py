@@ -18,6 +18,7 @@ from srbval.recordings.registry import (
     RegisterListing,
     add,
     fetch,
+    files_under,
     listing,
     remove,
     verify,
@@ -57,6 +58,12 @@ def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     given["rpm_tolerance_pct"] = options.rpm_tolerance
     named = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
     return RecordingSettings(**named | {"state": Fault(named["state"]) if named["state"] else None})
+
+
+def files_of(paths: Sequence[str]) -> list[str]:
+    """Files as they are named, and all files below the folders named, each once."""
+    found = (files_under(Path(path)) if Path(path).is_dir() else [path] for path in paths)
+    return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
 def _act(options: argparse.Namespace) -> RegisterListing:

@@ -10,18 +10,18 @@ from srbval.cli.output import answer, print_table
 from srbval.diagnosis.baseline import load_healthy
 from srbval.errors import ConfigurationError
 from srbval.path.defect_size import defect_size, size_runs
-from srbval.path.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
+from srbval.path.identify import BAND_HZ, Identified, Pair, identify, identify_response, path_toml, simulated_run
 from srbval.progress import ProgressDisplay
 from srbval.recordings import Recording
 from srbval.recordings.frf import read_frf
-from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.recordings.registry import load_registered
 from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
-COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
-SIZE_COLUMNS = ("from", "extent mm", "from mm", "to mm", "scatter dB")
-POWER = 3  # of two: how often inputs are drawn
+COLUMNS = ("Hz", "gain along the load", "across it", "u dB", "record dB", "ring dB", "ring, across dB")
+SIZE_COLUMNS = ("from", "extent mm", "from mm", "to mm")
+POWER = 4  # of two: how often inputs are drawn
 
 
 def run(options: argparse.Namespace) -> int:
@@ -31,69 +31,67 @@ def run(options: argparse.Namespace) -> int:
         check_suffix(Path(options.output), "TOML", (".toml",))
     if options.defect_size is not None:
         return _size(options, band_hz)
-    if options.mass_kg is not None:
-        frequency_hz, values = read_frf(Path(options.file))
-        found = identify_response(
-            frequency_hz, values, mass_kg=options.mass_kg, name=Path(options.file).name, band_hz=band_hz
-        )
-    else:
-        found = _from_records(options, band_hz)
+    found = _from_responses(options, band_hz) if options.mass_kg is not None else _from_records(options, band_hz)
     if options.output:
         with atomic_write(Path(options.output)) as part:
             part.write_text(path_toml(found.path), encoding="utf-8")
     return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
+def _from_responses(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
+    frequency_hz, values = read_frf(Path(options.file))
+    cross = read_frf(Path(options.cross_from)) if options.cross_from else None
+    return identify_response(
+        frequency_hz, values, cross=cross, mass_kg=options.mass_kg, name=Path(options.file).name, band_hz=band_hz
+    )
+
+
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
-    fault, healthy, bearing = _records(options)
+    fault, healthy, bearing = _records(options, options.file)
+    records = [fault, *([_records(options, options.cross_from)[0]] if options.cross_from else ())]
     with ProgressDisplay() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
-        excitation = simulated_excitation(fault, scene, progress=progress)
-    return identify(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
+        pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
+    return identify(*pairs, bearing=bearing, healthy=healthy, band_hz=band_hz)
 
 
-def _records(options: argparse.Namespace) -> tuple[Recording, Recording, str]:
-    """The faulty and the healthy record, and the bearing's name."""
+def _records(options: argparse.Namespace, file: str) -> tuple[Recording, Recording | None, str]:
+    """The faulty record, the healthy one if it is given, and the bearing's name."""
     settings = recording_settings(options)
-    fault = load_registered(options.file, settings)
-    if options.defect:
+    fault = load_registered(file, settings)
+    if file == options.cross_from:
+        fault = dataclasses.replace(fault, state=Fault.INNER)
+    elif options.defect:
         fault = dataclasses.replace(fault, state=Fault(options.defect))
-    if options.healthy:
-        healthy = load_healthy(options.healthy, settings, options.healthy_scale)
-    else:
-        entry = healthy_baseline(fault)
-        if entry is None:
-            raise ConfigurationError(
-                f"{fault.name}: no healthy record of the same rig, speed and load is registered; give --healthy FILE."
-            )
-        healthy = load_registered(entry.file, settings)
+    healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     return fault, healthy, options.bearing or fault.bearing or DEFAULT_BEARING
 
 
 def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     """Print the defect's size with the path to the sensor known."""
     path = load_sensor_path(options.defect_size)
-    if path is None or options.output or options.mass_kg is not None:
+    if path is None or options.output or options.cross_from or options.mass_kg is not None:
         raise ConfigurationError(
-            "--defect-size reads a path (rig, or a file that srbval identify wrote) and writes none: leave out -o and "
-            "--mass-kg."
+            "--defect-size reads a path (rig, or a file that srbval identify wrote) and writes none: leave out -o, "
+            "--cross-from and --mass-kg."
         )
-    fault, healthy, bearing = _records(options)
+    fault, healthy, bearing = _records(options, options.file)
     own = {"bearing": bearing}
     known = options.scene == "rig" and bearing == DEFAULT_BEARING  # whose inputs have ranges
+    inputs = (*rig_inputs(), *rig_inputs("position")) if known else ()
     with ProgressDisplay() as progress:
-        drawn = [load_scene("rig", merge(own, one)) for one in (draws(rig_inputs(), POWER) if known else ())]
+        drawn = [load_scene("rig", merge(own, one)) for one in (draws(inputs, POWER) if known else ())]
         runs = size_runs(fault, load_scene(options.scene, own), drawn, progress=progress)
-    found = defect_size(fault, healthy, runs, path, bearing=load_bearing(bearing), band_hz=band_hz)
+    found = defect_size(
+        fault, runs, path, bearing=load_bearing(bearing), healthy=healthy, band_hz=band_hz if options.band else None
+    )
 
     def show() -> None:
         low, *_, high = map(_mm, found.simulated_m)
-        print(
-            f"{fault.name} over {healthy.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n"
-        )
+        print(f"{fault.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n")
         rows = [
             (way, _mm(one.extent_m), _mm(one.low_m) if one.low_m else "below",
-             _mm(one.high_m) if one.high_m else "above", f"{one.scatter_db:.2g}")
+             _mm(one.high_m) if one.high_m else "above")
             for way, one in found.sizes.items()
         ]  # fmt: skip
         print_table(SIZE_COLUMNS, rows)
@@ -101,7 +99,7 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
         if found.path_is_fitted:
             print("the path was identified from this record with an assumed size, so the level only returns that size")
 
-    document = to_json(found) | {"file": options.file, "healthy": healthy.name, "path": path.source}
+    document = to_json(found) | {"file": options.file, "healthy": healthy and healthy.name, "path": path.source}
     return answer(options, document, show)
 
 
@@ -111,15 +109,12 @@ def _mm(metres: float) -> str:
 
 
 def _print(found: Identified) -> None:
-    table = found.to_dict()
-    print(f"{found.path.source}\nband {found.path.low_hz:g} to {found.path.high_hz:g} Hz\n")
-    print_table(("modes", "criterion"), [(trial["modes"], trial["criterion"]) for trial in table["trials"]])
-    print(f"\ndirect gain {found.path.direct:.4g} ± {table['direct_u']:.2g} (one standard deviation)")
-    names = ("frequency_hz", "frequency_u_hz", "damping_ratio", "damping_ratio_u", "gain", "gain_u",
-             "healthy_differs_by_u")  # fmt: skip
-    print_table(COLUMNS, [(i, *(mode[n] for n in names)) for i, mode in enumerate(table["modes"], start=1)])
-    if found.levels_db is not None:
-        print(f"\nlevels scatter by {found.path.scatter_db:.2g} dB beyond noise: the error of simulated force and path")
-        print("fitted records, which no verdict may use: " + ", ".join(found.path.used))
-        print()
-        print_table(("Hz", "record dB", "fit dB", "healthy dB"), found.levels_db.round(2).tolist())
+    bands = found.to_dict()["bands"]
+    print(f"{found.path.source}\nband {found.path.low_hz:.0f} to {found.path.high_hz:.0f} Hz\n")
+    print_table(COLUMNS, [tuple(band.values()) for band in bands])
+    if found.sidebands_db is not None:
+        record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
+        print(f"\ncross over load {bands[0]['cross'] / bands[0]['load']:.3g}, known to {found.path.cross_u_db:.2g} dB: "
+              f"sidebands at {record} dB, with it {run} dB")  # fmt: skip
+    if found.path.used:
+        print("\nfitted records, which no verdict may use: " + ", ".join(found.path.used))

@@ -4,16 +4,18 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.data_command import recording_settings
+from srbval.cli.data_command import files_of, recording_settings
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER = "srbval-report"
+MOST_SECTIONS = 6  # recordings that have their own; a folder's others have a row
 LONGEST_NAME = 100  # characters of a file's name in its folder's, which file systems limit
 
 
@@ -64,29 +66,46 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.diagnosis.baseline import load_healthy
-        from srbval.diagnosis.records import FailedFile
+        from srbval.diagnosis.records import FailedFile, RecordRequest, read_records, summary_of, without_other_files
         from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
     settings = recording_settings(options)
+    files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
+    failed: list[FailedFile] = []
+    if files != options.files or len(files) > MOST_SECTIONS:
+        request = RecordRequest(
+            file="", settings=settings, bearing=options.bearing, largest_slip_pct=options.cage_slip,
+            band_hz=(options.band[0], options.band[1]) if options.band else None, auto_band_if_undeclared=True,
+            healthy=options.healthy, healthy_scale=options.healthy_scale,
+        )  # fmt: skip
+        documents, failed = read_records([replace(request, file=file) for file in files], jobs=options.jobs,
+                                         progress=progress)  # fmt: skip
+        failed, _ = without_other_files(failed, options.files, documents)
+        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
+        shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
+        files = [one["file"] for one in shown]
+    is_open = len({one["file"] for one in documents}) < len(documents)  # a document a channel
 
-    def read(file: str) -> Recording | FailedFile:
+    def read(file: str, channel: str | None) -> Recording | FailedFile:
         try:
-            return load_registered(file, settings)
+            return load_registered(file, replace(settings, channel=channel or settings.channel))
         except SrbvalError as error:
             return FailedFile(file=file, error=error)
 
-    report, files = report_recordings(
-        [read(file) for file in options.files],
+    channels = [one["channel"] if is_open else None for one in shown] or [None] * len(files)
+    report, written = report_recordings(
+        [*map(read, files, channels), *failed],
         folder,
         bearing=options.bearing,
         healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
-        all_channels=options.channel is None,
+        all_channels=options.channel is None and not is_open,
+        others=documents[len(shown) :],
         largest_slip_pct=options.cage_slip,
         formats=_formats(options),
         appendix=options.appendix,
         command=own_command(),
         progress=progress,
     )
-    return files, to_json(report.data)
+    return written, to_json(report.data)

@@ -31,6 +31,8 @@ OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio"
           "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "stored_utc",
           "reason", "not_validated")  # fmt: skip
 IN_OIL = ("power_w", "film_um", "lambda_min", "slip_pct")  # the same, of a scene with oil
+IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
+UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
@@ -91,10 +93,14 @@ def run_scene(options: argparse.Namespace) -> int:
     }
 
     def show() -> None:
-        shown = to_json({name: value for name, value in summary.items() if name != "not_validated"})
-        rows = [(name, f"{v:.6g}" if isinstance(v, float) else v) for name, v in _one_level(shown)]
-        print_table(("quantity", "value"), rows)
-        print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
+        shown = to_json({name: value for name, value in summary.items() if name not in IN_WORDS})
+        print_table(
+            ("quantity", "value", "unit"),
+            [_row(*one) for one in _one_level(shown) if one[1] is not None and not one[0].endswith("scatter_pct")],
+        )
+        print(f"\nnot validated: {'; '.join(result.not_validated)}")
+        print(f"{result.status}: {result.reason}. BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz"
+              f"{f', written to {output}' if output else ''}.")  # fmt: skip
 
     answer(options, summary | planned, show, status=result.status.value)
     if result.status is RunStatus.INACCURATE:
@@ -109,6 +115,15 @@ def _one_level(table: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in table.items():
         inner = value if isinstance(value, dict) else {"": value}
         yield from ((f"{name} {key}".strip(), one) for key, one in inner.items())
+
+
+def _row(name: str, value: Any) -> tuple[str, str, str]:
+    """A value of a run as it is printed: its name in words, its digits, and the unit that its name ends with."""
+    words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
+    for part in name.split():
+        end = next((end for end in UNITS if part.endswith(end)), "")
+        words, unit = words.replace(end, "", 1) if end else words, UNITS.get(end, unit)
+    return words.replace("_", " "), f"{value:.5g}" if isinstance(value, float) else str(value), unit
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
@@ -158,12 +173,18 @@ def choose_model(options: argparse.Namespace) -> int:
     def show() -> None:
         asked = MEANING[plan.question]
         rows = [
-            (c.model, None if c.error_pct is None else asked.shown(c.error_pct), c.wall_s, "yes" if c.ok else "no",
-             "<-" if c.model == plan.chosen else "", c.why)
+            (c.model, None if c.error_pct is None else float(f"{asked.shown(c.error_pct):.3g}"),
+             None if c.wall_s is None else float(f"{c.wall_s:.2g}"), "yes" if c.ok else "no",
+             "<-" if c.model == plan.chosen else "")
             for c in plan.candidates
         ]  # fmt: skip
-        print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", "", "why"), rows)
-        print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance}: {plan.chosen}")
+        print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", ""), rows)
+        print()
+        for c in plan.candidates:
+            if not c.ok:
+                print(f"{c.model}: {c.why}")
+        chosen = next(c for c in plan.candidates if c.model == plan.chosen)
+        print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         if not plan.met:
             print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
         for reason in plan.outside:

@@ -39,7 +39,8 @@ class QuantityValue:
     `ci95` is None where the source states none; `speed_ci95` is what the uncertainty of the shaft's speed makes of the
     value; `first_ci95` the share of the first harmonic's reading in a level over it. `present`: whether what is read
     stands out of the noise, and `least` the value from which on it would. `line` is the fault's line that the value
-    was read from, `kinematic` its value in pure rolling, `halves` log spectra of the record's halves, [2, bins].
+    was read from, `kinematic` its value in pure rolling, `halves` the same of both halves of the
+    record [2], or their log spectra, [2, bins].
     """
 
     value: float

@@ -1,31 +1,19 @@
 """Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
 
-import csv
 import dataclasses
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
 
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.diagnosis.fault_posterior import (
-    UNDECIDED,
-    FaultPosterior,
-    KnownFeatures,
-    decide,
-    fit_posterior,
-    most_probable,
-)
+from srbval.diagnosis.fault_posterior import UNDECIDED, Evidence, decide, evidence, most_probable
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
 from srbval.recordings import SpeedSource
-
-KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,11 +59,15 @@ class Diagnosis:
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
+        cage = "" if not self.scores.cage_shows else (
+            f"The cage's comb stands out (evidence {self.scores.cage:.1f}), as of one rolling element or one pocket "
+            "that strikes once a turn of the cage; it names no fault."
+        )  # fmt: skip
         said = (
             f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
             f"probable beforehand as all else together: {shares}; {self._answer}."
         )
-        return " ".join(filter(None, (said, best, comb)))
+        return " ".join(filter(None, (said, best, comb, cage)))
 
 
 def label_of(name: str) -> str:
@@ -100,31 +92,37 @@ def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
 
 
 @one_thread()
-def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
-    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
+def diagnose(analysis: Analysis, *, all_channels: bool = False, by: Evidence | None = None) -> Diagnosis:
+    """Name the fault of an analysed record, `by` other evidence than that which comes with the program where given.
 
     With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
     the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
-    gave the estimate need not be this shaft. Each of these views is paid for (`FaultPosterior.log_likelihood`).
+    gave the estimate need not be this shaft. Each of these views is paid for (`Evidence.log_likelihood`).
     """
-    model, rigs = _model(without_rig)
+    by = by or evidence()
+    scored = views_of(analysis, all_channels=all_channels)
+    features = [np.array(one.features) for _, one in scored]
+    together = by.log_likelihood(*features)
+    shares = by.probabilities(together)
+    found = most_probable(shares)
+    best = int(np.argmax([by.log_likelihood(one)[found] for one in features]))
+    return Diagnosis(
+        state=UNDECIDED if contradicts_speed(analysis, fault_of(found)) else decide(shares),
+        probabilities=shares,
+        log_likelihood=together,
+        scores=scored[best][1],
+        rigs=by.rigs,
+        channel=scored[best][0] if len(dict(scored)) > 1 and found != Fault.HEALTHY else None,
+    )
+
+
+def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
+    """Channel and scores of each way to look at a record, see `diagnose`."""
     views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
     stated = analysis.recording.speed
     if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
         views += [(name, dataclasses.replace(view, speed=stated)) for name, view in views]
-    scores = [fault_scores(view) for _, view in views]
-    features = [np.array(one.features) for one in scores]
-    shares = model.probabilities(*features)
-    found = most_probable(shares)
-    best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
-    return Diagnosis(
-        state=UNDECIDED if contradicts_speed(analysis, fault_of(found)) else decide(shares),
-        probabilities=shares,
-        log_likelihood=model.log_likelihood(*features),
-        scores=scores[best],
-        rigs=rigs,
-        channel=views[best][0] if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
-    )
+    return [(name, fault_scores(view)) for name, view in views]
 
 
 def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
@@ -137,24 +135,3 @@ def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
                 recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
             ))  # fmt: skip
     return found
-
-
-def known_features() -> tuple[KnownFeatures, ...]:
-    """The records of known state that come with the program."""
-    text = (resources.files("srbval.diagnosis") / KNOWN_FILE).read_text(encoding="utf-8")
-    return tuple(
-        KnownFeatures(
-            rig=row["rig"],
-            specimen=row["specimen"],
-            state=row["state"],
-            families=tuple(float(row[fault.value]) for fault in DEFECTS),
-            unexplained=float(row["unexplained"]),
-        )
-        for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
-    )
-
-
-@functools.cache
-def _model(without_rig: str | None) -> tuple[FaultPosterior, int]:
-    known = [one for one in known_features() if one.rig != without_rig]
-    return fit_posterior(known), len({one.rig for one in known})

@@ -95,6 +95,7 @@ class FaultVerdict:
             "probabilities": named.probabilities if named else {},
             "log_likelihood": named.log_likelihood if named else {},
             "unexplained_order": named and named.scores.unexplained_order,
+            "cage_excess": named and named.scores.cage,
             "channel": named and named.channel,
             "parts": named.scores.parts if named else (),
             "line": compared.line,

@@ -16,12 +16,16 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.diagnose import fault_of, label_of
+from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
+from srbval.diagnosis.fault_scores import CAGE_SHOWN
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import features_of
+from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
@@ -36,7 +40,10 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """What is asked of one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options."""
+    """What is asked of one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options.
+
+    With `auto_band_if_undeclared` a band is chosen on the record where neither the request nor a data set has one.
+    """
 
     file: str
     settings: RecordingSettings = field(default_factory=RecordingSettings)
@@ -44,6 +51,7 @@ class RecordRequest:
     largest_slip_pct: float | None = None
     band_hz: tuple[float, float] | None = None
     auto_band: bool = False
+    auto_band_if_undeclared: bool = False
     band_filter: BandFilter = BandFilter.BUTTERWORTH
     healthy: str | None = None
     healthy_scale: float | None = None
@@ -102,7 +110,9 @@ def read_record(request: RecordRequest) -> RecordReading:
     _ask_at_once(recording, request)
     analysis = analyse(
         recording, bearing=bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct),
-        band_hz=request.band_hz, band_filter=request.band_filter, choose_on_record=request.auto_band, healthy=healthy,
+        band_hz=request.band_hz, band_filter=request.band_filter, healthy=healthy,
+        choose_on_record=request.auto_band
+        or (request.auto_band_if_undeclared and request.band_hz is None and not band_is_declared(recording)),
     )  # fmt: skip
     baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
     verdict = fault_verdict(analysis, baseline, all_channels=settings.channel is None)
@@ -169,7 +179,7 @@ def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
         return first
-    return DataError("none of the recordings can be read: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
+    return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
 def without_other_files(
@@ -199,12 +209,44 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
     called = next((one.label for one in DEFECTS if one.value == fault["called"]), None)
     return {
         "file": document["file"],
+        "name": document["name"],
         "channel": document["channel"],
         "state": f"{called} fault" if called else fault["verdict"] or document["origin"],
         "strongest_fault": part if shares[part] else None,
         "probability": shares[part],
         "alarm": ALARMS[fault["verdict"]],
     }
+
+
+def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What all records say together where they are of one bearing, as an entry of JSON documents.
+
+    Of those that are measured, and whose lines do not fit another speed than the one stated; see `of_one_machine`.
+    `cage_excess`: the cage's comb in each. `ConfigurationError` where the records name more than one bearing.
+    """
+    if len(names := sorted({document["bearing"] for document in documents})) > 1:
+        raise ConfigurationError(
+            f"--one-machine: the records are of {len(names)} bearings, {' and '.join(names)}; give those of one, or "
+            "state it with --bearing."
+        )
+    faults = [one["fault"] for one in documents if one["fault"]["log_likelihood"] and not one["shaft_hz"]["outside"]]
+    entry: dict[str, Any] = {"records": len(faults), "state": None, "called": None, "probabilities": {}}
+    if not faults:
+        return entry | {"sentence": "One machine: no measured record says anything of it."}
+    together = of_one_machine([fault["log_likelihood"] for fault in faults])
+    shares = evidence().probabilities(together)
+    state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
+    part, best = fault_of(state), most_probable(shares)
+    answer = (
+        f"{part.label} fault" if part else {UNDECIDED: "undecided"}.get(state, f"{label_of(state)}, no fault named")
+    )
+    shown = sum(excess is not None and excess >= CAGE_SHOWN for excess in cage)
+    said = f"One machine: {answer} ({label_of(best)} {100 * shares[best]:.0f} % by {len(faults)} records together)."
+    said += f" The cage's comb stands out in {shown} of them; it names no fault." if shown else ""
+    return entry | {
+        "state": state, "called": part, "probabilities": shares, "log_likelihood": together, "cage_excess": cage,
+        "sentence": said,
+    }  # fmt: skip
 
 
 def _concern(document: dict[str, Any]) -> tuple[int, float]:
@@ -235,19 +277,28 @@ def _content(request: RecordRequest, register: str) -> str:
     return json.dumps([to_json(request), str(Path(request.file).resolve()), files, bearing, register])
 
 
+def band_is_declared(recording: Recording) -> bool:
+    """Whether the recording or its data set says in which band to look."""
+    try:
+        declared_band(recording, None)
+    except ConfigurationError:
+        return False
+    return True
+
+
 def _load(request: RecordRequest) -> Recording:
     """The record; what it leaves open is asked for with the band, which no file states."""
     try:
         return load_registered(request.file, request.settings)
     except LeftOpenError as error:
-        if not error.band or request.band_hz or request.auto_band:
+        if not error.band or request.band_hz or request.auto_band or request.auto_band_if_undeclared:
             raise
         raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
 
 
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
-    band = request.auto_band or request.band_hz or recording.band_hz or recording.dataset
+    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or band_is_declared(recording)
     missing = [
         asked
         for asked, known in (

@@ -14,7 +14,7 @@ from srbval.models.estimates import StepError
 from srbval.models.health import assess
 from srbval.models.hierarchy import level_of
 from srbval.models.run import RunStatus, RunSummary
-from srbval.models.sensor import BandLevels, SensorFilter, along_sensor
+from srbval.models.sensor import BandLevels, SensorFilter
 from srbval.scene import Scene
 
 # losses of a bearing in oil by source; it has no seals
@@ -50,8 +50,9 @@ class RunStatistics:
 
     def __post_init__(self) -> None:
         self.losses_w = dict.fromkeys(LOSSES, 0.0)
-        self.levels = BandLevels(fs_hz=self.scene.output_rate_hz)
-        self.sensor = SensorFilter(self.scene.sensor_path, self.scene.output_rate_hz)
+        scene = self.scene
+        self.levels = BandLevels(fs_hz=scene.output_rate_hz)
+        self.sensor = SensorFilter(scene.sensor_path, scene.output_rate_hz, scene.load.direction_rad)
 
     def add(self, out: FloatArray) -> FloatArray:
         """Count a chunk's rows in; what the model does not have is NaN and passes every test.
@@ -70,7 +71,7 @@ class RunStatistics:
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
         self.energy.add(out)
         self.momentum.add(out)
-        shown = self.sensor.add(along_sensor(out[:, col.ACCELERATION]))
+        shown = self.sensor.add(out[:, col.ACCELERATION])
         self.levels.add(shown)
         return shown
 

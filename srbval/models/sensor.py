@@ -7,12 +7,10 @@ from functools import cache
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.errors import ConfigurationError
-from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath
+from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 
 ORDER = 4  # of the Butterworth band-pass
-FITTED = 0.4  # share of the sampling rate up to which a mode may lie
-POINTS = 400  # of the fit
+FILTER_S = 0.05  # length of a path's filters
 
 
 def along_sensor(acceleration: FloatArray) -> FloatArray:
@@ -90,52 +88,30 @@ class BandLevels:
 
 
 class SensorFilter:
-    """What the sensor shows of the ring's acceleration along its axis; without a `path`, that itself.
+    """What the sensor shows of the ring's acceleration; without a `path`, that along the sensor's axis itself.
 
-    Each mode of the path becomes a digital resonator with the poles of the analogue one, z = exp(s T), so that
-    frequency and damping are the mode's own. It starts at rest, so that a mode's first 1 / (zeta f) seconds are its
-    beginning's. `ConfigurationError` for a mode beyond what the rate can show.
+    The path's response becomes one filter of `FILTER_S` for each direction, by its values on a grid and Hann's window
+    over time, so that gains change within 40 Hz of an edge between bands. What is shown comes `FILTER_S` / 2 late, and
+    begins at rest.
     """
 
-    def __init__(self, path: SensorPath | None, fs_hz: float) -> None:
-        self.path = path
-        self._resonators: list[tuple[FloatArray, FloatArray]] = []
-        for mode in path.modes if path else ():
-            if mode.frequency_hz > FITTED * fs_hz:
-                raise ConfigurationError(
-                    f"sensor_path mode at {mode.frequency_hz:g} Hz lies above {FITTED:g} of output_rate_hz = "
-                    f"{fs_hz:g}: raise output_rate or leave the mode out."
-                )
-            self._resonators.append(_resonator(mode.frequency_hz, mode.damping_ratio, mode.gain, fs_hz))
-        self._states = [np.zeros(2) for _ in self._resonators]
+    def __init__(self, path: SensorPath | None, fs_hz: float, load_direction_rad: float) -> None:
+        self.load_direction_rad = load_direction_rad
+        half = round(0.5 * FILTER_S * fs_hz)
+        self._before = np.zeros((2 * half, 2))
+        self._taps: FloatArray | None = None
+        if path is not None:
+            length = 8 * (2 * half + 1)  # a grid so fine that nothing of the response comes back at its other end
+            impulse = np.fft.irfft(path.response(np.arange(length // 2 + 1) * fs_hz / length), length)
+            self._taps = np.roll(impulse, half, axis=1)[:, : 2 * half + 1].T * hann(2 * half + 1)[:, None]
 
-    def add(self, along: FloatArray) -> FloatArray:
-        """The sensor's acceleration over the next samples of the ring's along its axis, [n] each, in m/s2."""
-        if self.path is None:
-            return along
-        from scipy.signal import lfilter
+    def add(self, acceleration: FloatArray) -> FloatArray:
+        """The sensor's acceleration over the ring's next samples, [n, 3] to [n], in m/s2."""
+        if self._taps is None:
+            return along_sensor(acceleration)
+        from scipy.signal import oaconvolve
 
-        found = self.path.direct * along
-        for place, (numerator, denominator) in enumerate(self._resonators):
-            part, self._states[place] = lfilter(numerator, denominator, along, zi=self._states[place])
-            found += part
+        joined = np.concatenate((self._before, parts_along_sensor(acceleration, self.load_direction_rad)))
+        self._before = joined[len(joined) - len(self._before) :]
+        found: FloatArray = oaconvolve(joined, self._taps, mode="valid", axes=0).sum(axis=1)
         return found
-
-
-def _resonator(frequency_hz: float, damping_ratio: float, gain: float, fs_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Numerator and denominator, [3] each.
-
-    The numerator is the least-squares fit of three taps to the mode's response up to `FITTED` of the rate, relative to
-    the response of the poles.
-    """
-    radians = 2 * math.pi * frequency_hz / fs_hz
-    decay = math.exp(-damping_ratio * radians)
-    turn = radians * math.sqrt(1 - damping_ratio**2)
-    denominator = np.array([1.0, -2 * decay * math.cos(turn), decay**2])
-    ratio = np.linspace(0.01, FITTED, POINTS) * fs_hz / frequency_hz
-    ratio = np.sort(np.append(ratio, 1.0))
-    delays = np.exp(-1j * radians * np.outer(ratio, np.arange(3)))
-    wanted = gain * ratio**2 / (ratio**2 - 1 - 2j * damping_ratio * ratio)
-    rows = delays / (delays @ denominator)[:, None]
-    numerator, *_ = np.linalg.lstsq(np.vstack((rows.real, rows.imag)), np.append(wanted.real, wanted.imag), rcond=None)
-    return np.asarray(numerator), denominator

@@ -53,16 +53,20 @@ def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
     return float(np.trapezoid(np.interp(at, own_hz, density), at))
 
 
-def levels(recording: Recording, healthy: Recording | None) -> dict[str, QuantityValue]:
+def levels(
+    recording: Recording, healthy: Recording | None, mounting_db: float = 0.0
+) -> dict[str, QuantityValue]:  # fmt: skip
     """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; of the record itself without one.
 
-    Of the increment D - H the deviation is sqrt(D^2 + H^2) / sqrt(B T); one below two of these is not resolved.
+    Of the increment D - H the variance is (D^2 + H^2) / (B T) and, where the levels of either mounting scatter by
+    `mounting_db`, 2 (H s)^2 with that as a share of the power, s. One below two deviations is not resolved.
     """
     found = {}
     for name, band in (LEVEL_BANDS | RMS_BANDS).items():
         own = band_power(recording, band)
         floor = 0.0 if healthy is None else band_power(healthy, band)
-        u = math.hypot(own, floor) / math.sqrt((band[1] - band[0]) * recording.seconds)
+        noise = math.hypot(own, floor) / math.sqrt((band[1] - band[0]) * recording.seconds)
+        u = math.hypot(noise, math.sqrt(2) * floor * mounting_db / DB)
         increment = max(own - floor, 0.1 * u)
         found[name] = QuantityValue(
             value=DB * math.log(increment), ci95=NORMAL_95 * DB * min(u / increment, 1.0), present=own - floor > 2 * u
@@ -74,6 +78,7 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
     """Power locked to the fault per third octave [dB re 1 m/s2], see `srbval.reading.locked`.
 
     `least` is the level from which on it would be shown; of one that is not, the value is half of that power at least.
+    `halves` are the levels of both halves of the record, NaN for one that noise makes negative.
     """
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
@@ -81,11 +86,15 @@ def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> 
         found[f"locked {name}"] = QuantityValue(
             value=DB * math.log(max(value, tiny)), ci95=DB * min(power.ci95 / max(value, tiny), 1.0),
             present=power.value > power.ci95, least=DB * math.log(max(power.ci95, tiny)),
+            halves=np.array([DB * math.log(one) if one > 0 else math.nan for one in power.halves]),
         )  # fmt: skip
     return found
 
 
-def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: float) -> dict[str, QuantityValue]:
+def pattern(
+    recording: Recording, bearing: Bearing, fault: Fault, line_order: float,
+    band_hz: tuple[float, float] = ENVELOPE_HZ,
+) -> dict[str, QuantityValue]:  # fmt: skip
     """Harmonics and sidebands over the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
 
     `line_order` is that of the fault's line as it was found; its squared envelope is followed over the shaft's angle.
@@ -93,7 +102,7 @@ def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: fl
     speed = recording.speed
     if speed is None:
         raise DataError(f"{recording.name}: no shaft speed; patterns are read at multiples of it. Give --rpm.")
-    processed = process(recording, band_hz=ENVELOPE_HZ, tracking=choose_tracking(recording, bearing, speed))
+    processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
     spacing_hz = fault.sideband_order(bearing.orders) * speed.value_hz
     first, first_snr = _line(square, rate, line_hz)

@@ -1,184 +1,315 @@
-"""Identifying the path to the sensor: from a healthy and a faulty record, or from a measured response.
+"""Identifying the path to the sensor: from records of a known fault, or from measured responses.
 
-The faulty record's powers are taken in bands as wide as its line, or a multiple, each about a harmonic: a fault that
-repeats says of the path what its harmonics show. What excites is simulated at the record's own speed and load, without
-a path. The healthy record, whose excitation is not known, is fitted by itself with as many modes and a power of the
-frequency as excitation: where it puts a mode elsewhere the mode is that much less sure.
+In each third octave the power locked to the fault (`srbval.reading.locked`) of the record is what the path makes of
+that of a run of the model at the record's own speed and load, with X_l and X_c of its parts along the load and across:
+
+    D = g^2 (X_l + r^2 X_c)
+
+The ratio r of cross to load is the same in all bands. A hole that turns with the inner race strikes along the load and
+across it by turns, so that its sidebands tell r: it is the one for which the run behind the path shows the sidebands of
+the record, in the band in which its data set is demodulated, or else in that of the path. A record of a fault that
+stands still tells none, and without another one r is 1.
+
+Gains reach from the lowest to the highest band in which the record's power is above its own standard deviation; a band
+between in which it is not has its neighbours' gain.
 """
 
 import json
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
-from srbval.bearing import DEFECTS, Bearing, load_bearing
+from srbval.arrays import ComplexArray, FloatArray
+from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.models.run import Run
 from srbval.models.run_store import stored_run
+from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step
-from srbval.path.amplitudes import SEGMENT_S, record_density
-from srbval.path.path_fit import LEAST_SPARE, BandPowers, MeasuredResponse, PathFit, best_of, fit_path, inflated, refit
+from srbval.path.amplitudes import DB, SIDEBANDS, pattern
 from srbval.progress import Progress, silent
+from srbval.reading.analyse import analyse
+from srbval.reading.locked import locked_powers
 from srbval.recordings import Recording, recording_from_run
-from srbval.scene import Scene, SensorPath
+from srbval.scene import Scene, SensorPath, parts_along_sensor
+from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
+from srbval.signal.locked import LockedMean
 
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
-MOST_BANDS = 30
+RATIOS = (0.1, 30.0)  # of cross to load, between which one is looked for
+CHANCE = 0.025  # that noise alone shows power in any of the bands
+ROUNDS = 3  # of setting gains so that the run behind them has the record's power, edges of bands and filters included
+LEAST_LINES = 3  # of a measured response in a band
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
     """A path and what it rests on.
 
-    `trials` are the fits by their number of modes; `healthy_ratios` by how many of their own u the healthy record's
-    frequencies differ, one a mode, empty where there is none; `levels_db` of each band [n, 4]: its middle [Hz], record,
-    fit and healthy record [dB re 1 m/s2], None for a measured response. `chance` of so bad a fit by noise alone.
+    `record_db`: power of the record locked to its fault in each of the path's bands [dB re 1 m/s2], NaN where it is not
+    shown, and `ring_db` that of the run, along the load and across it [2, n]; empty for a measured response.
+    `sidebands_db`: of record and run behind the path, at one and two times their spacing [2, 2]; None where no
+    sidebands tell the ratio.
     """
 
     path: SensorPath
-    trials: tuple[PathFit, ...]
-    healthy_ratios: tuple[float, ...] = ()
-    levels_db: FloatArray | None = None
-    chance: float | None = None
+    record_db: FloatArray
+    ring_db: FloatArray
+    sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values: deviations are relative but for gains."""
-        u = self.path.deviations().tolist()
+        """Plain values, one table of all bands."""
+        path, count = self.path, len(self.path.load)
+        known = np.vstack((self.record_db, self.ring_db)) if self.record_db.size else np.full((3, count), np.nan)
+        columns = zip(path.frequency_hz, path.load, path.cross, path.u_db or [math.nan] * count, *known, strict=True)
+        names = ("frequency_hz", "load", "cross", "u_db", "record_db", "ring_load_db", "ring_cross_db")
         return {
-            "direct": self.path.direct,
-            "direct_u": self.path.direct * u[0],
-            "modes": [
-                vars(mode)
-                | {
-                    "frequency_u_hz": mode.frequency_hz * u[1 + 3 * i],
-                    "damping_ratio_u": mode.damping_ratio * u[2 + 3 * i],
-                    "gain_u": u[3 + 3 * i],
-                    "healthy_differs_by_u": self.healthy_ratios[i] if self.healthy_ratios else None,
-                }
-                for i, mode in enumerate(self.path.modes)
-            ],
-            "scatter_db": self.path.scatter_db,
-            "band_hz": (self.path.low_hz, self.path.high_hz),
-            "trials": [{"modes": fit.modes, "criterion": fit.criterion} for fit in self.trials],
-            "chance": self.chance,
-            "used": self.path.used,
-            "source": self.path.source,
-            "levels_db": self.levels_db,
-        }
+            "bands": [dict(zip(names, row, strict=True)) for row in columns],
+            "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db, "band_hz": (path.low_hz, path.high_hz),
+            "used": path.used, "source": path.source,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """A record of a faulty bearing and the run of a scene at its speed, load and fault, without a path."""
+
+    record: Recording
+    run: Run
+
+
+def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
+    """Edges of the third octaves whose middles lie in a band, by these middles [Hz]."""
+    first, last = (10 * math.log10(one) for one in band_hz)
+    middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
+    return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
 
 
 def identify(
-    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing | str | Path,
+    pair: Pair, cross: Pair | None = None, *, bearing: Bearing | str | Path, healthy: Recording | None = None,
     band_hz: tuple[float, float] = BAND_HZ,
 ) -> Identified:  # fmt: skip
-    """The path that makes the `excitation`, a simulated run at the record's speed, into the fault's record.
+    """The path that makes of a run its record; the ratio of its directions from `cross`, or the same pair's sidebands.
 
-    Raises `DataError` for records that cannot be compared (unit, no speed, too few bands), `ConfigurationError` for a
-    band that lies beyond a record, or a record without a fault.
+    Of a `healthy` record what it has at the same passage is taken off.
+
+    Raises `DataError` for records that cannot be used (unit, no speed, no band or no sideband that shows),
+    `ConfigurationError` for a band that lies beyond a record, or a record without a fault.
     """
-    data = band_powers(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
-    fits = fit_path(data)
-    if not fits:
+    bearing = load_bearing(bearing)
+    from scipy.special import stdtrit
+
+    powers = record_powers(pair.record, bearing, band_hz, healthy)
+    shown = np.array([one.value > one.u for one in powers.values()])
+    if not any(one.value > one.u * stdtrit(one.blocks - 1, 1 - CHANCE / len(powers)) for one in powers.values()):
         raise DataError(
-            f"{data.size} bands between {band_hz[0]:g} and {band_hz[1]:g} Hz are too few for a path: "
-            f"{2 + len(data.extras) + LEAST_SPARE} or more are needed. Widen --band."
+            f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
+            "locked to the fault. Widen --band, or use a longer record."
         )
-    silent_powers = replace(
-        data, fault=data.healthy, healthy=np.zeros(data.size), coloured=True,
-        excitation=np.full_like(data.excitation, 1 / data.excitation.shape[1]),
+    reach = slice(int(np.argmax(shown)), shown.size - int(np.argmax(shown[::-1])))
+    middles = list(powers)[reach]
+    levels, u_db = (
+        np.array([of(one) if one.value > one.u else math.nan for one in list(powers.values())[reach]])
+        for of in (lambda one: decibels(one.value), lambda one: DB * one.u / one.value)
+    )
+    order = line_order(pair.run, bearing)
+    ring = np.array([locked_db(one, bearing, middles, order) for one in ring_parts(pair.run)])
+    turning = cross or (pair if pair.record.state is Fault.INNER else None)
+    used = (pair.record.name, *((f"{turning.record.name} (direction)",) if turning else ()))
+    own = SensorPath(
+        frequency_hz=tuple(middles), load=(1.0,) * len(middles), cross=(1.0,) * len(middles),
+        u_db=tuple(_filled(u_db).tolist()), used=used,
+        source=f"identified from {' and '.join(used)}, driven by {recording_from_run(pair.run).name}",
     )  # fmt: skip
-    best, ratios = inflated(best_of(fits), refit(silent_powers, best_of(fits)))
-    used = tuple(record.name for record in (healthy, fault))
-    source = f"identified from {used[1]} over {used[0]}, driven by {excitation.name}"
-    path = best.path(data, source=source, used=used)
-    whole = data.powers(best.parameters) + data.healthy
-    levels = [10 * np.log10(power) for power in (data.fault, whole, data.healthy)]
-    return Identified(
-        path=path, trials=fits, healthy_ratios=tuple(ratios), chance=data.chance(path),
-        levels_db=np.column_stack((data.frequency_hz.mean(axis=1), *levels)),
-    )  # fmt: skip
+
+    def behind_ratio(ratio: float) -> SensorPath:
+        excited = 10 ** (ring[0] / 10) + ratio**2 * 10 ** (ring[1] / 10)
+        gains = 10 ** (_filled(levels - 10 * np.log10(excited)) / 20)
+        return replace(own, load=tuple(gains.tolist()), cross=tuple((ratio * gains).tolist()))
+
+    ratio, u, sidebands = _ratio(turning, bearing, behind_ratio) if turning else (1.0, 0.0, None)
+    path = replace(behind_ratio(ratio), cross_u_db=u)
+    for _ in range(ROUNDS):
+        off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, middles, order)) / 20)
+        path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
+    return Identified(path=path, record_db=levels, ring_db=ring, sidebands_db=sidebands)
 
 
 def identify_response(
-    frequency_hz: FloatArray,
-    values: NDArray[np.complex128],
-    *,
-    mass_kg: float,
-    name: str,
-    band_hz: tuple[float, float] = BAND_HZ,
-) -> Identified:
-    """The path of a measured response [m/s2/N] of the structure that is `mass_kg` of ring and housing in the scene."""
-    inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
-    data = MeasuredResponse(band_hz=band_hz, frequency_hz=frequency_hz[inside], values=mass_kg * values[inside])
-    if data.size < 2 * MOST_BANDS or not data.scale:
-        raise DataError(
-            f"{name}: {data.size // 2} lines between {band_hz[0]:g} and {band_hz[1]:g} Hz, at least {MOST_BANDS} "
-            "that are not zero are needed. Widen --band or measure finer."
-        )
-    fits = fit_path(data)
-    path = best_of(fits).path(data, source=f"measured response {name}, {mass_kg:g} kg of ring and housing")
-    return Identified(path=path, trials=fits)
+    frequency_hz: FloatArray, values: ComplexArray, *, mass_kg: float, name: str,
+    cross: tuple[FloatArray, ComplexArray] | None = None, band_hz: tuple[float, float] = BAND_HZ,
+) -> Identified:  # fmt: skip
+    """The path of a measured response [m/s2/N] of the structure that is `mass_kg` of ring and housing in the scene.
 
-
-def band_powers(
-    fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing, band_hz: tuple[float, float]
-) -> BandPowers:
-    """Powers of three records in bands about the fault's harmonics [(m/s2)^2]."""
-    if fault.state not in DEFECTS or fault.speed is None:
-        raise ConfigurationError(
-            f"{fault.name}: state {fault.state or 'unknown'}, speed {'known' if fault.speed else 'unknown'}: a path is "
-            "identified from a record of a known fault at a known speed; give --defect and --rpm."
-        )
-    line_hz = fault.speed.value_hz * fault.state.line_order(bearing.orders)
-    for record in (fault, healthy, excitation):
-        if record.unit != "m/s2":
-            raise DataError(f"{record.name}: samples in {record.unit!r}; m/s2 is needed. State --unit, or --scale too.")
-        if not 0 < band_hz[0] < band_hz[1] < 0.5 * record.fs_hz:
-            raise ConfigurationError(
-                f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise and lie within 0 and {record.fs_hz / 2:g} Hz, "
-                f"half the rate of {record.name}."
-            )
-        if record.samples < 4 * round(SEGMENT_S * record.fs_hz):
-            raise DataError(f"{record.name}: {record.seconds:.3g} s; a path needs at least {4 * SEGMENT_S:g} s.")
-    width = line_hz * max(1, round((band_hz[1] - band_hz[0]) / (MOST_BANDS * line_hz)))
-    middles = np.arange(math.ceil(band_hz[0] / width + 0.5), math.floor(band_hz[1] / width - 0.5) + 1) * width
-    grid = np.arange(round(width * SEGMENT_S)) / round(width * SEGMENT_S) - 0.5
-    frequency_hz = middles[:, None] + (grid + 0.5 / grid.size) * width
-    power = [
-        np.interp(frequency_hz, *record_density(record)) * width / grid.size for record in (fault, healthy, excitation)
-    ]
-    return BandPowers(
-        band_hz=band_hz, frequency_hz=frequency_hz, excitation=power[2], fault=power[0].sum(axis=1),
-        healthy=power[1].sum(axis=1), freedom=width * min(fault.seconds, healthy.seconds),
+    `cross`: frequencies and response to a force across the load; without it both directions are alike. Gains are root
+    mean squares over a band.
+    """
+    bands = third_octaves(band_hz)
+    load, other = (
+        _band_gains(of, mass_kg, bands, name) for of in ((frequency_hz, values), cross or (frequency_hz, values))
+    )
+    path = SensorPath(
+        frequency_hz=tuple(bands), load=load, cross=other,
+        source=f"measured response {name}, {mass_kg:g} kg of ring and housing",
     )  # fmt: skip
+    return Identified(path=path, record_db=np.empty(0), ring_db=np.empty(0))
 
 
-def simulated_excitation(
-    fault: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent
-) -> Recording:
+def _band_gains(
+    response: tuple[FloatArray, ComplexArray], mass_kg: float, bands: Mapping[float, tuple[float, float]], name: str
+) -> tuple[float, ...]:
+    at_hz, values = response
+    gains = []
+    for middle, (low, high) in bands.items():
+        inside = np.abs(values[(at_hz >= low) & (at_hz < high)])
+        if inside.size < LEAST_LINES or not inside.any():
+            raise DataError(
+                f"{name}: {np.count_nonzero(inside)} lines that are not zero in the third octave at {middle:.0f} Hz, "
+                f"at least {LEAST_LINES} are needed. Narrow --band or measure finer."
+            )
+        gains.append(mass_kg * math.sqrt(float(np.mean(inside**2))))
+    return tuple(gains)
+
+
+def line_order(run: Run, bearing: Bearing) -> float:
+    """The order of the line of a run's fault: by its cage, a roller's where it is found."""
+    by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
+    return by_cage or found_order(recording_from_run(run), bearing, BAND_HZ)
+
+
+def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
+    """The order of the line of a record's fault where it is found in a band, or else by pure rolling."""
+    if record.state not in DEFECTS or record.speed is None:
+        raise ConfigurationError(
+            f"{record.name}: state {record.state or 'unknown'}, speed {'known' if record.speed else 'unknown'}: a path "
+            "is identified from a record of a known fault at a known speed; give --defect and --rpm."
+        )
+    line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(record.state)
+    return (line.found_hz or line.kinematic_hz) / record.speed.value_hz
+
+
+def ring_parts(run: Run) -> tuple[Recording, Recording]:
+    """Recordings of what the ring does along the load and across it, each along the sensor's axis."""
+    parts = parts_along_sensor(run.acceleration_m_s2, run.scene.load.direction_rad)
+    along, across = (recording_from_run(replace(run, sensor_m_s2=np.ascontiguousarray(one))) for one in parts.T)
+    return along, across
+
+
+def behind(run: Run, path: SensorPath | None) -> Recording:
+    """What the sensor shows of a run."""
+    sensor = SensorFilter(path, run.scene.output_rate_hz, run.scene.load.direction_rad)
+    return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
+
+
+def record_powers(
+    record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
+) -> dict[float, LockedMean]:
+    """Power locked to the record's fault in the third octaves of a band, by their middles [Hz], [(m/s2)^2].
+
+    Less what a `healthy` record of the same speed has at the same passage, if there is one. Third octaves too narrow
+    for the fault's line are left out.
+    """
+    for one in (record, *([healthy] if healthy else ())):
+        if one.unit != "m/s2":
+            raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit, or --scale too.")
+    limit_hz, bands = 0.5 * record.fs_hz / HALF_THIRD_OCTAVE, third_octaves(band_hz)
+    if not bands or max(bands) >= limit_hz:
+        raise ConfigurationError(
+            f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise, hold the middle of a third octave and end below "
+            f"{limit_hz:.0f} Hz, for the rate of {record.name}."
+        )
+    order = found_order(record, bearing, band_hz)
+    found = locked_powers(record, bearing, order, bands)
+    if healthy is None:
+        return found
+    other = locked_powers(healthy, bearing, order, bands)
+    return {
+        middle: replace(one, value=one.value - other[middle].value, u=math.hypot(one.u, other[middle].u))
+        for middle, one in found.items() if middle in other
+    }  # fmt: skip
+
+
+def locked_db(run: Recording, bearing: Bearing, middles_hz: Sequence[float], order: float) -> FloatArray:
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in third octaves that hold two of these lines, [n].
+
+    `ConfigurationError` where the scene's rate does not show them.
+    """
+    bands = {middle: (middle / HALF_THIRD_OCTAVE, middle * HALF_THIRD_OCTAVE) for middle in middles_hz}
+    if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
+        raise ConfigurationError(
+            f"output_rate_hz = {run.fs_hz:g} of the scene shows nothing above half of it, the bands go up to "
+            f"{max(middles_hz):.0f} Hz: raise output_rate, or end --band lower."
+        )
+    return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
+
+
+def decibels(power: float) -> float:
+    """Of a power that may be zero or, by noise, less."""
+    return DB * math.log(max(power, 1e-30))
+
+
+def _filled(values: FloatArray) -> FloatArray:
+    """With the values of both neighbours between those that are known; both ends are."""
+    known = np.flatnonzero(np.isfinite(values))
+    return np.interp(np.arange(values.size), known, values[known])
+
+
+def _ratio(
+    pair: Pair, bearing: Bearing, behind_ratio: Callable[[float], SensorPath]
+) -> tuple[float, float, FloatArray]:
+    """The ratio of cross to load, its deviation [dB], and the sidebands of record and run behind it [dB], [2, 2]."""
+    from scipy.optimize import minimize_scalar
+
+    band_hz = pair.record.band_hz or (behind_ratio(1.0).low_hz, behind_ratio(1.0).high_hz)
+    order = found_order(pair.record, bearing, band_hz)
+    read = pattern(pair.record, bearing, Fault.INNER, order, band_hz)
+    theirs = [read[f"sidebands {n}"] for n in SIDEBANDS]
+    if pair.record.state is not Fault.INNER or not all(one.present for one in theirs):
+        raise DataError(
+            f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race "
+            "fault, which do not stand out here. Use another record for --cross-from."
+        )
+    wanted, u = (np.array(list(one)) for one in zip(*((v.value, (v.ci95 or 0.0) / 1.96) for v in theirs), strict=True))
+
+    def sidebands(log_ratio: float) -> FloatArray:
+        shown = behind(pair.run, behind_ratio(math.exp(log_ratio)))
+        own = pattern(shown, bearing, Fault.INNER, line_order(pair.run, bearing), band_hz)
+        return np.array([own[f"sidebands {n}"].value for n in SIDEBANDS])
+
+    def misfit(log_ratio: float) -> float:
+        return float(np.sum(((sidebands(log_ratio) - wanted) / u) ** 2))
+
+    low, high = np.log(RATIOS)
+    best = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 0.01})
+    step = 0.1
+    slope = (sidebands(best.x + step) - sidebands(best.x - step)) / (2 * step)
+    return math.exp(best.x), 2 * DB / math.sqrt(float(np.sum((slope / u) ** 2))), np.array([wanted, sidebands(best.x)])
+
+
+def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent) -> Run:
     """A run of the scene at the record's speed, load and state, without a path, as long as the record or `longest_s`.
 
     Raises `NumericsError` where it fails, `ConfigurationError` for a record without a fault or speed.
     """
-    if fault.state not in DEFECTS or fault.speed is None:
-        raise ConfigurationError(f"{fault.name}: its fault and its speed must be known; give --defect and --rpm.")
+    if record.state not in DEFECTS or record.speed is None:
+        raise ConfigurationError(f"{record.name}: its fault and its speed must be known; give --defect and --rpm.")
     load = scene.load
-    if fault.radial_n is not None:
-        load = replace(load, radial_n=fault.radial_n, axial_n=fault.axial_n or 0.0)
+    if record.radial_n is not None:
+        load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)
     own = replace(
-        scene, shaft_speed_rad_s=2 * math.pi * fault.speed.value_hz, load=load, speed_profile=None, load_profile=None,
-        defect=replace(scene.defect, kind=fault.state), duration_s=round(min(fault.seconds, longest_s), 2),
+        scene, shaft_speed_rad_s=2 * math.pi * record.speed.value_hz, load=load, speed_profile=None, load_profile=None,
+        defect=replace(scene.defect, kind=record.state), duration_s=round(min(record.seconds, longest_s), 2),
         sensor_path=None,
     )  # fmt: skip
     run = stored_run(own, step=Step.UNCHECKED, progress=progress)
     if not run.status.usable:
         raise NumericsError(f"the run that drives the path failed ({run.status}): {run.reason}.")
-    return recording_from_run(run)
+    return run
 
 
 def path_toml(path: SensorPath) -> str:
@@ -187,18 +318,12 @@ def path_toml(path: SensorPath) -> str:
     def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
         return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)
 
-    numbers = {name: getattr(path, name) for name in ("direct", "low_hz", "high_hz")}
-    lines = [
+    columns = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
+    return "\n".join([
         f"# {path.source}",
         "# Gains of force times path; the records named in `used` are fitted: no verdict rests on them.",
-        *(f"{name} = {value:.6g}" for name, value in numbers.items()),
-        f"scatter_db = {path.scatter_db:.4g}",
+        *(f"{name} = [{', '.join(f'{value:.6g}' for value in values)}]" for name, values in columns.items() if values),
+        f"cross_u_db = {path.cross_u_db:.4g}",
         f"source = {quoted(path.source)}",
-        f"used = [{', '.join(quoted(name) for name in path.used)}]",
-        "covariance = [  # of ln direct and, mode by mode, ln frequency, ln damping_ratio, gain",
-        *("  [" + ", ".join(f"{value:.12g}" for value in row) + "]," for row in path.covariance),
-        "]",
-    ]
-    for mode in path.modes:
-        lines += ["", "[[modes]]", *(f"{name} = {value:.6g}" for name, value in vars(mode).items())]
-    return "\n".join(lines) + "\n"
+        f"used = [{', '.join(quoted(name) for name in path.used)}]\n",
+    ])  # fmt: skip

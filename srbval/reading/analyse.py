@@ -82,6 +82,7 @@ class Analysis:
         """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
         return {
             "file": self.recording.file,
+            "name": self.recording.name,
             "bearing": self.bearing.name,
             "origin": self.recording.origin,
             "fs_hz": self.recording.fs_hz,

@@ -12,6 +12,7 @@ most of what the third octave about 1585 Hz has more than the healthy record's.
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
 
+Band = TypeVar("Band", str, float)  # what bands are called
 SPACINGS = 2  # of the line that a band holds at least: a modulation shows between two of its lines
 PASSAGE_LINES = {False: (15, 30), True: (12, 24)}  # multiples of BPFO, by whether the bearing is healthy
 SLIP = 0.004  # relative: so far from pure rolling a line is looked for
@@ -30,8 +32,8 @@ HALF_OCTAVE = 10**0.15  # of the band that a line is read in: passages stay shor
 
 
 def locked_powers(
-    recording: Recording, bearing: Bearing, line_order: float, bands_hz: Mapping[str, tuple[float, float]]
-) -> dict[str, LockedMean]:
+    recording: Recording, bearing: Bearing, line_order: float, bands_hz: Mapping[Band, tuple[float, float]]
+) -> dict[Band, LockedMean]:
     """Power locked to the fault in each band that holds `SPACINGS` of its line [unit of the recording, squared].
 
     `line_order` is that of the line as it was found: over the record its phase must hold. Blocks are turns of the cage.

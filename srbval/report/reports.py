@@ -3,10 +3,11 @@
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_verdict import FaultVerdict
-from srbval.diagnosis.records import FailedFile
+from srbval.diagnosis.records import FailedFile, summary_of
 from srbval.diagnosis.trend import Trend
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
@@ -69,6 +70,7 @@ def report_recordings(
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
     all_channels: bool = False,
+    others: Sequence[dict[str, Any]] = (),
     largest_slip_pct: float | None = None,
     formats: tuple[str, ...] = FORMATS,
     appendix: bool = False,
@@ -77,7 +79,8 @@ def report_recordings(
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    Recordings that cannot be read or analysed are listed in it with the reason. See `gather_user_records` for
+    Recordings that cannot be read or analysed are listed in it with the reason; `others`, documents of `read_records`,
+    have a row in its overview and no section. See `gather_user_records` for
     `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and `make_report` for the rest.
     Raises what they raise.
     """
@@ -88,7 +91,10 @@ def report_recordings(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
             largest_slip_pct=largest_slip_pct, progress=progress,
         )  # fmt: skip
-        report = assemble_user_report(records, failed=failed, command=command, provenance=facts)
+        report = assemble_user_report(
+            records, failed=failed, others=others, other_rows=[*map(summary_of, others)], command=command,
+            provenance=facts,
+        )  # fmt: skip
         return report, _written(report, folder, formats, progress, appendix=appendix)
 
 

@@ -29,7 +29,7 @@ from srbval.scene.read import (
     values_at,
 )
 from srbval.scene.scene import Scene, SolverSettings
-from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, PathMode, SensorPath
+from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface
 
 __all__ = [
@@ -45,7 +45,6 @@ __all__ = [
     "LoadPath",
     "LoadProfile",
     "Oil",
-    "PathMode",
     "RigInput",
     "RollerFit",
     "Scene",
@@ -60,6 +59,7 @@ __all__ = [
     "load_sensor_path",
     "merge",
     "paper_scene",
+    "parts_along_sensor",
     "rig_inputs",
     "scene_table",
     "sobol",

@@ -1,109 +1,96 @@
-"""The structure between outer ring and sensor: a direct way and a few modes, as data with their source.
+"""The structure between outer ring and sensor: gains per third octave along the load and across it, as data.
 
-Of a ring that moves with acceleration a as a rigid body would under the force on it, the sensor shows
+Of a ring that moves as a rigid body would under the force on it, with the parts a_l along the load and a_c across it of
+what it does along the sensor's axis, the sensor shows
 
-    A(f) / a(f) = P(f) = d + sum_k g_k f^2 / (f^2 - f_k^2 - 2 i zeta_k f f_k)
+    A(f) = g(f) a_l(f) + i q(f) a_c(f)
 
-Each term of the sum is the acceleration of a mass on a spring and damper that a drives, relative to a (modal
-superposition: Ewins 2000, Modal Testing, 2nd ed., sect. 2.5; quoted from memory, not checked). Output-only data give
-the product of force and path alone: gains have no unit and say nothing of modal masses.
+with gains g and q in third octaves (IEC 61260-1, base ten). Powers tell no phases, so that none are claimed: the
+quarter turn between the two directions adds their powers whatever the sign between them. Outside its bands the path
+changes nothing. Output-only data give the product of force and path alone: gains have no unit.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
 SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
 BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # the same: simulated and measured signals
-MOST_MODES = 3  # that 2 s of an output can tell apart
-DRAWS, SEED = 400, 5  # of the parameters, for what their uncertainty does to a level
-
-
-@dataclass(frozen=True, kw_only=True)
-class PathMode(Limited):
-    """A mode: its undamped `frequency_hz`, `damping_ratio`, and `gain`, which may be negative."""
-
-    frequency_hz: float = quantity("frequency", least=1, most=1e6)
-    damping_ratio: float = limited(least=1e-4, most=0.99)
-    gain: float = limited(least=-1e6, most=1e6)
+HALF_THIRD_OCTAVE = 10**0.05  # from a band's middle to either edge
+MOST_GAPS = 1e-3  # relative: as near as the middle of one band must be to the next one's
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorPath(Limited):
-    """A path: the `direct` gain d and up to three `modes`, good within `low_hz` to `high_hz`, and its `source`.
+    """Gains `load` and `cross` in adjoining third octaves with the middles `frequency_hz`, all [n], and their `source`.
 
-    `covariance` is that of ln d and, mode by mode, ln f, ln zeta, g, [1 + 3 modes, 1 + 3 modes]; empty where nothing is
-    known of it. `scatter_db` is what levels scatter by about the path beyond noise. `used` names the records that it
-    was identified from: they are fitted, and no verdict may rest on them.
+    `u_db`: one standard deviation of the gains of each band, which moves both [n], and `cross_u_db` of the ratio of
+    cross to load, the same in all bands; empty and zero where nothing is known of them. `used` names the records that
+    it was identified from: they are fitted, and no verdict may rest on them.
     """
 
-    direct: float = limited(above=0, most=1e6)
-    modes: tuple[PathMode, ...] = ()
-    low_hz: float = quantity("frequency")
-    high_hz: float = quantity("frequency")
-    scatter_db: float = limited(least=0, most=100, default=0.0)
+    frequency_hz: tuple[float, ...] = quantity("frequency", above=0)
+    load: tuple[float, ...] = limited(above=0, most=1e6)
+    cross: tuple[float, ...] = limited(above=0, most=1e6)
+    u_db: tuple[float, ...] = limited(least=0, most=100, default=())
+    cross_u_db: float = limited(least=0, most=100, default=0.0)
     source: str
     used: tuple[str, ...] = ()
-    covariance: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        size = 1 + 3 * len(self.modes)
-        if self.low_hz >= self.high_hz:
-            raise ConfigurationError(f"sensor_path low_hz = {self.low_hz:g} must be below high_hz = {self.high_hz:g}.")
-        if len(self.modes) > MOST_MODES:
-            raise ConfigurationError(f"sensor_path has {len(self.modes)} modes; the limit is {MOST_MODES}.")
-        if self.covariance and [len(row) for row in self.covariance] != [size] * size:
-            raise ConfigurationError(f"sensor_path covariance must be {size} rows of {size} numbers.")
-        if self.covariance and not self._is_covariance():
-            raise ConfigurationError("sensor_path covariance must be finite, symmetric, without negative variances.")
-
-    def _is_covariance(self) -> bool:
-        matrix = np.array(self.covariance)
-        if not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, atol=1e-9 * np.abs(matrix).max()):
-            return False
-        return bool(np.linalg.eigvalsh(matrix).min() >= -1e-9 * np.abs(matrix).max())
+        count = len(self.frequency_hz)
+        if not count or {len(self.load), len(self.cross), len(self.u_db) or count} != {count}:
+            raise ConfigurationError(
+                f"sensor_path has {count} frequency_hz, {len(self.load)} load, {len(self.cross)} cross and "
+                f"{len(self.u_db)} u_db; give each band one of each (u_db may be left out)."
+            )
+        steps = np.diff(np.log10(self.frequency_hz))
+        if np.any(np.abs(10 * steps - 1) > MOST_GAPS):
+            raise ConfigurationError(
+                "sensor_path frequency_hz must be the middles of adjoining third octaves, each 10^0.1 = 1.2589 times "
+                f"the one before: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."
+            )
 
     @property
-    def parameters(self) -> FloatArray:
-        """ln d and, mode by mode, ln f, ln zeta, g: what `covariance` is of."""
-        rows = [(math.log(m.frequency_hz), math.log(m.damping_ratio), m.gain) for m in self.modes]
-        return np.array([math.log(self.direct), *(value for row in rows for value in row)])
+    def low_hz(self) -> float:
+        """Where its lowest band begins."""
+        return self.frequency_hz[0] / HALF_THIRD_OCTAVE
 
-    def response(self, frequency_hz: FloatArray) -> NDArray[np.complex128]:
-        """P at these frequencies, complex."""
-        return response(frequency_hz, self.parameters)
+    @property
+    def high_hz(self) -> float:
+        """Where its highest band ends."""
+        return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
-    def level_db(self, frequency_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """20 log10 |P| [dB], and one standard deviation of it by the parameters' uncertainty."""
-        values = self.parameters
-        level = 20 * np.log10(np.abs(response(frequency_hz, values)))
-        if not self.covariance:
-            return level, np.zeros_like(level)
-        drawn = np.random.default_rng(SEED).multivariate_normal(values, np.array(self.covariance), size=DRAWS)
-        levels = [20 * np.log10(np.abs(response(frequency_hz, one))) for one in drawn]
-        return level, np.std(levels, axis=0, ddof=1)
+    def response(self, frequency_hz: FloatArray) -> ComplexArray:
+        """What multiplies the parts along the load and across it at these frequencies [n], [2, n]."""
+        inside = (frequency_hz >= self.low_hz) & (frequency_hz < self.high_hz)
+        with np.errstate(divide="ignore"):
+            place = np.rint(10 * np.log10(frequency_hz / self.frequency_hz[0]))
+        bands = np.clip(place, 0, len(self.load) - 1).astype(int)
+        gains = np.array([self.load, 1j * np.array(self.cross)])[:, bands]
+        return np.where(inside, gains, 1.0)
 
-    def deviations(self) -> FloatArray:
-        """Standard deviations of `parameters`; zeros where nothing is known."""
-        known = np.array(self.covariance) if self.covariance else np.zeros((len(self.parameters),) * 2)
-        return np.sqrt(np.diag(known))
+    def drawn(self, random: np.random.Generator) -> "SensorPath":
+        """A path whose gains are off by as much as is not known of them."""
+        off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
+        ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
+        load, cross = np.array([self.load, self.cross]) * off
+        return replace(self, load=tuple(load.tolist()), cross=tuple((ratio * cross).tolist()))
 
 
-def response(frequency_hz: FloatArray, parameters: FloatArray | Sequence[float]) -> NDArray[np.complex128]:
-    """P at these frequencies for `SensorPath.parameters`; see the module."""
-    found = np.full(np.shape(frequency_hz), math.exp(parameters[0]), dtype=np.complex128)
-    for place in range(1, len(parameters), 3):
-        own_hz, damping, gain = math.exp(parameters[place]), math.exp(parameters[place + 1]), parameters[place + 2]
-        ratio = frequency_hz / own_hz
-        found += gain * ratio**2 / (ratio**2 - 1 - 2j * damping * ratio)
-    return found
+def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
+    """Of accelerations [n, 3 or 2] those along the load and across it, each along the sensor's axis, [n, 2].
+
+    Their sum is the acceleration along that axis.
+    """
+    angle = load_direction_rad
+    axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])
+    sensor = np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
+    parts: FloatArray = acceleration[:, :2] @ axes.T * (axes @ sensor)
+    return parts

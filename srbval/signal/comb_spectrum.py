@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,46 +27,43 @@ REACH, LEAST = 2.0, 8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CombSpectrum:
-    """`score` [n] of a comb at each `frequency_hz` [n], evenly over the logarithm by `step`, all lines in reach.
+    """`score` [n] of a comb of `harmonics` lines at each `frequency_hz` [n], evenly over the logarithm by `step`.
 
-    The sum over the lines of log(1 + power over local noise): every line counts, none outweighs all others, as one
-    strong line of another source would if its power were summed. `mixed` [MIXED, n] are the same of combs whose lines
-    are harmonics of two fundamentals, the second one off by a random share.
+    The sum over the lines of log(1 + power over local noise), `lines`: every line counts, none outweighs all others, as
+    one strong line of another source would if its power were summed.
     """
 
     frequency_hz: FloatArray
     score: FloatArray
-    mixed: FloatArray
+    lines: FloatArray
+    harmonics: int
     step: float
 
     @classmethod
-    def of(cls, records: Sequence[Periodogram], lowest_hz: float, harmonics: int) -> CombSpectrum:
-        """Combs of `harmonics` lines from `lowest_hz` up; masked lines count as noise does on average.
+    def of(
+        cls, records: Sequence[Periodogram], lowest_hz: float, harmonics: int, highest_hz: float = math.inf
+    ) -> CombSpectrum:
+        """Combs from `lowest_hz` up to `highest_hz`, all lines in reach; masked ones count as noise does on average.
 
         `records` are of one signal, such as the envelopes of several bands, of the same length and the same masks.
         """
         limit_hz = min(record.limit_hz for record in records)
         step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
-        log_hz = np.arange(math.log(lowest_hz), math.log(limit_hz), step)
-        score = _line_scores(records, np.exp(log_hz))
-        shift = [round(math.log(number) / step) for number in range(1, harmonics + 1)]
-        size = max(0, log_hz.size - shift[-1])
-        rng = np.random.default_rng(0)
+        log_hz = np.arange(math.log(lowest_hz), math.log(min(limit_hz, harmonics * highest_hz)), step)
+        lines = _line_scores(records, np.exp(log_hz))
+        score = _summed(np.tile(lines, (harmonics, 1)), step)
+        return cls(frequency_hz=np.exp(log_hz[: score.size]), score=score, lines=lines, harmonics=harmonics, step=step)
 
-        def summed(elsewhere: FloatArray, of_other: NDArray[np.bool_]) -> FloatArray:
-            return np.sum([(elsewhere if of_other[n] else score)[at : at + size] for n, at in enumerate(shift)], axis=0)
-
-        mixed = []
+    @functools.cached_property
+    def mixed(self) -> FloatArray:
+        """The same of combs whose lines are harmonics of two fundamentals, the second off at random, [MIXED, n]."""
+        rng, found = np.random.default_rng(0), []
         for _ in range(MIXED):
             apart = rng.uniform(FARTHEST / 5, FARTHEST) * rng.choice((-1, 1))
-            of_other = rng.permutation(harmonics) < rng.integers(1, harmonics)
-            mixed.append(summed(np.roll(score, round(apart / step)), of_other))
-        return cls(
-            frequency_hz=np.exp(log_hz[:size]),
-            score=summed(score, np.zeros(harmonics, dtype=np.bool_)),
-            mixed=np.array(mixed),
-            step=step,
-        )
+            of_other = rng.permutation(self.harmonics) < rng.integers(1, self.harmonics)
+            elsewhere = np.roll(self.lines, round(apart / self.step))
+            found.append(_summed([elsewhere if other else self.lines for other in of_other], self.step))
+        return np.array(found)
 
     def highest(self, centre_hz: float, relative: float) -> tuple[float, float]:
         """The highest score within `relative` of `centre_hz`, and its frequency [Hz]; nan where out of reach."""
@@ -98,6 +96,13 @@ class CombSpectrum:
         wanted = np.flatnonzero(allowed[at])[::half]
         every = maximum_filter1d(np.vstack((self.score, self.mixed))[:, at], 2 * half + 1)
         return np.asarray(every[:, wanted if wanted.size >= LEAST else []].ravel())
+
+
+def _summed(lines: Sequence[FloatArray] | FloatArray, step: float) -> FloatArray:
+    """The sum over harmonics 1, 2, ... of line scores [k], one array each, over the fundamental, [n]."""
+    shift = [round(math.log(number) / step) for number in range(1, len(lines) + 1)]
+    size = max(0, lines[0].size - shift[-1])
+    return np.asarray(np.sum([one[at : at + size] for one, at in zip(lines, shift, strict=True)], axis=0))
 
 
 def _line_scores(records: Sequence[Periodogram], frequency_hz: FloatArray) -> FloatArray:

@@ -1,50 +1,39 @@
-"""The rig scene behind the path to its sensor, at records' speeds: runs, paths, parts of the uncertainty, rows, scores.
-
-Depth and kurtosis hang on the background: the healthy record's spectrum with random phases is added to the model's for
-these, and for nothing else.
-"""
+"""The rig scene at records' speeds: runs, drawn paths, backgrounds, rows of the comparison, scores."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
-from srbval.comparison.effects import INPUTS
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
-from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
-from srbval.path.amplitudes import MARGIN, levels, pattern
-from srbval.path.identify import BAND_HZ, band_powers, identify
-from srbval.path.path_fit import best_of, fit_path, refit
+from srbval.path.amplitudes import MARGIN
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Recording, recording_from_run
+from srbval.recordings import Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge
 from srbval.signal import phase_randomised
-from srbval.studies.harness import input_hashes
 
 BEARING = load_bearing(DEFAULT_BEARING)
-POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
 SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more passages
 STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
 PATH_DRAWS, SEED = 24, 23
-WAVE_DRAWS = 6  # seeds of the waves
 # Waves that give H 877's level: not measured, see `theory/surface.md`.
 WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}
-FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm
+DIRECTION = "IR_877rpm_sample"  # whose sidebands gave the ratio of the path's directions, and nothing else of it
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
-PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
-RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
+PATH, NUMERICS = "path to the sensor", "numerics: step, slices and starts"
+# Kinds whose errors are per cent of the rig's value, and of those ratios that are compared in logarithms.
+RELATIVE, RATIOS = ("line frequency", "modulation depth", "kurtosis"), ("modulation depth", "kurtosis")
 BACKGROUND_SEED = 11
 
 
@@ -61,12 +50,6 @@ def measured(state: Fault, nominal_rpm: float) -> Recording:
     return load_entry(measured_entry(state, nominal_rpm))
 
 
-def rig_inputs_read() -> dict[str, str]:
-    """SHA-256 of all records of the rig that are at hand at its fast speed, and of the healthy one at both."""
-    at = [(state, FAST) for state in (Fault.HEALTHY, *FAULTS)]
-    return input_hashes(*(measured_entry(*one) for one in (*at, (Fault.HEALTHY, SLOW))))
-
-
 def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
     """The rig scene at the record's speed."""
     assert record.speed is not None
@@ -80,115 +63,15 @@ def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
     return run
 
 
-def behind(run: Run, path: SensorPath | None) -> Recording:
-    """What the sensor shows of it."""
-    shown = SensorFilter(path, run.scene.output_rate_hz).add(along_sensor(run.acceleration_m_s2))
-    return recording_from_run(replace(run, sensor_m_s2=shown))
-
-
-def line_order(run: Run, state: Fault) -> float:
-    """The order of the fault's line by the run's cage; a roller's by pure rolling."""
-    return state.passing_order(BEARING.rolling_elements, run.cage_ratio) or state.line_order(BEARING.orders)
-
-
-def shown_by(
-    run: Run, state: Fault, path: SensorPath | None, healthy: Recording, seed: int | None = None
-) -> dict[str, QuantityValue]:
-    """Every quantity of a run behind a path; depth and kurtosis in the healthy record's background.
-
-    With a `seed` the path also turns each harmonic of the line at random, see `turned`.
-    """
-    shown = behind(run, path)
-    if seed is not None:
-        shown = turned(shown, line_order(run, state) * run.scene.shaft_hz, seed)
-    found = levels(shown, None)
-    if state is Fault.HEALTHY:
-        return found
-    order = line_order(run, state)
-    noisy = pattern(with_background(shown, healthy), BEARING, state, order)
-    of_noise = {name: value for name, value in noisy.items() if depends_on_noise(name)}
-    return found | pattern(shown, BEARING, state, order) | of_noise
-
-
-def turned(shown: Recording, line_hz: float, seed: int) -> Recording:
-    """The same powers with random phases from one harmonic of the line to the next, as a structure draws pulses out."""
-    lines = scipy.fft.rfft(shown.channels[SENSOR])
-    near = np.round(np.arange(lines.size) * shown.fs_hz / shown.samples / line_hz).astype(int)
-    turns = np.exp(2j * math.pi * np.random.default_rng(seed).random(near[-1] + 1))
-    return replace(
-        shown, channels={SENSOR: scipy.fft.irfft(lines * turns[near], n=shown.samples)}, channel=SENSOR, axes=None
-    )
-
-
-def depends_on_noise(name: str) -> bool:
-    """Does a quantity depend on the background noise?"""
-    return kind_of(name) in ("modulation depth", "kurtosis")
-
-
 def values(read: Mapping[str, QuantityValue]) -> dict[str, float]:
     """The plain numbers."""
     return {name: value.value for name, value in read.items()}
 
 
 def drawn_paths(path: SensorPath) -> list[SensorPath]:
-    """Paths with parameters drawn from the covariance, those that are none left out."""
-    drawn = np.random.default_rng(SEED).multivariate_normal(path.parameters, np.array(path.covariance), PATH_DRAWS)
-    return [moved for one in drawn if (moved := moved_path(path, one)) is not None]
-
-
-def moved_path(path: SensorPath, parameters: np.ndarray) -> SensorPath | None:
-    """The path with other parameters; None for what is no path."""
-    modes = tuple(
-        replace(mode, frequency_hz=math.exp(f), damping_ratio=min(math.exp(z), 0.9), gain=g)
-        for mode, (f, z, g) in zip(path.modes, parameters[1:].reshape(-1, 3).tolist(), strict=True)
-    )
-    usable = all(100 < mode.frequency_hz < 6000 and mode.damping_ratio > 1e-3 for mode in modes)
-    return replace(path, direct=math.exp(parameters[0]), modes=modes) if usable else None
-
-
-def predicted(
-    runs: Sequence[Run], state: Fault, paths: Sequence[SensorPath], healthy: Recording
-) -> tuple[dict[str, QuantityValue], dict[str, dict[str, float]]]:
-    """What the model shows, and the parts of its uncertainty; `runs`: nominal, finer, draws, each with its path."""
-    model, finer, *drawn = (shown_by(run, state, path, healthy) for run, path in zip(runs, paths, strict=False))
-    moved = [shown_by(runs[0], state, path, healthy) for path in drawn_paths(paths[0])]
-    return model, {
-        NUMERICS: {name: abs(finer[name].value - value.value) for name, value in model.items()},
-        INPUTS: half_widths([values(one) for one in drawn]),
-        PATH: half_widths([values(one) for one in moved]),
-    }
-
-
-def rough_runs(record: Recording, state: Fault) -> list[Run]:
-    """The nominal scene with waves, others on each bearing."""
-    place = 1 + (Fault.HEALTHY, *FAULTS).index(state)
-    return [run_of(record, state, WAVES | {"seed": 10 * i + place}) for i in range(WAVE_DRAWS)]
-
-
-def of_waves(
-    faulty: Sequence[Run], healthy: Sequence[Run], state: Fault, path: SensorPath
-) -> dict[str, float]:  # fmt: skip
-    """What waves do to increments and pattern, others on the faulty bearing than on the healthy one."""
-    found = []
-    for one, beside in zip(faulty, healthy, strict=True):
-        shown = behind(one, path)
-        read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, state))
-        found.append({name: value for name, value in values(read).items() if not depends_on_noise(name)})
-    return half_widths(found)
-
-
-def identified_paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) -> Iterator[SensorPath]:
-    """The path of each outer-race run: that of the nominal inputs in full, the others with as many modes."""
-    best = None
-    for run in runs:
-        excitation = recording_from_run(run)
-        if best is None:
-            yield identify(fault, healthy, excitation, bearing=BEARING).path
-        evidence = band_powers(fault, healthy, excitation, bearing=BEARING, band_hz=BAND_HZ)
-        if best is None:
-            best = best_of(fit_path(evidence))
-        else:
-            yield refit(evidence, best).path(evidence, source="a draw of the inputs")
+    """Paths whose gains are off by as much as is not known of them."""
+    random = np.random.default_rng(SEED)
+    return [path.drawn(random) for _ in range(PATH_DRAWS)]
 
 
 def with_background(run: Recording, healthy: Recording) -> Recording:
@@ -205,6 +88,8 @@ def rows(
     """A comparison of every quantity that both sides have.
 
     `parts` of the uncertainty besides the rig's reading: by name, 95 % half widths of quantities in their own units.
+    Errors of `RATIOS` are 100 ln(model / rig). The error of a level that the rig does not show is the least that this
+    allows: of a model beyond the `least` that would be shown.
     """
     found = []
     for name in (name for name in rig if name in model):
@@ -212,12 +97,18 @@ def rows(
         relative = kind in RELATIVE
         unit, scale = ("%", 100 / value.value) if relative else ("dB", 1.0)
         widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
+        shift = model[name].value - value.value
+        if kind in RATIOS:
+            shift = value.value * math.log(model[name].value / value.value)
+        elif not value.present and value.least > -math.inf:
+            shift = max(model[name].value - value.least, 0.0)
         found.append(
             Comparison(
                 kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
-                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
+                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit],
+                used_for="fit" if record == DIRECTION and kind == "sideband level" else used_for,
                 parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
-                error=scale * (model[name].value - value.value),
+                error=scale * shift,
             )
         )  # fmt: skip
     return tuple(found)
@@ -227,6 +118,7 @@ def kind_of(name: str) -> str:
     """The kind of a quantity, as ``report.json`` has it."""
     kinds = {"harmonic": "harmonic pattern", "sidebands": "sideband level", "depth": "modulation depth"}
     kinds |= {"kurtosis": "kurtosis", "cage": "line frequency", "scaling": "speed scaling"}
+    kinds |= {"locked": "locked level", "total": "total level"}
     return kinds.get(name.split()[0], "band level")
 
 

@@ -1,64 +1,68 @@
-"""A rig of known path: pulses of a fault through it, over a background that has resonances of its own."""
+"""A rig of known path: pulses of a fault through it in both directions, over a background of its own."""
 
-from __future__ import annotations
-
+import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault, load_bearing
-from srbval.models.sensor import SensorFilter, along_sensor
+from srbval.models.run import Run
+from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, simulate
+from srbval.path.identify import Pair
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.scene import PathMode, SensorPath, load_scene
+from srbval.scene import SensorPath, load_scene
 
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
 BEARING = load_bearing("skf-22240")
 LINE_HZ = BEARING.orders.bpfo * SHAFT_HZ
+GAINS = (0.5, 0.7, 1.0, 1.8, 1.2, 0.9, 2.0, 1.4, 0.8, 0.6)  # of third octaves from 398 to 3162 Hz
+RATIO = 4.0  # of cross to load
 TRUE = SensorPath(
-    direct=0.7, low_hz=400.0, high_hz=3150.0, source="known",
-    modes=(PathMode(frequency_hz=880.0, damping_ratio=0.06, gain=0.35),
-           PathMode(frequency_hz=1650.0, damping_ratio=0.04, gain=0.5)),
+    frequency_hz=tuple(10 ** (n / 10) for n in range(26, 36)), load=GAINS, cross=tuple(RATIO * one for one in GAINS),
+    source="known",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class SimulatedRig:
-    """The three records that an identification takes."""
+    """What an identification takes: an outer-race and an inner-race fault, each with the run that drives its path."""
 
-    fault: Recording
-    healthy: Recording
-    excitation: Recording
+    outer: Pair
+    inner: Pair
 
 
 def simulated_rig(
-    seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, size: float = 1.0, missed_db: float = 0.0
-) -> SimulatedRig:
-    """Records with that `path`; the true pulses are `size` times those of the simulated ring.
-
-    Their levels differ from those by `missed_db` more, at random in each band one line wide.
-    """
+    seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, missed_db: float = 0.0
+) -> SimulatedRig:  # fmt: skip
+    """Records with that `path`; their pulses differ by `missed_db` from the runs', in each band one line wide."""
     random = np.random.default_rng(seed)
-    ring = pulses(random)
-    own_noise = [background(random, noise) for _ in range(2)]
-    shown = SensorFilter(path, FS_HZ).add(size * missed(random, ring, missed_db))
-    simulated = pulses(random)  # the model's own phase and slip
-    return SimulatedRig(
-        fault=record("OR", Fault.OUTER, shown + own_noise[0]),
-        healthy=record("H", Fault.HEALTHY, own_noise[1]),
-        excitation=record("simulated", Fault.OUTER, simulated),
-    )
+    pairs = []
+    for state in (Fault.OUTER, Fault.INNER):
+        ring = np.column_stack([missed(random, one, missed_db) for one in pulses(random, state).T])
+        record = record_of(state.code, state, behind(ring, path) + background(random, noise))
+        pairs.append(Pair(record=record, run=run_with(state, pulses(random, state))))  # its own phase and slip
+    return SimulatedRig(*pairs)
 
 
-def pulses(random: np.random.Generator) -> FloatArray:
-    """Accelerations of a ring that is struck once per passage, with slip of 0.3 % of the spacing."""
-    train = np.zeros(round(SECONDS * FS_HZ))
-    times = random.uniform(0, 1 / LINE_HZ) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / LINE_HZ
-    train[(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
-    shape = np.diff(scipy.signal.windows.hann(9))  # a force of half a millisecond, as a change of velocity
-    return np.convolve(train, 30 * shape)[: train.size]
+def pulses(random: np.random.Generator, state: Fault) -> FloatArray:
+    """Accelerations [n, 3] of a ring that is struck once per passage, with slip of 0.3 % of the spacing.
+
+    A defect of the inner race turns through the load zone, which reaches 90 degrees either way.
+    """
+    rate_hz = state.line_order(BEARING.orders) * SHAFT_HZ
+    times = random.uniform(0, 1 / rate_hz) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / rate_hz
+    times = times[times < SECONDS]
+    angle = 2 * math.pi * SHAFT_HZ * times if state is Fault.INNER else np.zeros(times.size)
+    strength = np.maximum(np.cos(angle), 0.0)
+    train = np.zeros((round(SECONDS * FS_HZ), 3))
+    at = (times * FS_HZ).astype(int)
+    train[at, 0], train[at, 1] = strength * np.sin(angle), -strength * np.cos(angle)  # the load pushes along -y
+    shape = 30 * np.diff(scipy.signal.windows.hann(9))  # a force of half a millisecond, as a change of velocity
+    return scipy.signal.oaconvolve(train, shape[:, None], axes=0)[: len(train)]
 
 
 def missed(random: np.random.Generator, ring: FloatArray, scatter_db: float) -> FloatArray:
@@ -69,31 +73,41 @@ def missed(random: np.random.Generator, ring: FloatArray, scatter_db: float) -> 
 
 
 def background(random: np.random.Generator, noise: float) -> FloatArray:
-    """Noise through two modes of the structure."""
-    path = SensorPath(direct=1.0, low_hz=400.0, high_hz=3150.0, source="background", modes=TRUE.modes)
-    return SensorFilter(path, FS_HZ).add(noise * random.standard_normal(round(SECONDS * FS_HZ)))
+    """Noise as the structure colours it."""
+    return behind(noise * random.standard_normal((round(SECONDS * FS_HZ), 3)), replace(TRUE, cross=TRUE.load))
 
 
-def record(name: str, state: Fault, samples: FloatArray) -> Recording:
-    """A record of one channel."""
+def behind(acceleration: FloatArray, path: SensorPath) -> FloatArray:
+    """What a sensor behind the path shows of a ring under a load along -y, [n, 3] to [n]."""
+    return SensorFilter(path, FS_HZ, -math.pi / 2).add(acceleration)
+
+
+def record_of(name: str, state: Fault, samples: FloatArray) -> Recording:
+    """A record of one channel, its samples means over their intervals as a run's are."""
     return Recording(
-        name=name, origin=Origin.STAND_IN, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
+        name=name, origin=Origin.SIMULATED, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
         speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER),
     )  # fmt: skip
 
 
-def ring(state: Fault, nm: float = 0.0, seed: int = 0, size: float = 1.0) -> FloatArray:
-    """Accelerations of the rig scene's ring with waves of that height, its hole `size` times as large."""
-    changes = {"defect": {"kind": state, "extent_m": size * 2e-3}, "shaft_speed": f"{60 * SHAFT_HZ} rpm",
+@cache
+def _rolling(state: Fault) -> Run:
+    changes = {"model": "kinematic", "defect": {"kind": state}, "shaft_speed": f"{60 * SHAFT_HZ} rpm",
+               "duration": f"{SECONDS} s"}  # fmt: skip
+    return simulate(load_scene("rig", changes), step=Step.UNCHECKED)
+
+
+def run_with(state: Fault, acceleration: FloatArray) -> Run:
+    """A run of pure rolling with these accelerations of its ring, [n, 3]."""
+    return replace(_rolling(state), acceleration_m_s2=acceleration)
+
+
+def rough_run(state: Fault, nm: float = 0.0, seed: int = 0) -> Run:
+    """The rig scene with waves of that height."""
+    changes = {"defect": {"kind": state, "extent_m": 2e-3}, "shaft_speed": f"{60 * SHAFT_HZ} rpm",
                "duration": f"{SECONDS} s", "seed": seed}  # fmt: skip
     if nm:
         changes["surface"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
     run = simulate(load_scene("rig", changes), step=Step.UNCHECKED)
     assert run.status.usable, run.reason
-    return along_sensor(run.acceleration_m_s2)
-
-
-def behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
-    """What the sensor shows of it behind the true path, with noise."""
-    shown = SensorFilter(TRUE, FS_HZ).add(run.channels["a"])
-    return replace(run, channels={"a": shown + background(random, noise)})
+    return run

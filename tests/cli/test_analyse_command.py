@@ -119,3 +119,35 @@ def test_what_all_files_leave_open_is_asked_for_once(folder: Path, capsys: pytes
     assert said.count("--fs HZ") == 1
     assert main(["analyse", *files, *GIVEN, "--plot", "x.png"]) == 2
     assert "one file at a time" in capsys.readouterr().err
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("files", "options", "called", "alone", "cage"),
+    [("torino/IR_*", [], "inner", 1, 0), ("ims_test1/2003*", ["--channel", "ch7"], None, 0, 3)],
+)  # fmt: skip
+def test_records_of_one_machine_are_judged_together(
+    recordings_dir: Path, capsys: pytest.CaptureFixture[str], files: str, options: list[str], called: str | None,
+    alone: int, cage: int,
+) -> None:  # fmt: skip
+    """The rig's inner race at two speeds, of which one shows little; and a bearing of which the cage alone shows."""
+    names = [*map(str, recordings_dir.glob(files))]
+    assert main(["analyse", *names, *options, "--one-machine", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    machine = document["machine"]
+    assert (machine["called"], machine["records"]) == (called, len(names))
+    assert sum(one["fault"]["state"] == "inner" for one in document["records"]) == alone
+    assert f"stands out in {cage} of them" in machine["sentence"] if cage else "cage" not in machine["sentence"]
+    assert main(["analyse", *names, *options, "--one-machine"]) == 0
+    assert capsys.readouterr().out.startswith(machine["sentence"])
+
+
+def test_one_machine_has_one_bearing(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    kept = [str(folder / f"run{number:02}.npy") for number in range(2)]
+    for file, bearing in zip(kept, ("skf-6205", "skf-6203"), strict=True):
+        assert main(["data", "add", file, "--bearing", bearing, "--fs", f"{FS_HZ:g}", "--rpm", "1500"]) == 0
+    given = ["--unit", "g", "--band", "2000", "5000", "--one-machine"]
+    assert main(["analyse", *kept, *given]) == 2
+    assert "of 2 bearings, skf-6203 and skf-6205" in capsys.readouterr().err
+    assert main(["analyse", *kept, *given, "--bearing", "skf-6205"]) == 0
+    assert capsys.readouterr().out.startswith("One machine: inner race fault (inner race ")

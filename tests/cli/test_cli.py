@@ -188,3 +188,17 @@ def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("run") / "good.h5"
     assert main(["simulate", "--seconds", "1.2", "-o", str(path)]) == 0
     return path
+
+
+@pytest.mark.parametrize(("command", "answer"), [
+    ("simulate --model impulse --defect outer --seconds 0.2", r"ok: .* BPFO 96\.76 Hz, BPFI 128\.07 Hz\."),
+    ("simulate --model planar --seconds 0.1 --rpm 300", r"ok: .* BPFO [\d.]+ Hz, BPFI [\d.]+ Hz\."),
+    ("plan rig --defect inner --question sideband-levels --tolerance 3dB", r"sideband-levels within 3 dB: \w+ \(.+"),
+])  # fmt: skip
+def test_the_answer_is_the_last_line(command: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """And shows no object as Python writes it."""
+    assert main(command.split()) == 0
+    text = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(answer, text[-1])
+    assert not [line for line in text if re.search(r"\w\(\w+=|[{<]\w|None|_", line)]
+    assert len(text) <= 25

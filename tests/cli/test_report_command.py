@@ -60,3 +60,25 @@ def test_one_bad_file_does_not_end_a_batch(
     assert main(["report", "text.csv", "short.csv", *GIVEN]) == 3
     assert "none of the recordings can be reported: text.csv: " in capsys.readouterr().err
     assert set(os.listdir()) == before
+
+
+def test_a_folder_has_a_row_for_each_record_and_sections_for_the_most_serious(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("b.toml").write_text(BEARING)
+    Path("fan").mkdir()
+    for seed in range(8):
+        samples = np.random.default_rng(seed).normal(size=30_000)
+        since = np.mod(np.arange(samples.size) / 10_000, 1 / (3.585 * 25))
+        np.save(f"fan/{seed}.npy", samples + 20 * (seed in (2, 5)) * np.exp(-900 * since) * np.sin(12_566 * since))
+    Path("fan/bad.npy").write_bytes(b"")
+    assert main(["report", "fan", *GIVEN, "--json"]) == 3
+    found = json.loads(capsys.readouterr().out)
+    alarms = [one["fault"]["verdict"] != "nothing found" for one in found["records"]]
+    assert (len(alarms), [Path(one["file"]).name for one in found["failed"]]) == (8, ["bad.npy"])
+    assert alarms == sorted(alarms, reverse=True)
+    assert {Path(one["file"]).stem for one in found["records"][:2]} == {"2", "5"}
+    page = Path("srbval-report-fan/report.html").read_text(encoding="utf-8")
+    assert page.count('id="spectrum-figure-') == min(6, sum(alarms)) < 8
+    assert "The first" in page

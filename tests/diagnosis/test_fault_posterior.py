@@ -1,89 +1,84 @@
-"""Posterior probabilities of classes from records of known state."""
+"""Posterior probabilities of classes from what a record shows."""
+
+import dataclasses
 
 import numpy as np
 import pytest
 
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER, UNDECIDED, KnownFeatures, decide, fit_posterior
+from srbval.diagnosis.fault_posterior import (
+    CLASSES,
+    OTHER,
+    PRIOR,
+    SHARED,
+    UNDECIDED,
+    Evidence,
+    decide,
+    evidence,
+    of_one_machine,
+)
 
-PARTS = ("outer", "inner", "roller")
-
-
-def known(seed: int = 1) -> list[KnownFeatures]:
-    """Six rigs, two bearings of each class on each; own families at 12, silent ones at 0, unexplained combs at 8."""
-    rng = np.random.default_rng(seed)
-    found = []
-    for rig in range(6):
-        for state in CLASSES:
-            for bearing in range(2):
-                families = [
-                    max(-1.0, float(rng.normal(12, 3) if state == part else rng.normal(0, 0.7))) for part in PARTS
-                ]
-                unexplained = float(rng.normal(8, 2) if state == OTHER else rng.normal(1.5, 0.7))
-                found.append(
-                    KnownFeatures(
-                        rig=f"r{rig}", specimen=f"{state}{bearing}", state=state, families=tuple(families),
-                        unexplained=unexplained,
-                    )
-                )  # fmt: skip
-    return found
+BY = evidence()
 
 
-MODEL = fit_posterior(known())
+def said(*views: tuple[float, ...], by: Evidence = BY) -> dict[str, float]:
+    return by.probabilities(by.log_likelihood(*map(np.array, views)))
 
 
 @pytest.mark.parametrize(
     ("features", "state"),
     [((12, -1, -1, 1.5), "outer"), ((-1, 11, -1, 1.5), "inner"), ((-1, -1, 9, 1.5), "roller"),
-     ((0, 0, 0, 1.5), "healthy"), ((0, 0, 0, 9), OTHER)],
+     ((0, 0, 0, 1.5), "healthy"), ((0, 0, 0, 9), OTHER), ((4.5, -1, -1, 0), UNDECIDED)],
 )  # fmt: skip
 def test_clear_records_are_called(features: tuple[float, ...], state: str) -> None:
-    shares = MODEL.probabilities(np.array(features, dtype=float))
+    shares = said(features)
     assert sum(shares.values()) == pytest.approx(1)
     assert decide(shares) == state
 
 
-def outer_at(share: float) -> np.ndarray:
-    """Features at which the outer race's probability is `share`."""
-    values = np.linspace(0, 12, 60)
-    shares = [MODEL.probabilities(np.array([x, -1, -1, 1.5]))["outer"] for x in values]
-    return np.array([np.interp(share, shares, values), -1, -1, 1.5])
-
-
-def test_between_the_classes_nothing_is_called() -> None:
-    """Between a silent and a faulty part the probability rises through one half."""
-    assert decide(MODEL.probabilities(outer_at(0.5))) == UNDECIDED
-    assert decide(MODEL.probabilities(outer_at(0.75))) == "outer"
+def test_the_log_likelihood_is_the_equation_s() -> None:
+    """log(h + (1 - h) exp(slope x - onset)); far up it rises by the slope, far down it is the share that hides."""
+    by = dataclasses.replace(BY, slope=2.0, onset=3.0, hidden=0.25, roller_hidden=0.5)
+    found = by.log_likelihood(np.array([1.5, 11.5, 1.5, -50.0]))
+    beside = np.log(0.9 + 0.1 * 0.25)  # something else may be there too, and hides
+    assert found["outer"] == pytest.approx(np.log(0.25 + 0.75) + beside)
+    assert found["inner"] == pytest.approx(20 + np.log(0.75) + beside, abs=1e-6)
+    assert (found["roller"], found[OTHER]) == pytest.approx((beside, np.log(0.25)))
 
 
 def test_no_probability_is_above_what_so_many_bearings_can_show() -> None:
-    few = fit_posterior(
-        [k for k in known() if k.state != "outer" or (k.rig in ("r0", "r1") and k.specimen.endswith("0"))]
-    )
-    assert few.specimens["outer"] == 2
-    sure = few.probabilities(np.array([14.0, -1, -1, 1.0]))
+    sure = said((30.0, -1, -1, 1.0), by=dataclasses.replace(BY, specimens=dict(BY.specimens) | {"outer": 2}))
     assert sure["outer"] == pytest.approx(2.5 / 3)
     assert sum(sure.values()) == pytest.approx(1)
 
 
 def test_a_class_shown_by_one_of_several_channels_is_called_and_the_others_are_paid_for() -> None:
-    shown, silent = np.array([14.0, -1, -1, 0.5]), np.array([-1.0, -1, -1, 0.5])
-    alone, several = MODEL.log_likelihood(shown), MODEL.log_likelihood(shown, silent, silent)
-    assert several["outer"] == pytest.approx(alone["outer"] - np.log(3), abs=0.1)
-    assert decide(MODEL.probabilities(silent, shown, silent)) == "outer"
-    same = MODEL.probabilities(silent, silent, silent)
-    assert same == pytest.approx(MODEL.probabilities(silent))
+    shown, silent = (14.0, -1, -1, 0.5), (-1.0, -1, -1, 0.5)
+    alone, several = (BY.log_likelihood(*map(np.array, views)) for views in ((shown,), (shown, silent, silent)))
+    assert several["outer"] == pytest.approx(alone["outer"] - np.log(3), abs=0.01)
+    assert decide(said(silent, shown, silent)) == "outer"
+    assert said(silent, silent, silent) == pytest.approx(said(silent))
 
 
-def test_a_class_that_mostly_hides_is_not_excluded_by_silence() -> None:
-    """Four of five rollers silent: silence costs them little, and one that shows is called all the same."""
-    rng = np.random.default_rng(2)
-    hiding = [
-        KnownFeatures(**vars(k) | {"families": (k.families[0], k.families[1], -1.0)})
-        if k.state == "roller" and rng.random() < 0.8 else k
-        for k in known()
-    ]  # fmt: skip
-    model, silent = fit_posterior(hiding), np.array([-1.0, -1, -1, 0.5])
-    assert 0.6 < model.classes["roller"].hidden < 0.95
-    found = model.probabilities(silent)
-    assert found["roller"] > 2 * found["outer"]
-    assert decide(model.probabilities(np.array([-1.0, -1, 12, 0.5]))) == "roller"
+def test_a_part_that_mostly_hides_is_not_excluded_by_silence() -> None:
+    found = said((-1.0, -1, -1, 0.5))
+    assert found["roller"] > 4 * found["outer"]
+
+
+def test_records_of_one_machine_say_more_than_one_and_less_than_as_many() -> None:
+    """Faint signs of one fault in four records name it; one record's are its own, and many are worth two at most."""
+    faint = BY.log_likelihood(np.array([-1.0, 4.8, -1, 0.5]))
+    assert decide(BY.probabilities(faint)) == UNDECIDED
+    assert of_one_machine([faint]) == faint
+    four, many = of_one_machine([faint] * 4), of_one_machine([faint] * 1000)
+    assert decide(BY.probabilities(four)) == "inner"
+    for name in CLASSES[1:]:
+        assert four[name] == pytest.approx(4 / (1 + 3 * SHARED) * faint[name])
+        assert abs(many[name]) <= abs(faint[name]) / SHARED
+    silent = BY.log_likelihood(np.array([-1.0, -1, -1, 0.5]))
+    assert BY.probabilities(of_one_machine([silent] * 9))["healthy"] > BY.probabilities(silent)["healthy"]
+
+
+def test_the_prior_is_the_user_s_to_change() -> None:
+    faint = BY.log_likelihood(np.array([-1.0, 4.8, -1, 0.5]))
+    sure = {name: 0.6 if name == "inner" else 0.1 for name in PRIOR}
+    assert BY.probabilities(faint, sure)["inner"] > BY.probabilities(faint)["inner"]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal.windows import hann
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
@@ -11,7 +12,7 @@ from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_level
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
 from srbval.recordings import Recording
 from srbval.signal import bandpass
-from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, pulses, record
+from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
 ORDER = BEARING.orders.bpfo
@@ -26,16 +27,26 @@ def gated(random: np.random.Generator, rms: float) -> np.ndarray:
     return rms * gated / gated.std()
 
 
+def pulses(random: np.random.Generator) -> np.ndarray:
+    """Half a millisecond of force once per passage, with slip of 0.3 % of the spacing."""
+    train = np.zeros(TIME_S.size)
+    times = random.uniform(0, 1 / LINE_HZ) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / LINE_HZ
+    train[(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
+    return np.convolve(train, 30 * np.diff(hann(9)))[: train.size]
+
+
 def tone(amplitude: float) -> np.ndarray:
     return amplitude * np.sin(2 * np.pi * 15 * LINE_HZ * TIME_S)
 
 
 def locked(samples: np.ndarray, band: str = BAND) -> float:
-    return 10 * np.log10(locked_powers(record("made", Fault.OUTER, samples), BEARING, ORDER, LEVEL_BANDS)[band].value)
+    return 10 * np.log10(
+        locked_powers(record_of("made", Fault.OUTER, samples), BEARING, ORDER, LEVEL_BANDS)[band].value
+    )
 
 
 def cleaned(samples: np.ndarray, state: Fault = Fault.OUTER, order: float | None = ORDER) -> Recording:
-    return without_passage_lines(record("made", state, samples), BEARING, order, WHOLE_HZ)
+    return without_passage_lines(record_of("made", state, samples), BEARING, order, WHOLE_HZ)
 
 
 def test_a_known_power_is_found_whatever_the_background() -> None:
@@ -47,16 +58,16 @@ def test_a_known_power_is_found_whatever_the_background() -> None:
 
 
 def test_bands_that_cannot_show_the_line_are_left_out() -> None:
-    found = locked_powers(record("made", Fault.OUTER, pulses(np.random.default_rng(2))), BEARING, ORDER, LEVEL_BANDS)
+    found = locked_powers(record_of("made", Fault.OUTER, pulses(np.random.default_rng(2))), BEARING, ORDER, LEVEL_BANDS)
     assert list(found) == ["1259 Hz", "1585 Hz", "1995 Hz", "2512 Hz", "3162 Hz"]  # wider than 2 x 117 Hz
     with pytest.raises(DataError, match="no shaft speed"):
-        locked_powers(replace(record("x", Fault.OUTER, TIME_S), speed=None), BEARING, ORDER, LEVEL_BANDS)
+        locked_powers(replace(record_of("x", Fault.OUTER, TIME_S), speed=None), BEARING, ORDER, LEVEL_BANDS)
 
 
 def test_a_line_that_is_no_fault_s_does_not_count() -> None:
     random = np.random.default_rng(3)
     quiet = tone(1.0) + background(random, 0.05)
-    assert not locked_levels(record("made", Fault.OUTER, quiet), BEARING, ORDER)[f"locked {BAND}"].present
+    assert not locked_levels(record_of("made", Fault.OUTER, quiet), BEARING, ORDER)[f"locked {BAND}"].present
     fault = pulses(random)
     with_line = fault + tone(1.0)
     assert locked(cleaned(with_line).channels["sensor"]) == pytest.approx(locked(fault), abs=0.05)
@@ -70,7 +81,7 @@ def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays() -> None:
         assert (cleaned(with_line).channels["sensor"] - fault).std() < 0.02 * fault.std()
     name = "kurtosis 1400-2800 Hz"
     true, before, after = (kurtoses(one)[name].value for one in (
-        record("x", Fault.OUTER, fault), record("x", Fault.OUTER, fault + tone(2.0)), cleaned(fault + tone(2.0))
+        record_of("x", Fault.OUTER, fault), record_of("x", Fault.OUTER, fault + tone(2.0)), cleaned(fault + tone(2.0))
     ))  # fmt: skip
     assert after == pytest.approx(true, rel=0.01)
     assert before < 0.7 * true

@@ -1,4 +1,4 @@
-"""A path to the sensor: its response against closed forms, its file, and what is refused of one."""
+"""A path to the sensor: its response by hand, its file, and what is refused of one."""
 
 import json
 import math
@@ -10,50 +10,49 @@ import pytest
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run_file import scene_dict
 from srbval.path.identify import path_toml
-from srbval.scene import PathMode, SensorPath, load_scene, load_sensor_path, paper_scene
+from srbval.scene import SENSOR_ANGLE_RAD, SensorPath, load_scene, load_sensor_path, paper_scene, parts_along_sensor
 
-ROUNDING = 1e-12
-MODE = PathMode(frequency_hz=1600.0, damping_ratio=0.03, gain=0.5)
-
-
-def made(*modes: PathMode, direct: float = 0.8, covariance: tuple[tuple[float, ...], ...] = ()) -> SensorPath:
-    return SensorPath(
-        direct=direct, modes=modes, low_hz=400.0, high_hz=3150.0, source="test", used=("H", "OR"), covariance=covariance
-    )
+MIDDLES_HZ = (1000.0, 1258.9254, 1584.8932)
+TABLE = {"frequency_hz": list(MIDDLES_HZ), "load": [2.0, 0.5, 1.0], "cross": [6.0, 1.5, 3.0], "source": "test"}
 
 
-def test_far_below_a_mode_the_ring_and_far_above_it_both_ways() -> None:
-    path = made(MODE)
-    assert abs(path.response(np.array([1.0]))[0]) == pytest.approx(0.8, rel=1e-6)
-    assert abs(path.response(np.array([1e6]))[0]) == pytest.approx(0.8 + 0.5, rel=1e-3)
+def made(**changes: object) -> SensorPath:
+    columns = {name: tuple(TABLE[name]) for name in ("frequency_hz", "load", "cross")}
+    return SensorPath(**columns | {"source": "test"} | changes)
 
 
-def test_at_resonance_the_mass_follows_a_quarter_turn_behind() -> None:
-    """Relative acceleration of a mass that its base drives: g f^2 / (- 2 i zeta f^2) = + i g / (2 zeta)."""
-    found = made(MODE).response(np.array([1600.0]))[0]
-    assert found.real == pytest.approx(0.8, rel=ROUNDING)
-    assert found.imag == pytest.approx(0.5 / (2 * 0.03), rel=ROUNDING)  # a change of its sign is a negative damper
+def test_each_band_has_its_gains_and_outside_them_nothing_is_changed() -> None:
+    found = made().response(np.array([0.0, 880.0, 900.0, 1100.0, 1130.0, 1600.0, 1770.0, 1790.0, 5000.0]))
+    assert found[0].tolist() == [1, 1, 2, 2, 0.5, 1, 1, 1, 1]  # edges at 891, 1122 and 1778 Hz
+    assert found[1].tolist() == [1, 1, 6j, 6j, 1.5j, 3j, 3j, 1, 1]  # a quarter turn: powers of both directions add
 
 
-def test_below_resonance_a_positive_gain_takes_from_the_ring() -> None:
-    assert abs(made(MODE).response(np.array([800.0]))[0]) < 0.8 < abs(made(MODE).response(np.array([2400.0]))[0])
+def test_the_parts_along_the_sensor_are_those_of_the_load_and_across_it() -> None:
+    """Under a load along -y what the ring does along y is the load's; the sensor sees each times cos 45 degrees."""
+    ring = np.array([[3.0, 0.0, 5.0], [0.0, 2.0, 5.0]])
+    assert parts_along_sensor(ring, -math.pi / 2) == pytest.approx(np.sqrt(0.5) * np.array([[0, 3.0], [2.0, 0]]))
+    sensor = ring[:, :2] @ [math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)]
+    assert parts_along_sensor(ring, 0.7).sum(axis=1) == pytest.approx(sensor)
 
 
-def test_a_level_is_as_sure_as_its_parameters() -> None:
-    """With the direct way alone u of the level is 8.69 dB times that of ln d."""
-    level, u = made(covariance=((0.01,),)).level_db(np.array([500.0, 2000.0]))
-    assert level == pytest.approx([20 * math.log10(0.8)] * 2)
-    assert u == pytest.approx([8.686 * 0.1] * 2, rel=0.1)  # 400 draws know a deviation to 3.5 %
-    assert made().level_db(np.array([500.0]))[1] == [0.0]
+def test_paths_are_drawn_as_widely_as_they_are_known() -> None:
+    random = np.random.default_rng(1)
+    drawn = [made(u_db=(1.0, 0.0, 3.0), cross_u_db=2.0).drawn(random) for _ in range(400)]
+    off = 20 * np.log10([np.array(one.load) / TABLE["load"] for one in drawn])
+    ratio = 20 * np.log10([one.cross[0] / one.load[0] / 3.0 for one in drawn])
+    assert off.std(axis=0) == pytest.approx([1.0, 0.0, 3.0], rel=0.1)  # 400 draws know a deviation to 3.5 %
+    assert ratio.std() == pytest.approx(2.0, rel=0.1)
 
 
 def test_a_file_comes_back_as_it_was(tmp_path: Path) -> None:
-    path = made(MODE, covariance=tuple(tuple(0.01 * (i == j) for j in range(4)) for i in range(4)))
+    path = made(u_db=(0.5, 1.0, 2.0), cross_u_db=1.5, used=("OR",))
     (tmp_path / "path.toml").write_text(path_toml(path), encoding="utf-8")
-    assert load_sensor_path(str(tmp_path / "path.toml")) == path
+    read = load_sensor_path(str(tmp_path / "path.toml"))
+    assert read.frequency_hz == pytest.approx(MIDDLES_HZ, rel=1e-5)
+    assert (read.load, read.cross, read.u_db, read.used) == (path.load, path.cross, path.u_db, path.used)
     scene = load_scene("rig", {"sensor_path": str(tmp_path / "path.toml")})
-    assert scene.sensor_path == path
-    assert json.loads(json.dumps(scene_dict(scene)))["sensor_path"]["modes"][0]["gain"] == 0.5
+    assert scene.sensor_path == read
+    assert json.loads(json.dumps(scene_dict(scene)))["sensor_path"]["cross"] == [6.0, 1.5, 3.0]
 
 
 def test_none_is_the_scene_as_it_was() -> None:
@@ -63,29 +62,30 @@ def test_none_is_the_scene_as_it_was() -> None:
 
 def test_the_bundled_path_says_what_it_was_fitted_to() -> None:
     path = load_sensor_path("rig")
-    assert [name.split("_")[0] for name in path.used] == ["H", "OR"]
-    assert path.modes == ()  # one loud harmonic was all that a mode rested on
-    assert path.covariance
+    assert path.used == ("OR_877rpm_sample", "IR_877rpm_sample (direction)")
+    assert path.frequency_hz[0] == pytest.approx(
+        1259, abs=1
+    )  # below, a third octave is narrower than two lines of BPFO
+    assert len(path.u_db) == len(path.load)
     assert load_scene("rig", {"sensor_path": "rig"}).sensor_path == path
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"direct": 0.0}, "direct"),
-        ({"low_hz": 4000.0}, "low_hz"),
-        ({"modes": [vars(MODE)] * 4}, "the limit is 3"),
-        ({"modes": [vars(MODE) | {"damping_ratio": 1.5}]}, "damping_ratio"),
-        ({"modes": [vars(MODE) | {"frequency_hz": -5.0}]}, "frequency_hz"),
-        ({"covariance": [[1.0, 0.0], [0.0, 1.0]]}, "1 rows"),
-        ({"covariance": [[-1.0]]}, "variances"),
-        ({"damping": 3}, "unknown key"),
+        ({"load": [0.0, 1.0, 1.0]}, "load"),
+        ({"cross": [1.0, 1.0]}, "3 load, 2 cross"),
+        ({"u_db": [1.0]}, "1 u_db"),
+        ({"u_db": [-1.0, 1.0, 1.0]}, "u_db"),
+        ({"frequency_hz": [], "load": [], "cross": []}, "0 frequency_hz"),
+        ({"frequency_hz": [1000.0, 2000.0, 4000.0]}, "adjoining third octaves"),
+        ({"frequency_hz": [1584.9, 1258.9, 1000.0]}, "adjoining third octaves"),
+        ({"direct": 3}, "unknown key"),
     ],
 )
 def test_what_is_no_path_is_refused(changes: dict[str, object], said: str) -> None:
-    table = {"direct": 1.0, "low_hz": 400.0, "high_hz": 3150.0, "source": "test"} | changes
     with pytest.raises(ConfigurationError, match=said):
-        paper_scene(sensor_path=table)
+        paper_scene(sensor_path=TABLE | changes)
 
 
 def test_a_path_that_is_not_there() -> None:

@@ -1,69 +1,73 @@
-"""The study of amplitudes: what is counted, and paths that are drawn; what became of the stored predictions."""
+"""The study of amplitudes: what is counted, and how; what became of the stored predictions."""
 
 import hashlib
 import json
+import math
 
 import numpy as np
 import pytest
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import VERDICT
-from srbval.comparison.comparison import QuantityValue
-from srbval.path.amplitudes import THIRD_OCTAVES, levels
-from srbval.recordings import Origin, Recording
+from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
+from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.datasets.description import dataset
 from srbval.report.pages import results_of
-from srbval.scene import PathMode, SensorPath, load_scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.amplitudes.page import PAGE
-from srbval.studies.amplitudes.study import _shares
-from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, rows, turned
+from srbval.studies.amplitudes.study import SETTINGS, band_row, counts
+from srbval.studies.rig_amplitudes import rows
 
 
-def test_only_what_the_record_shows_is_counted() -> None:
-    rig = {
-        "1000 Hz": QuantityValue(value=-20.0), "1259 Hz": QuantityValue(value=-20.0),
-        "1585 Hz": QuantityValue(value=-20.0, present=False), "harmonic 2": QuantityValue(value=-3.0),
+def compared(quantity: str, error: float, *, shown: bool = True, used_for: str = "withheld") -> Comparison:
+    """A row of a rig's level of -20 dB, or of one that is not shown below that."""
+    rig = QuantityValue(value=-20.0 if shown else -23.0, least=-20.0, present=shown, halves=np.array([-20.5, -19.0]))
+    model = {quantity: QuantityValue(value=-20.0 + error)}
+    (row,) = rows({quantity: rig}, model, {}, record="IR", fault=Fault.INNER, used_for=used_for)
+    return row
+
+
+def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows() -> None:
+    assert compared("locked 1000 Hz", -9.0, shown=False).error == 0.0
+    assert compared("locked 1000 Hz", 6.0, shown=False).error == 6.0
+    found = [
+        compared("locked 1000 Hz", 3.0), compared("locked 1259 Hz", -5.0),
+        compared("locked 1585 Hz", 9.0, used_for="fit"),
+        compared("locked 1995 Hz", -9.0, shown=False), compared("locked 2512 Hz", 6.0, shown=False),
+        compared("harmonic 2", 1.0), compared("harmonic 3", 1.0, shown=False), compared("total 1000 Hz", 4.5),
+    ]  # fmt: skip
+    assert counts(found, [1.0, -4.5]) == {
+        "locked": {"within": 2, "of": 4, "shown": {"within": 1, "of": 2}}, "harmonics": {"within": 1, "of": 1},
+        "totals": {"within": 0, "of": 1, "healthy_alone": 1},
     }  # fmt: skip
-    model = {"1000 Hz": -17.0, "1259 Hz": -25.0, "1585 Hz": 0.0, "harmonic 2": -3.5}
-    shown = {name: QuantityValue(value=value) for name, value in model.items()}
-    compared = rows(rig, shown, {}, record="IR", fault=Fault.INNER, used_for="withheld")
-    octaves, harmonics = _shares(compared, "path")
-    names = ("kind", "used_for", "resolved", "near", "mean_error")
-    assert [octaves[name] for name in names] == ["third octaves", "withheld", 2, 1, -1.0]
-    assert octaves["crps"] == pytest.approx(4.0)  # of points: 3 and 5 dB off
-    assert [harmonics[name] for name in names] == ["harmonic pattern", "withheld", 1, 1, -0.5]
+    row = band_row(found[3])
+    assert (row["censored"], row["rig_db"], row["halves_db"]) == (True, -20.0, 1.5)
 
 
-def test_a_path_moves_with_its_parameters_and_what_is_none_is_left_out() -> None:
-    mode = PathMode(frequency_hz=1000.0, damping_ratio=0.05, gain=0.3)
-    path = SensorPath(direct=1.0, modes=(mode,), low_hz=400.0, high_hz=3150.0, source="test")
-    assert moved_path(path, path.parameters) is not None
-    moved = moved_path(path, path.parameters + np.array([0.1, 0.0, 0.0, 0.0]))
-    assert moved.direct > 1.1
-    assert moved_path(path, path.parameters + np.array([0.0, 5.0, 0.0, 0.0])) is None
+def test_ratios_are_compared_in_logarithms() -> None:
+    for factor in (0.5, 2.0):
+        rig, model = ({"depth": QuantityValue(value=value, ci95=1.0)} for value in (50.0, 50.0 * factor))
+        (row,) = rows(rig, model, {}, record="IR", fault=Fault.INNER, used_for="withheld")
+        assert row.error == pytest.approx(100 * math.log(factor))
+        assert row.parts == {RIG_READING: 2.0}
 
 
-def test_paths_are_drawn_about_the_identified_one() -> None:
-    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    drawn = drawn_paths(path)
-    assert PATH_DRAWS // 2 < len(drawn) <= PATH_DRAWS
-    gains = np.log([one.direct for one in drawn])
-    assert np.std(gains) == pytest.approx(path.deviations()[0], rel=0.5)
-    assert np.mean(gains) == pytest.approx(np.log(path.direct), abs=path.deviations()[0])
-
-
-def test_turned_phases_keep_every_level_and_draw_pulses_out() -> None:
-    pulses = np.zeros(20_480)
-    pulses[::205] = 1.0  # a line of 99.9 Hz
-    record = Recording(
-        name="pulses", channels={"sensor": pulses}, channel="sensor", fs_hz=20_480.0, unit="m/s2", dataset="test",
-        origin=Origin.SIMULATED,
-    )  # fmt: skip
-    drawn_out = turned(record, 20_480 / 205, seed=1)
-    for name, level in levels(drawn_out, None).items():
-        assert level.value == pytest.approx(levels(record, None)[name].value, abs=0.3)
-    assert np.abs(drawn_out.channels["sensor"]).max() < 0.5
+def test_the_stored_counts_follow_from_the_stored_rows() -> None:
+    stored = newest_result("amplitudes")
+    if stored is None:
+        pytest.skip("no stored result; srbval study run amplitudes makes one")
+    content = stored.content
+    bands = [row for row in content["bands"] if row["used_for"] == "withheld"]
+    assert content["counts"]["locked"]["of"] == len(bands) > 15
+    assert content["counts"]["locked"]["within"] == sum(row["within"] for row in bands)
+    assert all(row["within"] == (abs(row["error_db"]) <= VERDICT.near_db) for row in bands)
+    as_it_is, *others = content["worth"]
+    assert {name: as_it_is[name] for name in content["counts"] if name != "setting"} == {
+        name: value for name, value in content["counts"].items() if name != "setting"
+    }
+    assert len(others) == len(SETTINGS)
+    assert {row["record"] for row in content["draws"]} >= {row["record"] for row in bands}
+    assert content["mounting"]["quieter"] > 0
 
 
 PREDICTIONS = (

@@ -45,7 +45,6 @@ from srbval.studies.stability.study import (
     UNLIKE,
     WITHIN,
     cell,
-    planted_in,
     run_stability,
 )
 from tests.studies import stored_in
@@ -114,12 +113,6 @@ def test_what_was_run_is_not_run_again_and_an_interrupted_map_continues(
     with stored_in(folder):
         whole = run_stability(PLANTED_GRID)
     assert to_json(whole["cells"]) == result["cells"]
-
-
-def test_default_solver_and_step_are_in_the_map() -> None:
-    scene = paper_scene()
-    assert scene.solver.name in FULL.solvers
-    assert {61440, round(1 / scene.solver.step_s)} <= set(FULL.steps_per_s)
 
 
 def test_runs_of_a_group_have_one_length_whatever_their_step() -> None:
@@ -246,16 +239,6 @@ def test_what_is_beyond_a_tolerance_is_inaccurate_and_still_stable(name: str, ch
     chance = [times * means[name] for _ in range(BLOCKS // 4) for times in (0.0, 0.0, 2.4, 2.4)]
     found = made(converged=right, means={name: chance})
     assert found["status"] == "ok", "blocks that say so different things say nothing"
-
-
-def test_planted_failures_are_found_by_solver_step_and_speed() -> None:
-    cells = [
-        made(solver="ode1", steps_per_s=30720, status="too-deep"),
-        made(solver="ode2", steps_per_s=15360),
-        made(solver="ode2", steps_per_s=30720, status="too-deep"),
-        made(solver="ode1", steps_per_s=30720, rpm=355.0, status="too-deep"),
-    ]
-    assert [p["caught"] for p in planted_in(cells)] == [True, False]
 
 
 LOWER = [(f"ode{n}", 710.0) for n in (1, 2, 3)]

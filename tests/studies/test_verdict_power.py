@@ -1,13 +1,15 @@
 """Power of the verdicts: what is planted is what is found, and how often, on few rigs and in the stored result."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from srbval.comparison.budget import TOLERANCE
+from srbval.comparison.verdicts import Endpoint
 from srbval.storage.stored_result import newest_result
-from srbval.studies.verdict_power.study import PLANTED_PCT, RIGS, rates, read_again, true_ratios
+from srbval.studies.verdict_power.study import PLANTED_PCT, RIGS, attainable, rates, read_again, true_ratios
 from tests.comparison.test_verdicts import NAMES, readings, variant
 
 FEW = 40
@@ -31,6 +33,15 @@ def test_the_larger_an_error_the_more_often_it_is_found() -> None:
         assert none["missed"] <= margin["missed"] < twice["missed"]
         for row in (none, margin, twice):
             assert row["met"] + row["missed"] + row["not_resolved"] == pytest.approx(1)
+
+
+def test_nobody_finds_more_than_with_the_scatter_known() -> None:
+    """By hand, of one endpoint: four records of 0.05 % at a power of Phi(0.1 / 0.025 - 1.645)."""
+    own = [replace(one, reading_u=0.0, speed_u=0.0, per_speed=0.0) for one in readings()]
+    level = Endpoint(name="level", weights=np.array([0.25] * 4 + [0.0] * (len(own) - 4)), rig=np.zeros(1))
+    truth = np.full((len(own), 3), 0.43)
+    assert attainable(level, truth, own, 0.2) == pytest.approx(0.9907, abs=1e-4)
+    assert attainable(level, truth, own, TOLERANCE.limit_pct) is None
 
 
 @pytest.fixture(scope="module")

@@ -56,7 +56,6 @@ def impact(ring_kg: float | None, damping: str = "1e3 Ns/m") -> Impact:
     scene = paper_scene(
         contact={"radial_play_m": PLAY_M, "smoothing_width": "1e-13 m", "points_per_circle": 60, "damping": damping},
         load={"radial": "0 N", "path": "bearing"},
-        housing={"damping": "0 Ns/m"},
         shaft_speed="1e-9 rpm",
     )
     model = only_circle(parameters(scene), 2)

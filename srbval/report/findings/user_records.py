@@ -11,13 +11,12 @@ from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.baseline import Baseline, baseline_of, registered_baseline
 from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
-from srbval.diagnosis.records import FailedFile, only_error
+from srbval.diagnosis.records import FailedFile, band_is_declared, only_error, summary_of
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.lines import Line
-from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.records import (
@@ -30,6 +29,7 @@ from srbval.report.findings.records import (
     views_of,
 )
 from srbval.scene import load_scene
+from srbval.storage.json_files import to_json
 
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
 HIGHEST_SHARE = 0.45  # of a run's rate, where a record's band reaches beyond it
@@ -87,6 +87,11 @@ class UserRecord:
     marked: Line | None
     model: ModelSide | str | None
 
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The record in a row of the overview."""
+        return summary_of(to_json(self))
+
     def to_dict(self) -> dict[str, Any]:
         """The record's entry in ``report.json``: all numbers; arrays that figures draw lie in their data files."""
         baseline, model = self.baseline, self.model
@@ -94,6 +99,7 @@ class UserRecord:
             "fault": self.verdict,
             "verdict": self.verdict.sentence,
             "declared_state": self.analysis.recording.state,
+            "channel": self.analysis.recording.channel,
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
@@ -127,7 +133,7 @@ def gather_user_records(
     def gather_one(recording: Recording) -> UserRecord:
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
-            unknown = band_hz is None and not _band_is_declared(recording)
+            unknown = band_hz is None and not band_is_declared(recording)
             analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown, healthy=healthy)
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
@@ -155,14 +161,6 @@ def gather_user_records(
     }
     facts = {key: value for key, value in facts.items() if value}
     return tuple(records), tuple(failed), facts
-
-
-def _band_is_declared(recording: Recording) -> bool:
-    try:
-        declared_band(recording, None)
-    except ConfigurationError:
-        return False
-    return True
 
 
 def user_record(

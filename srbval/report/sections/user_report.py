@@ -40,33 +40,39 @@ def assemble_user_report(
     command: str,
     provenance: Mapping[str, Any],
     failed: Sequence[FailedFile] = (),
+    others: Sequence[Mapping[str, Any]] = (),
+    other_rows: Sequence[Mapping[str, Any]] = (),
     brief: bool = False,
 ) -> Report:
     """Build the report; `command` is the one that makes it again, `failed` what it lacks.
 
+    `others` are the documents of records that have a row here and no section, `other_rows` these rows (`summary_of`).
+
     If `brief`, of the first record the envelope spectrum and the table of lines alone.
     """
-    origin, several = {"command": command, **provenance}, len(records) > 1
+    origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
+    summaries = (*(record.summary for record in records), *other_rows) if several else ()
     if brief:
         sections = list(itertools.islice(_sections(records[0], ""), BRIEF_SECTIONS))
     else:
-        table = TEXTS.table("overview-table", records, headline=lambda record: _verdict(record).headline)
+        with_channel = len({row["name"] for row in summaries}) < len(summaries)
+        table = TEXTS.table("overview-table", summaries, sections=len(records), with_channel=with_channel)
         sections = [_section("overview", "", table)] if several else []
         sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
-    verdict = _verdict_of_all(records) if several else _verdict(records[0])
+    verdict = _verdict_of_all(summaries) if several else _verdict(records[0])
     missing = TEXTS.each("failed", failed)
     verdict = dataclasses.replace(verdict, points=(*missing, *verdict.points))
     text = " ".join(verdict.headline.replace("**", "").split())
     return Report(
-        title=TEXTS.text("title", names=[record.analysis.recording.name for record in records]),
+        title=TEXTS.text("title", names=[r.analysis.recording.name for r in records], more=len(others)),
         subtitle=TEXTS.text("subtitle", records=records),
         generated_utc=datetime.now(UTC),
         verdict=verdict,
         sections=tuple(sections),
         data={
             "schema_version": SCHEMA_VERSION, "status": "incomplete" if failed else "ok", "headline": {"text": text},
-            "bearing": records[0].analysis.bearing, "records": tuple(records),
+            "bearing": records[0].analysis.bearing, "records": (*records, *others),
             "failed": tuple(failed), "provenance": origin,
         },
     )  # fmt: skip
@@ -79,11 +85,10 @@ def _verdict(record: UserRecord) -> VerdictBox:
     return VerdictBox(tone=TONES[verdict.finding], headline=literal(verdict.headline), points=(*said, *cautions))
 
 
-def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
-    findings = [record.verdict.finding for record in records]
-    worst = next(finding for finding in TONES if finding in findings)
-    by = {finding.value: [r for r in records if r.verdict.finding is finding] for finding in Finding}
-    return TEXTS.verdict(TONES[worst], "-of-all", records=records, by=by)
+def _verdict_of_all(summaries: Sequence[Mapping[str, Any]]) -> VerdictBox:
+    by = {alarm: [row for row in summaries if row["alarm"] == alarm] for alarm in ("yes", "check", "-", "no")}
+    tone = next(tone for tone, rows in zip(TONES.values(), by.values(), strict=True) if rows)
+    return TEXTS.verdict(tone, "-of-all", records=summaries, by=by)
 
 
 def _section(about: str, suffix: str, *blocks: Block, appendix: tuple[Block, ...] = (), **values: Any) -> Section:

@@ -4,7 +4,7 @@ Before them the outcome of the predictions that were stored before three records
 computed once by the revision that it names (`storage.stored_result.staleness` says why it is never computed again).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.comparison.bias import LEAST_RECORDS
@@ -16,31 +16,37 @@ from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 DEPTH = "modulation depth"
-BAND = "RMS 1400-2800 Hz"  # in which the effect of the hole's place on the level is stated
+TABLED = ("locked level", "total level")  # kinds of rows that the counts stand for
+UNEXPLAINED = "IR_353rpm_sample"  # far below what the model and the same race's other record imply
 Row = Mapping[str, Any]
 
 
 def section(results: StoredResults) -> Section:
-    """How many amplitudes are near and why the others are not; each row, share and bias in the appendix."""
+    """The counts with what each part is worth, and every locked band; level and pattern, bias, rows in the appendix."""
     result, (predicted, rows) = results.get("amplitudes"), _outcome(results)
     if result is None:
         return TEXTS.section(*predicted, TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=rows)
     content = result.content
-    shares = content["shares"]
-    over = sorted((row for row in content["over_angle"] if row["band"] == BAND), key=lambda row: float(row["level_db"]))
-    fitted = [row for row in shares if row["kind"] == DEPTH and row["used_for"] == "fit"]
-    depth = {row["predictor"]: row["mean_error"] for row in fitted}
     bias = [*content["bias"], *results.content("waterfall").get("bias", [])]
-    withheld = [row for row in content["comparisons"] if row["used_for"] == "withheld" and row["rig_present"]]
+    withheld = [
+        row for row in content["comparisons"]
+        if row["used_for"] == "withheld" and row["rig_present"] and row["kind"] not in TABLED
+    ]  # fmt: skip
     return TEXTS.section(
         *predicted,
         TEXTS.paragraph("amplitudes"),
-        TEXTS.table("amplitudes-near", list(_by_kind(shares))),
-        TEXTS.paragraph("why", least=over[0], most=over[-1], depth=depth),
+        TEXTS.paragraph("counts", counts=content["counts"]),
+        TEXTS.table("worth", content["worth"]),
+        TEXTS.paragraph(
+            "causes",
+            unexplained=[row for row in content["bands"] if row["record"] == UNEXPLAINED and not row["censored"]],
+        ),
+        TEXTS.table("locked", content["bands"], mounting=content["mounting"]),
         appendix=(
             *rows,
             origin_of(result),
-            TEXTS.table("amplitude-shares", shares),
+            TEXTS.table("level-and-pattern", content["level_and_pattern"]),
+            TEXTS.paragraph("mounting", mounting=content["mounting"], crps=content["crps_db"]),
             TEXTS.table("amplitude-bias", bias, least_records=LEAST_RECORDS),
             TEXTS.table("amplitude-rows", withheld),
         ),
@@ -60,18 +66,11 @@ def _outcome(results: StoredResults) -> tuple[Sequence[Block], Sequence[Block]]:
     return [said], [TEXTS.table("outcome-rows", content["comparisons"], outcome=content)]
 
 
-def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
-    """One row per record and kind, with what each predictor makes of it."""
-    for record, kind in dict.fromkeys((row["record"], row["kind"]) for row in shares):
-        of = {row["predictor"]: row for row in shares if (row["record"], row["kind"]) == (record, kind)}
-        yield {**of["path"], "by": of}
-
-
 def data(results: StoredResults) -> Row:
     """What ``report.json`` holds of it."""
     content, outcome = results.content("amplitudes"), results.content("prediction_outcome")
     return {
-        "amplitudes": content.get("shares", []),
+        "amplitudes": content.get("counts"),
         "bias": content.get("bias", []),
         "comparisons": [*content.get("comparisons", []), *outcome.get("comparisons", [])],
         "prediction_outcome": {key: value for key, value in outcome.items() if key != "comparisons"},

@@ -1,82 +1,336 @@
-"""The rig scene's amplitudes against the rig's, in m/s2.
+"""The rig scene's amplitudes against the rig's, in m/s2, per record and band.
 
-The scene behind the path to the sensor that H 877 and OR 877 give, at each record's own speed; those two are `fit`,
-IR 877, Roller 877 and H 353 `withheld`: not used, but seen. The inputs' ranges are drawn together, with where each
-record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified again from the
-outer-race run, so that what both share cancels as it does in use. Beside it four ways of guessing: a path that also
-turns the phases at random, which powers do not tell; no path; the planar model behind a path of its own; and the
-outer-race record's own increment. And how far each record repeats from one half of it to the other. Waves on races and
-rollers that would give H 877's level are a further part of the uncertainty.
+The path to the sensor is identified from the power that is locked to OR 877's fault, its directions from the sidebands
+of IR 877: these are `fit`, everything else of the eight records `withheld`, not used but seen. Judged are the locked
+power in third octaves, the harmonics of the line, and the total level of a band (the healthy record's and what the
+model adds), beside the healthy record alone. The passage lines of the rig are taken out of records and runs alike.
+What each part is worth is the same counted without it: with Table 4's damper to the ground, with those lines left in,
+with one gain for both directions.
+
+The inputs' ranges are drawn together, with where each record's hole may lie drawn for itself; for every draw, and for
+the finer run, the path is identified again, so that what both share cancels as it does in use. The draws of each band
+are stored: level and pattern of a record are tested apart with their covariance. What levels scatter by from one
+mounting to the next is read from the records themselves and is in U; other sets that repeat anything stand beside it.
 
 And what a surface does to the healthy bearing's level: the scene with surfaces of classes and heights against H 877, to
-which the path was fitted, so that nothing there is a prediction; a class reaches waves of 1 to 50 mm by the power law
-alone, see ``theory/surface.md``.
+which nothing was fitted, so that any height is; a class reaches waves of 1 to 50 mm by the power law alone.
 """
 
+import itertools
 import math
 import statistics
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from srbval.bearing import Fault
 from srbval.comparison.bias import biases
-from srbval.comparison.budget import VERDICT
-from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
+from srbval.comparison.budget import PRIOR, VERDICT
+from srbval.comparison.comparison import DATA_PARTS, MOUNTING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
+from srbval.comparison.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
+from srbval.comparison.second_look import holm_adjusted
 from srbval.models.run import Run
-from srbval.path.amplitudes import RMS_BANDS, THIRD_OCTAVES, band_power, levels, pattern
+from srbval.path.amplitudes import (
+    DB,
+    LEVEL_BANDS,
+    RMS_BANDS,
+    THIRD_OCTAVES,
+    WHOLE_HZ,
+    band_power,
+    levels,
+    locked_levels,
+    pattern,
+)
+from srbval.path.identify import Pair, behind, identify, line_order
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
-from srbval.recordings import Recording
-from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.reading.locked import without_passage_lines
+from srbval.recordings import Recording, RecordingSettings
+from srbval.recordings.registry import listing, load_entry
+from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import Study, StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import (
     BEARING,
     FAST,
-    FAULTS,
     FINER,
-    HEALTHY_DRAWS,
     NUMERICS,
     OF_HEALTHY,
     PATH,
-    PATH_DRAWS,
-    POWER,
+    RATIOS,
     SLOW,
-    SURFACES,
-    behind,
     crps,
+    drawn_paths,
     half_widths,
-    identified_paths,
+    kind_of,
     measured,
-    of_waves,
-    predicted,
-    rig_inputs_read,
-    rough_runs,
+    measured_entry,
     rows,
     run_of,
     scaling,
-    shown_by,
     values,
+    with_background,
 )
 
+FAULTS, FITTED = (Fault.OUTER, Fault.INNER, Fault.ROLLER), (Fault.OUTER, FAST)
+POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
+LOCKED, HARMONICS, TOTAL, LEVEL = "locked level", "harmonic pattern", "total level", "band level"
 CLASSES, HEIGHTS_NM = ("N1", "N3"), (14.0, 28.0, 56.0)  # of surfaces, on every body
 Row = dict[str, Any]
+Key = tuple[Fault, float]
+Values = Mapping[str, QuantityValue]
 
 
-def over_angle(record: Recording) -> list[dict[str, Any]]:
-    """What the sensor's level does [dB] as the outer race's hole goes along the load zone, less that in its middle."""
-    (angle,) = (one for one in rig_inputs("position") if one.key == "defect.angle")
-    runs = {value: run_of(record, Fault.OUTER, angle.changes(value)) for value in angle.values}
-    read = {value: values(levels(behind(run, None), None)) for value, run in runs.items()}
-    return [
-        {"angle_deg": value, "band": band, "level_db": read[value][band] - read[angle.nominal][band]}
-        for value in read for band in RMS_BANDS
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """How everything is predicted: `changes` of the scene, passage lines `out`, the path's two `directions`."""
+
+    name: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    out: bool = True
+    directions: bool = True
+
+
+AS_IT_IS = Setting(name="as it is")
+SETTINGS = (
+    AS_IT_IS,
+    Setting(name="damper of Table 4 to the ground", changes={"housing": {"damping": "5e5 Ns/m"}}),
+    Setting(name="passage lines left in", out=False),
+    Setting(name="one gain for both directions", directions=False),
+)
+MEAN = "mean over the draws of all inputs in place of the scene's own"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigRecord:
+    """A faulty record and the healthy one of its speed; the order of its line, and whether that was detected."""
+
+    record: Recording
+    healthy: Recording
+    state: Fault
+    order: float
+    detected: bool
+    used_for: str
+
+    def without_lines(self) -> "RigRecord":
+        """Both without their passage lines."""
+        return replace(
+            self, record=without_passage_lines(self.record, BEARING, self.order, WHOLE_HZ),
+            healthy=without_passage_lines(self.healthy, BEARING, None, WHOLE_HZ),
+        )  # fmt: skip
+
+    def rig(self, mounting_db: float) -> dict[str, QuantityValue]:
+        """What the record shows."""
+        locked = locked_levels(self.record, BEARING, self.order) if self.detected else {}
+        read = pattern(self.record, BEARING, self.state, self.order)
+        return locked | levels(self.record, self.healthy, mounting_db) | totals(self.record) | read
+
+    def model(self, run: Run, path: SensorPath, *, out: bool) -> dict[str, QuantityValue]:
+        """What a run shows behind a path: depth and kurtosis in the healthy record's background, over it in total."""
+        order, shown = line_order(run, BEARING), behind(run, path)
+        if out:
+            shown = without_passage_lines(shown, BEARING, order, WHOLE_HZ)
+        noisy = pattern(with_background(shown, self.healthy), BEARING, self.state, order)
+        of_noise = {name: value for name, value in noisy.items() if kind_of(name) in RATIOS}
+        locked = locked_levels(shown, BEARING, order) if self.detected else {}
+        read = pattern(shown, BEARING, self.state, order)
+        return locked | levels(shown, None) | totals(shown, self.healthy) | read | of_noise
+
+
+def totals(recording: Recording, beside: Recording | None = None) -> dict[str, QuantityValue]:
+    """Total level of each third octave [dB re 1 m/s2], with the power of another record added."""
+    found = {}
+    for name, band in LEVEL_BANDS.items():
+        power = band_power(recording, band) + (band_power(beside, band) if beside else 0.0)
+        ci95 = NORMAL_95 * DB / math.sqrt((band[1] - band[0]) * recording.seconds)
+        found[f"total {name}"] = QuantityValue(value=DB * math.log(power), ci95=ci95)
+    return found
+
+
+def rig_records() -> dict[Key, RigRecord]:
+    """All faulty records, the fast ones first; the order of a line by its own record."""
+    found = {}
+    for speed, state in itertools.product((FAST, SLOW), FAULTS):
+        record = measured(state, speed)
+        line = analyse(record, bearing=BEARING, band_hz=WHOLE_HZ).line_of(state)
+        assert record.speed is not None
+        found[state, speed] = RigRecord(
+            record=record, healthy=measured(Fault.HEALTHY, speed), state=state, detected=line.detected,
+            order=(line.found_hz or line.kinematic_hz) / record.speed.value_hz,
+            used_for="fit" if (state, speed) == FITTED else "withheld",
+        )  # fmt: skip
+    return found
+
+
+def mounting(records: Mapping[Key, RigRecord]) -> Row:
+    """Scatter of one mounting's levels by third octaves in which a faulty record is quieter than its healthy one [dB].
+
+    `quieter`: in how many of all bands; `most_db`: by how much at most.
+    """
+    off = [
+        (DB * math.log(band_power(one.record, band) / band_power(one.healthy, band)),
+         DB * math.sqrt(2 / ((band[1] - band[0]) * one.record.seconds)))
+        for one in records.values() for band in LEVEL_BANDS.values()
     ]  # fmt: skip
+    quieter = np.array([pair for pair in off if pair[0] < 0]).reshape(-1, 2)
+    mean, low, high = mounting_scatter(quieter[:, 0], quieter[:, 1], PRIOR.mounting_db)
+    most = float(-quieter[:, 0].min()) if quieter.size else 0.0
+    return {
+        "scatter_db": mean, "ci95_db": [low, high], "quieter": len(quieter), "bands": len(off), "most_db": most
+    }  # fmt: skip
+
+
+# Records of other rigs that repeat something: of the same faulty bearing in another session (CWRU's two sampling
+# rates, probably not mounted anew in between: a lower bound), and of like bearings at four places of one shaft (IMS,
+# healthy: places and sensors differ too, an upper one).
+REPEATS: Mapping[str, Sequence[Sequence[tuple[str, str]]]] = {
+    "CWRU, the same bearing in two sessions": [
+        [("105_IR007_0_12kDE.mat", "DE"), ("109_IR007_0_48kDE.mat", "DE")],
+        [("130_OR007at6_0_12kDE.mat", "DE"), ("135_OR007at6_0_48kDE.mat", "DE")],
+        [("169_IR014_0_12kDE.mat", "DE"), ("174_IR014_0_48kDE.mat", "DE")],
+    ],
+    "IMS, four like healthy bearings on one shaft": [
+        [("2003.10.22.12.06.24", f"ch{number}") for number in (1, 3, 5, 7)],
+    ],
+}  # fmt: skip
+
+
+def repeats() -> Iterator[Row]:
+    """Standard deviation of the third octaves' levels within each group of `REPEATS` [dB], of those at hand."""
+    entries = {Path(one.file).name: one for one in listing().recordings}
+    for name, groups in REPEATS.items():
+        variances = []
+        for group in (group for group in groups if all(file in entries for file, _ in group)):
+            of = [load_entry(replace(entries[file], settings=RecordingSettings(channel=one))) for file, one in group]
+            own = [[DB * math.log(band_power(one, band)) for band in LEVEL_BANDS.values()] for one in of]
+            variances.append(np.var(own, axis=0, ddof=1))
+        if variances:
+            yield {"set": name, "groups": len(variances), "scatter_db": float(np.sqrt(np.mean(variances)))}
+
+
+def paths_of(records: Mapping[Key, RigRecord], runs: Mapping[Key, Sequence[Run]], setting: Setting) -> list[SensorPath]:
+    """The path of each run of OR 877, its directions by the run of IR 877 with the same inputs."""
+    outer, inner = (
+        [Pair(record=records[state, FAST].record, run=run) for run in runs[state, FAST]]
+        for state in (Fault.OUTER, Fault.INNER)
+    )
+    both = zip(outer, inner if setting.directions else [None] * len(outer), strict=True)
+    return [identify(own, cross, bearing=BEARING, band_hz=WHOLE_HZ).path for own, cross in both]
+
+
+def judge(
+    one: RigRecord, rig: Values, runs: Sequence[Run], paths: Sequence[SensorPath], setting: Setting, mounting_db: float
+) -> tuple[tuple[Comparison, ...], list[dict[str, float]]]:
+    """Rows of a record, and what each draw of the inputs shows; `runs`: nominal, finer, draws, each with its path.
+
+    Of the nominal run alone without parts of the uncertainty but the rig's.
+    """
+    model, *others = (one.model(run, path, out=setting.out) for run, path in zip(runs, paths, strict=True))
+    off = math.sqrt(2) * NORMAL_95 * mounting_db * (one.used_for == "withheld")  # two mountings: the path has one too
+    parts = {MOUNTING: {name: off for name in rig if kind_of(name) in (LOCKED, TOTAL, LEVEL)}}
+    drawn = [values(other) for other in others[1:]]
+    if drawn:
+        moved = [one.model(runs[0], path, out=setting.out) for path in drawn_paths(paths[0])]
+        parts[NUMERICS] = {name: abs(others[0][name].value - value.value) for name, value in model.items()}
+        parts[PATH] = half_widths([values(other) for other in moved])
+        parts[INPUTS] = half_widths(drawn)
+    return rows(rig, model, parts, record=one.record.name, fault=one.state, used_for=one.used_for), drawn
+
+
+def counts(found: Sequence[Comparison], healthy_alone: Sequence[float]) -> Row:
+    """How many withheld bands, harmonics and totals are within the limit; `shown`: of those alone that the rig shows.
+
+    A locked band that the record does not show is within it where the model is no farther above what would be shown.
+    """
+    of = {kind: [row for row in found if row.kind == kind and row.used_for == "withheld"] for kind in KINDS}
+
+    def count(chosen: Sequence[Comparison]) -> Row:
+        near = [row for row in chosen if abs(row.error) <= VERDICT.near_db]
+        return {"within": len(near), "of": len(chosen)}
+
+    return {
+        "locked": count(of[LOCKED]) | {"shown": count([row for row in of[LOCKED] if row.rig.present])},
+        "harmonics": count([row for row in of[HARMONICS] if row.rig.present]),
+        "totals": count(of[TOTAL]) | {"healthy_alone": sum(abs(error) <= VERDICT.near_db for error in healthy_alone)},
+    }
+
+
+KINDS = (LOCKED, HARMONICS, TOTAL)
+
+
+def healthy_alone(records: Mapping[Key, RigRecord]) -> list[float]:
+    """Errors of the healthy record's level as the prediction of each withheld total [dB]."""
+    return [
+        values(totals(one.healthy))[name] - value
+        for one in records.values() if one.used_for == "withheld"
+        for name, value in values(totals(one.record)).items()
+    ]  # fmt: skip
+
+
+def tested_apart(found: Sequence[Comparison], drawn: Sequence[Mapping[str, float]]) -> Row | None:
+    """Level and pattern of a record's locked bands by the covariance of the draws; None without two such bands."""
+    used = [row for row in found if row.kind == LOCKED and (row.rig.present or row.error > 0)]
+    if len(used) < 2:
+        return None
+    own = [math.hypot(*(part for name, part in row.parts.items() if name != INPUTS)) / NORMAL_95 for row in used]
+    covariance = draws_covariance([[draw[row.quantity] for row in used] for draw in drawn], own)
+    result = level_and_pattern([row.error for row in used], covariance)
+    return {"record": used[0].record, "used_for": used[0].used_for, **vars(result)}
+
+
+def band_row(row: Comparison) -> Row:
+    """A locked band as the table shows it; `halves_db`: how much the record's own halves differ, None by noise."""
+    halves = row.rig.halves
+    apart = None if halves is None or not np.isfinite(halves).all() else float(abs(halves[1] - halves[0]))
+    return {
+        "record": row.record, "used_for": row.used_for, "band": row.quantity.removeprefix("locked "),
+        "rig_db": row.rig.value if row.rig.present else row.rig.least, "model_db": row.model.value,
+        "error_db": row.error, "u95_db": row.uncertainty, "halves_db": apart, "censored": not row.rig.present,
+        "within": abs(row.error) <= VERDICT.near_db,
+    }  # fmt: skip
+
+
+def scores(found: Sequence[Comparison], alone: Sequence[float]) -> Row:
+    """Mean CRPS of the withheld totals [dB], of the model with its own uncertainty and of the healthy record alone."""
+    of = [row for row in found if row.kind == TOTAL and row.used_for == "withheld"]
+    own = [math.hypot(*(v for part, v in row.parts.items() if part not in DATA_PARTS)) / NORMAL_95 for row in of]
+    model = [crps(row.error, u) for row, u in zip(of, own, strict=True)]
+    return {"model": statistics.fmean(model), "healthy alone": statistics.fmean(map(abs, alone))}
+
+
+def healthy_rows(changes: Sequence[Mapping[str, Any]], paths: Sequence[SensorPath]) -> Iterator[Comparison]:
+    """The healthy bearing's own levels at both speeds, and by how much they rise from one to the other."""
+    sides: dict[float, tuple[Values, list[dict[str, QuantityValue]]]] = {}
+    for speed in (FAST, SLOW):
+        record = measured(Fault.HEALTHY, speed)
+        runs = [run_of(record, Fault.HEALTHY, one) for one in changes]
+        read = [levels(behind(run, path), None) for run, path in zip(runs, paths, strict=False)]
+        moved = [values(levels(behind(runs[0], path), None)) for path in drawn_paths(paths[0])]
+        sides[speed] = levels(record, None), read
+        parts = _parts(read) | {PATH: half_widths(moved)}
+        yield from rows(
+            sides[speed][0], read[0], parts, record=record.name, fault=Fault.HEALTHY, used_for="withheld"
+        )  # fmt: skip
+    (fast_rig, fast_model), (slow_rig, slow_model) = sides[FAST], sides[SLOW]
+    rise = [scaling(slow, fast) for slow, fast in zip(slow_model, fast_model, strict=True)]
+    name = " to ".join(measured(Fault.HEALTHY, speed).name for speed in (SLOW, FAST))
+    yield from rows(
+        scaling(slow_rig, fast_rig), rise[0], _parts(rise), record=name, fault=Fault.HEALTHY, used_for="withheld"
+    )
+
+
+def _parts(read: Sequence[Values]) -> dict[str, dict[str, float]]:
+    model, finer, *drawn = read
+    return {
+        NUMERICS: {name: abs(finer[name].value - value.value) for name, value in model.items()},
+        INPUTS: half_widths([values(one) for one in drawn]),
+    }
 
 
 def surfaces(record: Recording, path: SensorPath) -> Row:
@@ -85,7 +339,7 @@ def surfaces(record: Recording, path: SensorPath) -> Row:
     for nm in HEIGHTS_NM:
         made[f"{nm:g} nm"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
     theirs = values(levels(record, None))
-    rms, over = [{"surface": f"{record.name}, measured (fit)", **_rms(record), "status": ""}], list[Row]()
+    rms, over = [{"surface": f"{record.name}, measured", **_rms(record), "status": ""}], list[Row]()
     for name, surface in {"round": {}, **made}.items():
         run = run_of(record, Fault.HEALTHY, {"surface": surface, "seed": 1} if surface else {})
         shown = behind(run, path)
@@ -100,157 +354,69 @@ def _rms(recording: Recording) -> dict[str, float]:
     return {name: math.sqrt(band_power(recording, band)) for name, band in RMS_BANDS.items()}
 
 
-def study(progress: Progress) -> tuple[list[Comparison], list[Row]]:
-    """All comparisons, and what they come to."""
-    healthy = measured(Fault.HEALTHY, FAST)
-    records = {state: measured(state, FAST) for state in FAULTS}
-    common, places = draws(rig_inputs(), POWER), draws(rig_inputs("position"), POWER + 2)
-    runs, planar = dict[Fault, list[Run]](), dict[Fault, Run]()
-    for i, (state, record) in enumerate(records.items()):
+def study(progress: Progress) -> Row:
+    """All that is stored."""
+    raw = rig_records()
+    records = {key: one.without_lines() for key, one in raw.items()}
+    scatter = mounting(records)
+    common, places = draws(rig_inputs(), POWER), iter(draws(rig_inputs("position"), POWER + 3))
+    runs = dict[Key, list[Run]]()
+    for i, (key, one) in enumerate(records.items()):
         progress("runs of the scene", i / len(records))
-        place = places[i * len(common) : (i + 1) * len(common)]
-        runs[state] = [run_of(record, state, one) for one in ({}, FINER, *map(merge, common, place))]
-        planar[state] = run_of(record, state, {"model": "planar"})
-    rough = {state: rough_runs(record, state) for state, record in {Fault.HEALTHY: healthy, **records}.items()}
-    paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
-    (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
-    as_outer = levels(records[Fault.OUTER], healthy)
-    found, shares = list[Comparison](), list[Row]()
-    for i, (state, record) in enumerate(records.items()):
+        changes = [{}, FINER, *(merge(inputs, next(places)) for inputs in common)]
+        runs[key] = [run_of(one.record, one.state, change) for change in changes]
+    paths = paths_of(records, runs, AS_IT_IS)
+    found, average = list[Comparison](), list[Comparison]()
+    drawn, tests, worth = list[Row](), list[Row](), list[Row]()
+    for i, (key, one) in enumerate(records.items()):
         progress("comparisons", i / len(records))
-        line = analyse(record, bearing=BEARING).line_of(state)
-        assert record.speed is not None
-        order = (line.found_hz or line.kinematic_hz) / record.speed.value_hz
-        rig = levels(record, healthy) | pattern(record, BEARING, state, order)
-        compare = partial(rows, rig, record=record.name, fault=state, used_for=FAULTS[state])
-        model, parts = predicted(runs[state], state, paths, healthy)
-        parts[SURFACES] = of_waves(rough[state], rough[Fault.HEALTHY], state, paths[0])
-        own = compare(model, parts)
+        rig = one.rig(scatter["scatter_db"])
+        own, by_draw = judge(one, rig, runs[key], paths, AS_IT_IS, scatter["scatter_db"])
         found += own
-        guesses = {
-            "path": own,
-            "path, random phases": compare(*of_phases(runs[state][0], state, paths[0], healthy)),
-            "no path": compare(shown_by(runs[state][0], state, None, healthy), {}),
-            "planar rung, its own path": compare(shown_by(planar[state], state, own_path, healthy), {}),
-            "as OR 877": compare(as_outer, {}),
-            "its own other half": other_half(record, healthy, state, order, FAULTS[state]),
-        }
-        shares += [share for predictor, compared in guesses.items() for share in _shares(compared, predictor)]
-    at_rest = list(_healthy(healthy, [{}, FINER, *common[:HEALTHY_DRAWS]], paths))
-    for used in dict.fromkeys(row.record for row in at_rest):
-        shares += _shares([row for row in at_rest if row.record == used], "path")
-    return found + at_rest, shares
-
-
-def other_half(
-    record: Recording, healthy: Recording, state: Fault, order: float, used_for: str
-) -> tuple[Comparison, ...]:  # fmt: skip
-    """The record's second half as it were predicted by its first: how far the record itself repeats."""
-    half = record.samples // 2
-    first, second = (
-        levels(part, healthy) | pattern(part, BEARING, state, order)
-        for part in (part_of(record, slice(0, half)), part_of(record, slice(half, 2 * half)))
-    )
-    return rows(second, first, {}, record=record.name, fault=state, used_for=used_for)
-
-
-def part_of(record: Recording, samples: slice) -> Recording:
-    """Some of the samples of a record, with the course of the speed and its mean over them."""
-    signal, speed = record.speed_signal, record.speed
-    assert speed is not None
-    if signal is not None:
-        first, last = (round(at / record.fs_hz * signal.rate_hz) for at in (samples.start, samples.stop))
-        signal = replace(signal, values_hz=signal.values_hz[first:last])
-        speed = replace(speed, value_hz=float(signal.values_hz.mean()))
-    channels = {name: values[samples] for name, values in record.channels.items()}
-    return replace(record, channels=channels, speed_signal=signal, speed=speed)
-
-
-def of_phases(
-    run: Run, state: Fault, path: SensorPath, healthy: Recording
-) -> tuple[dict[str, QuantityValue], dict[str, dict[str, float]]]:
-    """Medians over random phases of the path, and what these do."""
-    drawn = [values(shown_by(run, state, path, healthy, seed)) for seed in range(PATH_DRAWS)]
+        means = {name: QuantityValue(value=statistics.fmean(draw[name] for draw in by_draw)) for name in by_draw[0]}
+        average += rows(rig, means, {}, record=one.record.name, fault=one.state, used_for=one.used_for)
+        drawn += [{"record": one.record.name} | {n: v for n, v in of.items() if kind_of(n) == LOCKED} for of in by_draw]
+        tested = tested_apart(own, by_draw)
+        tests += [tested] if tested else []
+    for setting in SETTINGS:
+        progress(f"counts: {setting.name}", 0.0)
+        of = records if setting.out else raw
+        nominal = {key: own[:1] for key, own in runs.items()}
+        if setting.changes:
+            nominal = {key: [run_of(one.record, one.state, setting.changes)] for key, one in of.items()}
+        (path,) = paths_of(of, nominal, setting)
+        compared = [
+            row for key, one in of.items()
+            for row in judge(one, one.rig(scatter["scatter_db"]), nominal[key], [path], setting, 0.0)[0]
+        ]  # fmt: skip
+        worth.append({"setting": setting.name, **counts(compared, healthy_alone(of))})
+    worth.append({"setting": MEAN, **counts(average, healthy_alone(records))})
+    at_rest = list(healthy_rows([{}, FINER, *common[:HEALTHY_DRAWS]], paths))
+    counted = [
+        replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == LEVEL else row
+        for row in (*found, *at_rest) if row.kind != LEVEL or row.quantity in THIRD_OCTAVES  # each band once
+    ]  # fmt: skip
+    for test, p in zip(tests, holm_adjusted([one["pattern_p"] for one in tests]).tolist(), strict=True):
+        test["pattern_p_holm"] = p
     return {
-        name: QuantityValue(value=statistics.median(one[name] for one in drawn)) for name in drawn[0]
-    }, {PATH: half_widths(drawn)}  # fmt: skip
-
-
-def _healthy(
-    fast: Recording, changes: Sequence[Mapping[str, Any]], paths: Sequence[SensorPath]
-) -> Iterator[Comparison]:
-    """The healthy bearing's own levels at both speeds, and by how much they rise from one to the other."""
-    sides = {}
-    for record, used_for in ((fast, "fit"), (measured(Fault.HEALTHY, SLOW), "withheld")):
-        runs = [run_of(record, Fault.HEALTHY, one) for one in changes]
-        read = [shown_by(run, Fault.HEALTHY, path, fast) for run, path in zip(runs, paths, strict=False)]
-        model, parts = predicted(runs, Fault.HEALTHY, paths, fast)
-        rig = levels(record, None)
-        sides[used_for] = rig, read
-        yield from rows(rig, model, parts, record=record.name, fault=Fault.HEALTHY, used_for=used_for)
-    (fast_rig, fast_model), (slow_rig, slow_model) = sides["fit"], sides["withheld"]
-    model, finer, *drawn = map(scaling, slow_model, fast_model)
-    parts = {
-        NUMERICS: {name: abs(finer[name].value - value.value) for name, value in model.items()},
-        INPUTS: half_widths([values(one) for one in drawn]),
-    }
-    yield from rows(
-        scaling(slow_rig, fast_rig), model, parts, record=f"{record.name} to {fast.name}", fault=Fault.HEALTHY,
-        used_for="withheld",
-    )  # fmt: skip
-
-
-def _shares(compared: Sequence[Comparison], predictor: str) -> Iterator[Row]:
-    """Of each kind: how many quantities the record resolves, how many of them are near, mean and scatter of the errors.
-
-    `crps`: mean score of the prediction, with its own uncertainty where it has one; the less the better.
-    """
-    groups: dict[str, list[Comparison]] = {}
-    for row in compared:
-        other = "RMS per band" if row.kind == "band level" else row.kind
-        groups.setdefault("third octaves" if row.quantity in THIRD_OCTAVES else other, []).append(row)
-    for kind, members in sorted(groups.items(), key=lambda group: group[0] != "third octaves"):
-        shown = [row for row in members if row.rig.present]
-        errors = [row.error for row in shown]
-        if errors:
-            limit = VERDICT.near_db if shown[0].error_unit == "dB" else VERDICT.near_pct
-            yield {
-                "record": shown[0].record, "used_for": shown[0].used_for, "predictor": predictor, "kind": kind,
-                "resolved": len(shown), "near": sum(abs(error) <= limit for error in errors),
-                "mean_error": statistics.fmean(errors),
-                "scatter": statistics.stdev(errors) if len(errors) > 1 else None,
-                "crps": statistics.fmean(crps(row.error, model_u(row)) for row in shown), "unit": shown[0].error_unit,
-            }  # fmt: skip
-
-
-def model_u(row: Comparison) -> float:
-    """One standard uncertainty of the model's side of a row."""
-    return math.hypot(*(width for part, width in row.parts.items() if part not in DATA_PARTS)) / NORMAL_95
+        "counts": worth[0], "worth": worth, "bands": [band_row(row) for row in found if row.kind == LOCKED],
+        "level_and_pattern": tests, "mounting": scatter | {"elsewhere": list(repeats())},
+        "crps_db": scores(found, healthy_alone(records)),
+        "path": vars(paths[0]),
+        "comparisons": [row.to_dict() for row in (*found, *at_rest)], "bias": biases(counted), "draws": drawn,
+        "surfaces": surfaces(measured(Fault.HEALTHY, FAST), paths[0]),
+    }  # fmt: skip
 
 
 def _run(_: Namespace, progress: Progress) -> StudyResult:
-    found, shares = study(progress)
-    table = [
-        {"record": row.record, "used_for": row.used_for, "quantity": row.quantity, "rig": row.rig.value,
-         "model": row.model.value, "error": row.error, "U": row.uncertainty, "unit": row.error_unit,
-         "resolved by the rig": "yes" if row.rig.present else "no", "verdict": row.verdict.value}
-        for row in found
-    ]  # fmt: skip
-    counted = [
-        replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == "band level" else row
-        for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
-    ]  # fmt: skip
-    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
-    assert path is not None
-    of_surfaces = surfaces(measured(Fault.HEALTHY, FAST), path)
-    content = {
-        "comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
-        "over_angle": over_angle(measured(Fault.OUTER, FAST)), "surfaces": of_surfaces,
-    }  # fmt: skip
-    text = "\n\n".join(text_rows(part) for part in (table, shares, *of_surfaces.values()))
-    return StudyResult(name="amplitudes", content=content, text=text, inputs=rig_inputs_read())
+    content = study(progress)
+    text = "\n\n".join(text_rows(content[part]) for part in ("bands", "level_and_pattern", "worth"))
+    states = itertools.product((FAST, SLOW), (Fault.HEALTHY, *FAULTS))
+    inputs = input_hashes(*(measured_entry(state, speed) for speed, state in states))
+    return StudyResult(name="amplitudes", content=content, text=text, inputs=inputs)
 
 
 STUDY = Study(
-    question="How near are the rig scene's amplitudes to the rig's, fitted and withheld?", minutes=9, run=_run
-)
+    question="How near are the rig scene's amplitudes to the rig's, and what is each part of it worth?",
+    minutes=12, run=_run,
+)  # fmt: skip

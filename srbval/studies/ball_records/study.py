@@ -14,25 +14,28 @@ import math
 import re
 import statistics
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.signal import bilinear, lfilter
 from scipy.stats import qmc, t
 
+from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
 from srbval.models.run_store import stored_run
+from srbval.models.sensor import along_sensor
 from srbval.models.simulate import Step
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing, load_entry, without_copies
-from srbval.scene import PathMode, Scene, SensorPath, paper_scene
+from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult, input_hashes
 from srbval.studies.open_inputs import drawn, open_inputs
@@ -45,7 +48,7 @@ LEAST_RECORDS = 5  # below them no bias is claimed
 Row = dict[str, Any]
 SIZE = re.compile(r"_(?:IR|OR)0(\d\d)")  # of CWRU's names, in thousandths of an inch
 DRAWS = 10
-PATH = "sensor_path."
+STRUCTURE = "structure."
 INPUTS = open_inputs(Path(__file__).with_name("inputs.toml"))
 QUANTITIES = {"cage ratio [%]": cage_ratio, "2nd [dB]": harmonic_level(2), "3rd [dB]": harmonic_level(3),
               "4th [dB]": harmonic_level(4), "sidebands [dB]": sideband_level}  # fmt: skip
@@ -62,22 +65,32 @@ def scene_of(recording: Recording, analysis: Analysis, fault: Fault) -> Scene:
     )  # fmt: skip
 
 
-def changed(scene: Scene, shares: Sequence[float]) -> Scene:
-    """The scene with every input at its share, a path of one resonance to the sensor included."""
-    at = [(one.keys[0].startswith(PATH), one, share) for one, share in zip(INPUTS, shares, strict=True)]
-    path = {one.keys[0].removeprefix(PATH): float(one.value(share)) for of_path, one, share in at if of_path}
-    direct, own = path.pop("direct"), [(one, share) for of_path, one, share in at if not of_path]
-    return replace(
-        drawn([one for one, _ in own], scene, [share for _, share in own])[0],
-        sensor_path=SensorPath(
-            direct=direct, modes=(PathMode(gain=1.0, **path),), low_hz=0.0, high_hz=RATE_HZ / 2, source="drawn"
-        ),
-    )  # fmt: skip
+def changed(scene: Scene, shares: Sequence[float]) -> tuple[Scene, dict[str, float]]:
+    """The scene with every input at its share, and those of the structure between its ring and the sensor."""
+    at = [(one.keys[0].startswith(STRUCTURE), one, share) for one, share in zip(INPUTS, shares, strict=True)]
+    structure = {one.keys[0].removeprefix(STRUCTURE): float(one.value(share)) for of_it, one, share in at if of_it}
+    own = [(one, share) for of_it, one, share in at if not of_it]
+    return drawn([one for one, _ in own], scene, [share for _, share in own])[0], structure
 
 
-def read_run(scene: Scene, analysis: Analysis) -> Analysis:
-    """The model's run, read in the record's band."""
+def resonating(
+    samples: FloatArray, fs_hz: float, *, frequency_hz: float, damping_ratio: float, direct: float
+) -> FloatArray:
+    """What a sensor shows of a ring's accelerations [n] behind one resonance.
+
+    The `direct` share of them, and the acceleration of a mass on a spring and damper that they drive, relative to the
+    ring: s^2 / (s^2 + 2 zeta w s + w^2) (Ewins 2000, Modal Testing, sect. 2.5; quoted from memory, not checked).
+    """
+    w = 2 * fs_hz * math.tan(math.pi * frequency_hz / fs_hz)  # where the bilinear transform puts it back
+    taps = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * w, w * w], fs_hz)
+    return np.asarray(direct * samples + lfilter(*taps, samples))
+
+
+def read_run(scene: Scene, analysis: Analysis, structure: Mapping[str, float] | None = None) -> Analysis:
+    """The model's run, behind the structure if there is one, read in the record's band."""
     run = stored_run(scene, step=Step.UNCHECKED)
+    if structure is not None:
+        run = replace(run, sensor_m_s2=resonating(along_sensor(run.acceleration_m_s2), RATE_HZ, **structure))
     low, high = analysis.processed.band_hz
     return analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=(low, min(high, 0.45 * RATE_HZ)))
 
@@ -91,7 +104,7 @@ def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row]
     scene, rows = scene_of(recording, analysis, fault), []
     shares = qmc.LatinHypercube(d=len(INPUTS), rng=np.random.default_rng(0)).random(DRAWS)
     nominal = read_run(scene, analysis)
-    models = [read_run(changed(scene, one), analysis) for one in shares]
+    models = [read_run(own, analysis, structure) for own, structure in (changed(scene, one) for one in shares)]
     assert analysis.bearing.elements is not None
     cage = cage_inputs(analysis.bearing.elements)
     for quantity, read in QUANTITIES.items():

@@ -71,11 +71,8 @@ def run_bench(
     if accuracy:
         found = references(scenes, settings, progress=progress)
         rows = with_accuracy(rows, found, settings, progress)
-    described = machine()
-    calibration_s = described["calibration"]["seconds"]
-    rows = [row | {"wall_in_calibrations": row[WALL] and row[WALL] / calibration_s} for row in rows]
     return {
-        "machine": described, "default_step_s": defaults, "reference": found, "runs": rows,
+        "machine": machine(), "default_step_s": defaults, "reference": found, "runs": rows,
         "processes": apart, "targets": list(targets(rows, apart, accuracy=accuracy)),
     }  # fmt: skip
 
@@ -155,14 +152,9 @@ def _with_steps(row: Row) -> Row:
 
 
 def _machine_text(machine: Mapping[str, Any]) -> str:
-    calibration, loads = machine["calibration"], (machine["load_before"], machine["load_after"])
-    load = " and ".join("-" if value is None else f"{value:.2f}" for value in loads)
+    load = " and ".join("-" if one is None else f"{one:.2f}" for one in (machine["load_before"], machine["load_after"]))
     cores = f"{machine['usable_cores']} of {machine['cores']} cores"
-    return (
-        f"{machine['processor']}, {cores}, load before and after: {load}\n"
-        f"calibration: {calibration['seconds']:.4f} s, afterwards {machine['calibration_after_s']:.4f} s for 1e9 "
-        f"multiply-adds ({calibration['gflop_s']:.1f} Gflop/s)"
-    )
+    return f"{machine['processor']}, {cores}, load before and after: {load}"
 
 
 def _options(parser: ArgumentParser) -> None:

@@ -11,16 +11,17 @@ from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, load_bearing
-from srbval.comparison.budget import STATED, Answer
+from srbval.comparison.budget import STATED, TOLERANCE, Answer
 from srbval.comparison.cage_means import cage_means, covariance
 from srbval.comparison.cage_readings import CageReading, cage_readings
-from srbval.comparison.verdicts import endpoints, of_model, verdict
+from srbval.comparison.verdicts import Endpoint, endpoints, of_model, verdict
 from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
@@ -53,8 +54,23 @@ def rates(
             ratios = truth[:, rng.integers(truth.shape[1])] * planted
             found[verdict_on(number, variant, read_again(readings, ratios, rng))] += 1
         shares = {one.value.replace(" ", "_"): found[one] / rigs for one in Answer}
-        yield {"endpoint": endpoint.name, "planted_pct": planted_pct, **shares, "rigs": rigs}
+        most = attainable(endpoint, truth, readings, planted_pct)
+        yield {"endpoint": endpoint.name, "planted_pct": planted_pct, **shares, "attainable": most, "rigs": rigs}
     progress("Simulate rigs", 1.0)
+
+
+def attainable(of: Endpoint, truth: FloatArray, readings: Sequence[CageReading], planted_pct: float) -> float | None:
+    """How often "missed" could be found at most, with the scatter between records known; None up to the limit.
+
+    With errors normal, Phi((planted - limit) / s - z) of the one-sided test of level risk, z = Phi^-1(1 - risk): s is
+    that of the records' readings, speeds and scatter, and of the `truth` [records, draws] over the model's inputs.
+    """
+    if planted_pct <= TOLERANCE.limit_pct:
+        return None
+    scale, normal = float(truth.mean()), NormalDist()
+    own = covariance(readings) + (BETWEEN_PCT / 100 * scale) ** 2 * np.eye(len(readings))
+    s_pct = 100 / scale * float(np.sqrt(of.weights @ own @ of.weights + np.var(of.weights @ truth)))
+    return normal.cdf((planted_pct - TOLERANCE.limit_pct) / s_pct - normal.inv_cdf(1 - TOLERANCE.risk))
 
 
 def read_again(

@@ -26,10 +26,12 @@ from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
-from srbval.path.amplitudes import levels, pattern
+from srbval.path.amplitudes import WHOLE_HZ, levels, pattern
+from srbval.path.identify import behind, line_order
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
+from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
@@ -40,10 +42,8 @@ from srbval.studies.rig_amplitudes import (
     OF_HEALTHY,
     PATH,
     WAVES,
-    behind,
     drawn_paths,
     half_widths,
-    line_order,
     measured,
     measured_entry,
     rows,
@@ -115,8 +115,12 @@ def _run_scene(scene: Scene) -> Run:
 
 def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> dict[str, QuantityValue]:
     """Every quantity of a step's run, its increment over the step's own healthy run."""
-    shown, healthy = (behind(runs[kind], path) for kind in (state, Fault.HEALTHY))
-    found = levels(shown, healthy) | pattern(shown, BEARING, state, line_order(runs[state], state))
+    order = line_order(runs[state], BEARING)
+    shown, healthy = (
+        without_passage_lines(behind(runs[kind], path), BEARING, at, WHOLE_HZ)
+        for kind, at in ((state, order), (Fault.HEALTHY, None))
+    )
+    found = levels(shown, healthy) | pattern(shown, BEARING, state, order)
     return found | {HEALTHY: levels(healthy, None)[LEVEL], CAGE_RATIO.name: QuantityValue(value=runs[state].cage_ratio)}
 
 
@@ -127,6 +131,7 @@ def of_rig(state: Fault, healthy: Recording) -> dict[str, QuantityValue]:
     line, speed = found.line_of(state), found.speed
     found_hz = line.found_hz if line.detected and line.found_hz else line.kinematic_hz
     order = found_hz / speed.value_hz
+    record = without_passage_lines(record, BEARING, order, WHOLE_HZ)
     read = levels(record, healthy) | pattern(record, BEARING, state, order) | {HEALTHY: levels(healthy, None)[LEVEL]}
     if line.detected and line.ci95_hz is not None and state in RACE_DEFECTS:
         width = order * math.hypot(line.ci95_hz / found_hz, speed.ci95_hz / speed.value_hz)
@@ -186,7 +191,7 @@ def _rms(values: Sequence[float]) -> float | None:
 
 
 def _run(_: Namespace, progress: Progress) -> StudyResult:
-    healthy = measured(Fault.HEALTHY, 877.0)
+    healthy = without_passage_lines(measured(Fault.HEALTHY, 877.0), BEARING, None, WHOLE_HZ)
     rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
     found, summary = list[Comparison](), list[dict[str, Any]]()
     for number, step in enumerate(steps()):

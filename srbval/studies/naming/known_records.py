@@ -1,11 +1,9 @@
 """Registered recordings of known state, which bearing of its rig each is of, and the features that they teach.
 
 Each is read once as what it is; a faulty one also with a shaft speed wrong by 13 % and by -10 % and with another
-bearing, which must come out as something else. `write_table` makes ``srbval/diagnosis/known_records.csv`` of them.
+bearing, which must come out as something else.
 """
 
-import contextlib
-import csv
 import dataclasses
 import re
 from collections.abc import Iterable, Iterator
@@ -15,15 +13,11 @@ from pathlib import Path
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.diagnosis.fault_scores import fault_scores
-from srbval.errors import SrbvalError
-from srbval.progress import Progress
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
 from srbval.storage.tables import read_toml
 
-COLUMNS = ("rig", "specimen", "state", *(fault.value for fault in DEFECTS), "unexplained")
-HEAD = "# Features of records of known state; written by srbval study run diagnosis --table FILE\n"
 WRONG_SPEEDS = (1.13, 0.9)
 # Of this bearing; the first one's of any other. No fault order of the wrong one is a race's of the right one.
 WRONG_BEARING = {"mfpt-nice": "skf-6203"}
@@ -35,6 +29,16 @@ SPECIMENS = {
     "uestc": r"^([NBIO])_",
     "torino": r"^(H|IR|OR|Roller)_",
 }
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownFeatures:
+    """Features [4] of a record of known state, one of `CLASSES`, and where it is from; stored with the result."""
+
+    rig: str
+    specimen: str
+    state: str
+    features: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,32 +95,16 @@ def specimen(record: KnownRecord) -> str:
     return "-".join(filter(None, found.groups())) if found else Path(record.entry.file).stem
 
 
-def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysis]]:
-    """The record as `read`, of its state, and a faulty one also as what it is not, as something else."""
-    yield record.state.value, read
+def features_of(record: KnownRecord, read: Analysis) -> Iterator[KnownFeatures]:
+    """Those of the record as `read`, of its state, and of a faulty one also as what it is not, as something else."""
+    readings = [(record.state.value, read)]
     if record.state in DEFECTS:
         for factor in WRONG_SPEEDS:
             value_hz, ci95_hz = factor * read.speed.value_hz, factor * read.speed.ci95_hz
             wrong = dataclasses.replace(read.speed, value_hz=value_hz, ci95_hz=ci95_hz)
-            yield OTHER, dataclasses.replace(read, speed=wrong)
+            readings.append((OTHER, dataclasses.replace(read, speed=wrong)))
         other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
-        yield OTHER, dataclasses.replace(read, bearing=other)
-
-
-def write_table(file: Path, records: Iterable[KnownRecord], progress: Progress) -> list[dict[str, str]]:
-    """Write the features of `records` to a CSV `file`, those that cannot be read left out; returns its rows."""
-    known, found = list(records), []
-    for number, record in enumerate(known):
-        progress("read the records", number / len(known))
-        with contextlib.suppress(SrbvalError):
-            recording, bearing = record.load()
-            for state, analysis in readings(record, analyse(recording, bearing=bearing)):
-                values = (f"{value:.2f}" for value in fault_scores(analysis).features)
-                found.append(dict(zip(COLUMNS, (record.rig, specimen(record), state, *values), strict=True)))
-    progress("read the records", 1.0)
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        stream.write(HEAD)
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(found)
-    return found
+        readings.append((OTHER, dataclasses.replace(read, bearing=other)))
+    for state, one in readings:
+        found = tuple(round(value, 2) for value in fault_scores(one).features)
+        yield KnownFeatures(rig=record.rig, specimen=specimen(record), state=state, features=found)

@@ -1,4 +1,4 @@
-"""Reliability of the fault probabilities: the records that come with the program, rigs left out in turn.
+"""The evidence that is fitted to records of known state, and its reliability with rigs left out in turn.
 
 Every class weighs as much as it is probable beforehand, every rig of a class and every bearing of a rig the same.
 Calibration is that of real records alone: wrong readings, which are made, are counted apart.
@@ -13,24 +13,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from srbval.arrays import FloatArray, IntArray
-from srbval.diagnosis.diagnose import known_features
-from srbval.diagnosis.fault_posterior import (
-    CLASSES,
-    OTHER,
-    PRIOR,
-    UNDECIDED,
-    KnownFeatures,
-    decide,
-    fit_posterior,
-    most_probable,
-)
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, UNDECIDED, Evidence, decide, most_probable
+from srbval.studies.naming.known_records import KnownFeatures
 
 # Bins of the highest probability, from the least that it can be of so many classes.
 EDGES = np.linspace(1 / len(PRIOR), 1, 6)
 # A fault whose contrast is no more than this in its record, rightly read, cannot show at a wrong speed either.
 SHOWN = 3.0
+# Of the search for the evidence: where it starts (shares as log odds), and what keeps shares off 0 and 1.
+START, PULL = (1.0, 4.0, -2.0, 2.0), 1e-3
 # Times that outcomes are drawn with the probabilities said, for what chance does to the diagram.
 DRAWS = 2000
 
@@ -54,25 +48,51 @@ class HeldOut:
         return max(self.probabilities.values())
 
 
-def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
-    """Every record by the model of the other rigs."""
+def weights(known: Sequence[KnownFeatures]) -> FloatArray:
+    """The weight of each record, [n]: that of its class beforehand, shared by rigs, their bearings, their records."""
     records = Counter((k.state, k.rig, k.specimen) for k in known)
     bearings = Counter((state, rig) for state, rig, _ in records)
     rigs = Counter(state for state, _ in bearings)
-    models = {rig: fit_posterior([k for k in known if k.rig != rig]) for _, rig in bearings}
+    return np.array([
+        PRIOR[k.state] / rigs[k.state] / bearings[k.state, k.rig] / records[k.state, k.rig, k.specimen] for k in known
+    ])  # fmt: skip
+
+
+def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
+    """The evidence of the greatest mean log score on `known`, each share hidden pulled to a half by `PULL`."""
+    specimens = {name: len({(k.rig, k.specimen) for k in known if k.state == name}) for name in CLASSES}
+    features, weight = np.array([k.features for k in known]), weights(known)
+    of, prior = [CLASSES.index(k.state) for k in known], np.log([PRIOR[name] for name in CLASSES])
+
+    def evidence(values: Sequence[float]) -> Evidence:
+        slope, onset, *hidden = map(float, values)
+        shares = (1 / (1 + math.exp(-value)) for value in hidden)
+        return Evidence(
+            slope=slope, onset=onset, hidden=next(shares), roller_hidden=next(shares), specimens=specimens,
+            rigs=len({k.rig for k in known}),
+        )  # fmt: skip
+
+    def loss(values: Sequence[float]) -> float:
+        log = prior + np.column_stack((np.zeros(len(known)), evidence(values).log_ratios(features)))
+        score = log[np.arange(len(known)), of] - np.logaddexp.reduce(log, axis=1)
+        return float(-(weight @ score) + PULL * (values[2] ** 2 + values[3] ** 2))
+
+    return evidence(minimize(loss, START, method="Nelder-Mead").x)
+
+
+def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
+    """Every record by the evidence of the other rigs."""
+    by = {rig: fit_evidence([k for k in known if k.rig != rig]) for rig in dict.fromkeys(k.rig for k in known)}
+    shares = [by[k.rig].probabilities(by[k.rig].log_likelihood(np.array(k.features))) for k in known]
     return [
-        HeldOut(
-            record=k,
-            probabilities=models[k.rig].probabilities(k.vector),
-            weight=PRIOR[k.state] / rigs[k.state] / bearings[k.state, k.rig] / records[k.state, k.rig, k.specimen],
-        )
-        for k in known
+        HeldOut(record=k, probabilities=one, weight=float(weight))
+        for k, one, weight in zip(known, shares, weights(known), strict=True)
     ]
 
 
-def naming_scores() -> dict[str, Any]:
-    """All of it, of the records that come with the program."""
-    found = held_out(known_features())
+def naming_scores(known: Sequence[KnownFeatures]) -> dict[str, Any]:
+    """All of it."""
+    found = held_out(known)
     return {
         "scores": scores(found),
         "calls": calls(found),
@@ -141,7 +161,7 @@ def _shows(found: Sequence[HeldOut]) -> Iterator[bool]:
     shows = False
     for one in found:
         if one.record.state != OTHER:
-            shows = max(one.record.families) > SHOWN
+            shows = max(one.record.features[:-1]) > SHOWN
         yield shows
 
 

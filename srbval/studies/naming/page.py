@@ -1,4 +1,4 @@
-"""How often faults were diagnosed correctly, by every method, and whether the probabilities hold; as last stored."""
+"""How often faults were named correctly, by every method, and whether the probabilities hold; as last stored."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -12,10 +12,16 @@ from srbval.studies.appendix_page import appendix_page
 
 
 def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
-    """Counts by method; the reliability diagram of the probabilities."""
-    rows, found = [row for row in content["confusions"] if row["dataset"] == "all"], content["naming"]
-    yield texts.paragraph("naming", rows=rows)
-    yield texts.table("fault-naming", rows)
+    """Counts by method, by set, class and bearing; the reliability diagram of the probabilities."""
+    rows, found = content["methods"], content["naming"]
+    groups: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in rows:
+        groups.setdefault((row["by"], row["of"]), {})[row["name"]] = row
+    whole, *parts = groups.items()
+    every, by_group = list(whole[1].values()), [{"by": by, "of": of, "by_name": one} for (by, of), one in parts]
+    yield texts.paragraph("naming", rows=every)
+    yield texts.table("fault-naming", every)
+    yield texts.table("naming-groups", sorted(by_group, key=lambda group: group["by"]), names=list(whole[1]))
     yield texts.paragraph("probabilities", found=found)
     yield texts.figure("naming-reliability", partial(reliability_plot, rows=found["reliability"]), found=found)
 

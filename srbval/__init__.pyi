@@ -1,0 +1,46 @@
+"""What `srbval` offers: for type checkers, and where `srbval/__init__.py` finds each name when it is used."""
+
+from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
+from srbval.campaign.export import export_campaign
+from srbval.campaign.run import run_campaign
+from srbval.campaign.settings import load_campaign
+from srbval.campaign.status import campaign_status, verify_campaign
+from srbval.check.check import run_check
+from srbval.cli.installation_commands import build_docs, doctor
+from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
+from srbval.diagnosis.diagnose import Diagnosis, diagnose
+from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
+from srbval.diagnosis.records import RecordRequest, read_record, read_records
+from srbval.diagnosis.trend import record_times, trend_of
+from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
+from srbval.models.run import Run, RunStatus
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate
+from srbval.path.identify import identify as identify_path
+from srbval.plan.plan import make_plan
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
+from srbval.recordings.registry import add as add_recordings
+from srbval.recordings.registry import fetch as fetch_recordings
+from srbval.recordings.registry import listing as list_recordings
+from srbval.recordings.registry import remove as remove_recordings
+from srbval.recordings.registry import verify as verify_recordings
+from srbval.report.figures.plot import plot
+from srbval.report.findings.findings import Findings, gather
+from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
+from srbval.scene import Scene, load_scene, paper_scene
+from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
+from srbval.studies.harness import run_study
+
+__version__: str
+__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis",
+           "FaultVerdict", "Findings", "NumericsError", "Origin", "RecordRequest", "Recording", "Run", "RunStatus",
+           "Scene", "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "add_recordings",
+           "amplitude_spectrum", "analyse", "bandpass", "baseline_of", "build_docs", "campaign_status",
+           "compare_with_baseline", "diagnose", "doctor", "envelope", "envelope_spectrum", "export_campaign",
+           "fault_frequencies", "fault_verdict", "fetch_recordings", "find_bearings", "gather", "identify_path",
+           "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
+           "load_scene", "make_plan", "make_report", "paper_scene", "plot", "read_record", "read_records",
+           "record_times", "recording_from_run", "remove_recordings", "report_recordings", "run_campaign",
+           "run_check", "run_study", "simulate", "trend_of", "verify_campaign", "verify_recordings", "write_plot",
+           "write_run", "write_trend"]  # fmt: skip

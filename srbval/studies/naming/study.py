@@ -1,0 +1,278 @@
+"""How often faults are named correctly on machines nobody tuned to: records of known state, by several methods.
+
+No method sees the state that a record's name or data set declares. "record alone": the joint test with evidence fitted
+to the other rigs, called where it is probable enough (`diagnose`); "with its healthy record": beside the registered
+healthy record of the same point (`fault_verdict`); "one machine": all records of a bearing together
+(`of_one_machine`). "excess 8, margin 3": the fault of the greatest excess, its own rig's records having no part in it
+either, since nothing is learnt. The others are how it is commonly done: the highest of the fault lines in an envelope
+spectrum, above a threshold, in the data set's band, in the most impulsive one, in the best of eight, or in the whole
+band after cepstrum prewhitening.
+"""
+
+import dataclasses
+import itertools
+from argparse import ArgumentParser, Namespace
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from srbval.arrays import FloatArray
+from srbval.bearing import DEFECTS, RACE_DEFECTS, Bearing, Fault
+from srbval.diagnosis.baseline import baseline_of, compare_with_baseline
+from srbval.diagnosis.diagnose import contradicts_speed, fault_of, views_of
+from srbval.diagnosis.fault_posterior import Evidence, decide, of_one_machine
+from srbval.diagnosis.fault_verdict import is_fault_like
+from srbval.errors import DataError, SrbvalError
+from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.pipeline import WHOLE_BAND, band_kurtogram, declared_band, one_signal
+from srbval.recordings import Recording, ShaftSpeed
+from srbval.recordings.registry import RegisteredRecording, healthy_baseline, listing, load_entry
+from srbval.signal import (
+    amplitude_spectrum,
+    drop_ends,
+    end_s,
+    normalise,
+    prewhitened,
+    squared_envelope_one_pass,
+)
+from srbval.storage.json_files import to_json
+from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
+from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, known_records, specimen
+from srbval.studies.naming.reliability import fit_evidence, naming_scores
+
+ALL, RACES = "all", "both races"
+# A line counts from this many times the median amplitude of its neighbourhood.
+THRESHOLD = 5.0
+# Half widths of a line's window and of its neighbourhood, as shares of its frequency.
+WINDOW, NEIGHBOURHOOD = 0.02, 0.2
+BANDS = 8
+LEAST_EXCESS, LEAST_MARGIN = 8.0, 3.0
+Row = dict[str, Any]
+Band = tuple[float, float]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Seen:
+    """What a record shows, its state apart: `views` are the features of each channel and speed.
+
+    `risen`: the part whose line is like a fault's and above the healthy record's; `denied`: the parts whose lines
+    contradict the speed; `called`: what the methods that learn nothing call, by their names.
+    """
+
+    record: KnownRecord
+    views: FloatArray
+    risen: Fault | None
+    denied: tuple[Fault, ...]
+    called: Mapping[str, Fault | None]
+    known: tuple[KnownFeatures, ...]
+
+
+def plain_methods(recording: Recording, bearing: Bearing) -> dict[str, Callable[[], Fault | None]]:
+    """The ways of practice, by name."""
+    speed, signal, fs_hz = recording.speed, normalise(one_signal(recording)), recording.fs_hz
+    assert speed is not None, "every set states one"
+    low, high = (share * fs_hz for share in WHOLE_BAND)
+    edges = np.linspace(low, high, BANDS + 1).tolist()
+
+    def highest(samples: FloatArray, *bands: Band) -> Fault | None:
+        return strongest_line(samples, fs_hz, bearing, speed, bands)
+
+    return {
+        "fixed band": lambda: highest(signal, declared_band(recording, None).band_hz),
+        "kurtogram": lambda: highest(signal, band_kurtogram(recording, bearing, speed).best_hz),
+        "best of 8 bands": lambda: highest(signal, *itertools.pairwise(edges)),
+        "prewhitening": lambda: highest(prewhitened(signal), (low, high)),
+    }
+
+
+def strongest_line(
+    samples: FloatArray, fs_hz: float, bearing: Bearing, speed: ShaftSpeed, bands_hz: Sequence[Band]
+) -> Fault | None:
+    """The fault whose line stands highest over its neighbourhood's median; None where none reaches `THRESHOLD`.
+
+    Amplitudes of the squared envelope of `samples` [n] in each of `bands_hz`; first harmonics, within `WINDOW` of
+    kinematics at `speed`.
+    """
+    ratios: dict[Fault, float] = {}
+    for band_hz in bands_hz:
+        square, rate = squared_envelope_one_pass(samples, fs_hz, band_hz)
+        spectrum = amplitude_spectrum(drop_ends(square, rate, end_s(band_hz)), rate)
+        for fault in DEFECTS:
+            off = np.abs(spectrum.frequency_hz / (fault.line_order(bearing.orders) * speed.value_hz) - 1)
+            inside, about = off <= WINDOW, (off > WINDOW) & (off <= NEIGHBOURHOOD)
+            if inside.any() and about.any():
+                ratio = float(spectrum.amplitude[inside].max() / np.median(spectrum.amplitude[about]))
+                ratios[fault] = max(ratio, ratios.get(fault, 0.0))
+    best = max(ratios, key=lambda fault: ratios[fault], default=None)
+    return best if best is not None and ratios[best] >= THRESHOLD else None
+
+
+def by_excess(views: Sequence[Sequence[float]]) -> Fault | None:
+    """The fault of the greatest excess in any of `views`, if it is great and far above the others' of that view."""
+    best = max(views, key=max)
+    *_, second, first = sorted(best)
+    clear = first >= LEAST_EXCESS and first - max(0.0, second) >= LEAST_MARGIN
+    return DEFECTS[list(best).index(first)] if clear else None
+
+
+def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
+    """All of a record but what depends on the evidence of other rigs; raises what loading and `analyse` raise.
+
+    A method of practice that refuses a record names nothing.
+    """
+    recording, bearing = record.load()
+    analysis = analyse(recording, bearing=bearing)
+    scores = [one for _, one in views_of(analysis, all_channels=True)]
+    called: dict[str, Fault | None] = {"excess 8, margin 3": by_excess([one.unmasked for one in scores])}
+    for name, method in plain_methods(recording, bearing).items():
+        try:
+            called[name] = method()
+        except SrbvalError:
+            called[name] = None
+    return Seen(
+        record=record, views=np.array([one.features for one in scores]), risen=_risen(analysis, registered),
+        denied=tuple(fault for fault in DEFECTS if contradicts_speed(analysis, fault)), called=called,
+        known=tuple(features_of(record, analysis)),
+    )  # fmt: skip
+
+
+def _risen(analysis: Analysis, registered: Sequence[RegisteredRecording]) -> Fault | None:
+    entry = healthy_baseline(analysis.recording, tuple(registered))
+    if entry is None:
+        return None
+    compared = compare_with_baseline(analysis, baseline_of(analysis, load_entry(entry)))
+    return compared.risen if compared.line and is_fault_like(analysis, analysis.line(compared.line)) else None
+
+
+def scored(seen: Sequence[Seen]) -> list[Row]:
+    """What every method calls of each record, with the evidence of the other rigs."""
+    by = {one.record.rig: fit_evidence(_known(seen, without=one.record.rig)) for one in seen}
+    alone = [by[one.record.rig].log_likelihood(*one.views) for one in seen]
+    machines = defaultdict(list)
+    for one, log_likelihood in zip(seen, alone, strict=True):
+        machines[one.record.rig, specimen(one.record), one.record.state].append(log_likelihood)
+    found = []
+    for one, log_likelihood in zip(seen, alone, strict=True):
+        entry, evidence = one.record.entry, by[one.record.rig]
+        together = machines[one.record.rig, specimen(one.record), one.record.state]
+        part = _part(evidence, log_likelihood, one.denied)
+        called = {
+            "record alone": part, "with its healthy record": part or one.risen,
+            "one machine": _part(evidence, of_one_machine(together)),
+        }  # fmt: skip
+        found.append({
+            "dataset": entry.dataset or "", "bearing": one.record.load()[1].name,
+            "file": "/".join(Path(entry.file).parts[-2:]), "channel": entry.channel, "state": one.record.state,
+            "records": len(together), "called": called | dict(one.called),
+        })  # fmt: skip
+    return found
+
+
+def _known(seen: Sequence[Seen], without: str | None = None) -> list[KnownFeatures]:
+    return [known for one in seen if one.record.rig != without for known in one.known]
+
+
+def _part(evidence: Evidence, log_likelihood: Mapping[str, float], denied: Sequence[Fault] = ()) -> Fault | None:
+    part = fault_of(decide(evidence.probabilities(log_likelihood)))
+    return None if part in denied else part
+
+
+def counted(rows: Sequence[Row]) -> Iterator[Row]:
+    """Per method, of all records, of each data set, bearing and class: right, wrong, none of the faulty; healthy ones.
+
+    Intervals are Wilson's, of records: those of one rig are alike, so that they are narrower than for as many rigs.
+    """
+    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in rows:
+        state = Fault(row["state"])
+        of = [(ALL, ALL), ("set", row["dataset"]), ("bearing", row["bearing"])]
+        of += [("class", state.label)] if state in DEFECTS else []
+        of += [("class", RACES)] if state in RACE_DEFECTS else []
+        for key in of:
+            groups[key].append(row)
+    for name in rows[0]["called"]:
+        for (by, group), own in groups.items():
+            faulty = [row["called"][name] for row in own if row["state"] in DEFECTS]
+            right = sum(row["called"][name] == row["state"] for row in own if row["state"] in DEFECTS)
+            none, healthy = faulty.count(None), len(own) - len(faulty)
+            called = sum(row["called"][name] is not None for row in own if row["state"] not in DEFECTS)
+            wrong = len(faulty) - right - none
+            yield {
+                "name": name, "by": by, "of": group, "right": right, "wrong": wrong, "none": none,
+                "faulty": len(faulty), "healthy_called": called, "healthy": healthy,
+                "right_ci95": _wilson(right, len(faulty)), "wrong_ci95": _wilson(wrong, len(faulty)),
+                "called_ci95": _wilson(called, healthy),
+            }  # fmt: skip
+
+
+def _wilson(count: int, of: int) -> tuple[float, float] | None:
+    """95 % interval of a share, `count` of `of` (Wilson 1927, J. Am. Stat. Assoc. 22, 209); None of nothing."""
+    return tuple(binomtest(count, of).proportion_ci(method="wilson")) if of else None
+
+
+def _text(content: Row) -> str:
+    parts = [printed_columns(__package__, "methods", content["methods"])]
+    for scores in (content["naming"]["scores"], content["naming"]["wrongly_read"]):
+        parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in scores.items()))
+    parts.append(printed_columns(__package__, "classes", content["naming"]["by_class"]))
+    return "\n\n".join(parts)
+
+
+def evidence_text(evidence: Evidence) -> str:
+    """The file ``srbval/diagnosis/evidence.toml``."""
+    numbers = "\n".join(f"{name} = {getattr(evidence, name):.3g}" for name in NUMBERS)
+    specimens = ", ".join(f"{name} = {count}" for name, count in evidence.specimens.items())
+    return f"{HEAD}{numbers}\nrigs = {evidence.rigs}\nspecimens = {{ {specimens} }}\n"
+
+
+NUMBERS = ("slope", "onset", "hidden", "roller_hidden")
+HEAD = "# What the features of a record say; written by srbval study run naming --evidence FILE\n"
+
+
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--evidence", metavar="FILE", help="write what faults are named by: srbval/diagnosis/evidence.toml"
+    )
+
+
+def see_all(
+    records: Sequence[KnownRecord], registered: Sequence[RegisteredRecording], progress: Progress = silent
+) -> list[Seen]:
+    """Every record."""
+    found = []
+    for number, record in enumerate(records):
+        progress("read the records", number / len(records))
+        found.append(see(record, registered))
+    progress("read the records", 1.0)
+    return found
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    """`DataError` where no record of known state is registered."""
+    registered = listing().recordings
+    records = known_records(registered)
+    if not records:
+        raise DataError(
+            "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
+            "folder in SRBVAL_RECORDINGS."
+        )
+    seen = see_all(records, registered, progress)
+    known, rows = _known(seen), scored(seen)
+    if options.evidence:
+        Path(options.evidence).write_text(evidence_text(fit_evidence(known)), encoding="utf-8")
+    content: Row = to_json(
+        {"methods": list(counted(rows)), "naming": naming_scores(known), "records": rows, "known": known}
+    )
+    inputs = input_hashes(*(record.entry for record in records))
+    return StudyResult(name="naming", content=content, text=_text(content), inputs=inputs)
+
+
+STUDY = Study(
+    question="How often are faults in the registered recordings named correctly, beside how it is commonly done?",
+    minutes=2, run=_run, options=_options,
+)  # fmt: skip
