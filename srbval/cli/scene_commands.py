@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
           "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "stored_utc",
           "reason", "not_validated")  # fmt: skip
+IN_OIL = ("power_w", "film_um", "lambda_min", "slip_pct")  # the same, of a scene with oil
 IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
@@ -86,7 +87,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "solver": level_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": level_of(scene.model).step_s(scene),
-        **{name: getattr(result, name) for name in OF_RUN},
+        **{name: getattr(result, name) for name in (*OF_RUN, *(IN_OIL if scene.oil is not None else ()))},
         "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }
@@ -172,8 +173,8 @@ def choose_model(options: argparse.Namespace) -> int:
     def show() -> None:
         asked = MEANING[plan.question]
         rows = [
-            (c.model, None if c.error_pct is None else float(f"{asked.shown(c.error_pct):.3g}"),
-             None if c.wall_s is None else float(f"{c.wall_s:.2g}"), "yes" if c.ok else "no",
+            (c.model, None if c.error_pct is None else _three_digits(asked.shown(c.error_pct)),
+             None if c.wall_s is None else _three_digits(c.wall_s), "yes" if c.ok else "no",
              "<-" if c.model == plan.chosen else "")
             for c in plan.candidates
         ]  # fmt: skip
@@ -190,6 +191,10 @@ def choose_model(options: argparse.Namespace) -> int:
             print(f"outside the calibration: {reason}", file=sys.stderr)
 
     return answer(options, to_json(plan), show, code=0 if plan.met else 1)
+
+
+def _three_digits(value: float) -> float:
+    return float(f"{value:.3g}") if abs(value) < 100 else round(value)
 
 
 def _question(name: str) -> "Question":
