@@ -94,6 +94,7 @@ def _run_many(options: argparse.Namespace) -> int:
     rows = [summary_of(document) for document in documents]
     write_csv(options.csv, rows)
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
+    names = short_names(files)
 
     def show() -> None:
         if machine:
@@ -101,7 +102,7 @@ def _run_many(options: argparse.Namespace) -> int:
         counted = ", ".join(f"{count} {state}" for state, count in states.items())
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
         shown = [
-            row | {"file": short_name(row["file"], row["channel"] if files[row["file"]] > 1 else None),
+            row | {"file": f"{names[row['file']]} {row['channel'] if files[row['file']] > 1 else ''}",
                    "probability": None if row["probability"] is None else round(100 * row["probability"])}
             for row in rows
         ]  # fmt: skip
@@ -129,9 +130,11 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
     return DataError.exit_code if failed else 0
 
 
-def short_name(file: str, channel: str | None) -> str:
-    """A file in a table: its last part, and the channel where there is one to tell."""
-    return printable(Path(file).name, LONGEST_FILE) + (f" {channel}" if channel else "")
+def short_names(files: Iterable[str]) -> dict[str, str]:
+    """Files as a table names them: by their last part, with their folder's where others are called alike."""
+    alike = Counter(Path(file).name for file in files)
+    parts = {file: Path(file).parts[-2 if alike[Path(file).name] > 1 else -1 :] for file in files}
+    return {file: printable("/".join(part), LONGEST_FILE) for file, part in parts.items()}
 
 
 def write_csv(path: str | None, rows: Sequence[Mapping[str, Any]]) -> None:

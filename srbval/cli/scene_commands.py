@@ -172,8 +172,8 @@ def choose_model(options: argparse.Namespace) -> int:
     def show() -> None:
         asked = MEANING[plan.question]
         rows = [
-            (c.model, None if c.error_pct is None else float(f"{asked.shown(c.error_pct):.3g}"),
-             None if c.wall_s is None else float(f"{c.wall_s:.2g}"), "yes" if c.ok else "no",
+            (c.model, None if c.error_pct is None else _three_digits(asked.shown(c.error_pct)),
+             None if c.wall_s is None else _three_digits(c.wall_s), "yes" if c.ok else "no",
              "<-" if c.model == plan.chosen else "")
             for c in plan.candidates
         ]  # fmt: skip
@@ -190,6 +190,10 @@ def choose_model(options: argparse.Namespace) -> int:
             print(f"outside the calibration: {reason}", file=sys.stderr)
 
     return answer(options, to_json(plan), show, code=0 if plan.met else 1)
+
+
+def _three_digits(value: float) -> float:
+    return float(f"{value:.3g}") if abs(value) < 100 else round(value)
 
 
 def _question(name: str) -> "Question":

@@ -272,7 +272,7 @@ def _content(request: RecordRequest, register: str) -> str:
         files = [sha256_of(Path(path)) for path in (request.file, request.healthy, request.background) if path]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
-    except SrbvalError:
+    except (SrbvalError, ValueError):  # ValueError: a path that none can have
         return ""
     return json.dumps([to_json(request), str(Path(request.file).resolve()), files, bearing, register])
 

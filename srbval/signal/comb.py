@@ -95,9 +95,9 @@ def read_comb(
     The fit starts at the highest `neg_log_p` of all harmonics together; from there the line and the spacing s, which
     starts at `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and
     phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip
-    (`track_slip`), unless `period_s` is None. Harmonics beyond ``record.limit_hz`` are left out; masked shaft
-    harmonics do not count. The uncertainty combines noise and slip. None where even the fundamental lies beyond the
-    limit, its whole window is masked, or no peak lies inside it.
+    (`track_slip`), unless `period_s` is None: the period of what modulates the line, the shaft's. Harmonics beyond
+    ``record.limit_hz`` are left out; masked shaft harmonics do not count. The uncertainty combines noise and slip. None
+    where even the fundamental lies beyond the limit, its whole window is masked, or no peak lies inside it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:

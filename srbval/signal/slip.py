@@ -24,9 +24,9 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, wa
 from srbval.signal.periodogram import Phasors
 from srbval.signal.phase_posterior import posterior
 
-# Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used. Blocks last two
-# periods of the sidebands, or only one where fewer than `FEW_BLOCKS` of these fit: with less than that the interval
-# must allow for slip that a steady line does not have, and covers all of them.
+# Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used. Blocks last at
+# least two periods of what modulates the line, or one where fewer than `FEW_BLOCKS` of two fit: the phases of fewer do
+# not distinguish slip from noise, and intervals that allow for it cover all steady lines.
 BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4)
 FEW_BLOCKS = 8
 # Information of all harmonics about the phase, sum h^2 rho, below which all paths are weighted at once

@@ -18,6 +18,8 @@ CLOSE = {"cage ratio": 2e-4, "dB": 3.0}  # what another processor's last digits 
 def test_stored_starts_are_those_of_the_records_and_what_would_be_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
     result = newest_result(COUNTERPARTS)
     assert result is not None
+    if result.stale:  # then none is used, which the next test shows
+        pytest.skip(f"{COUNTERPARTS}.json is to be stored again: {result.stale}")
     records = [one for one in shipped_recordings() if one.state in DEFECTS]
     of_records = [counterpart_cases(analyse(load_entry(one), bearing=BEARING)) for one in records]
     known = result.content["starts"]
@@ -27,11 +29,9 @@ def test_stored_starts_are_those_of_the_records_and_what_would_be_simulated(monk
     assert own.keys() == known[start_key(case, BEARING)].keys()
     for name, value in known[start_key(case, BEARING)].items():
         assert own[name]["value"] == pytest.approx(value["value"], abs=CLOSE.get(name, CLOSE["dB"]))
-    fresh = StoredResult(path=result.path, content=result.content)
-    fresh.__dict__["stale"] = None
-    assert stored_starts(fresh) == known
+    assert stored_starts(result) == known
     monkeypatch.setenv(FRESH, "1")
-    assert stored_starts(fresh) == {}
+    assert stored_starts(result) == {}
 
 
 def test_a_stored_start_is_not_simulated_but_one_of_another_scene_is(monkeypatch: pytest.MonkeyPatch) -> None:

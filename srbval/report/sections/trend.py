@@ -68,7 +68,12 @@ def levels_panel(one: ChannelTrend) -> Drawn:
         lower.annotate(f"zone {zone}", (1.0, least), xycoords=("axes fraction", "data"), ha="right", va="bottom",
                        fontsize=7)  # fmt: skip
     lower.set_xlabel("Time" if isinstance(times[0], datetime) else "Record")
-    figure.autofmt_xdate(rotation=0 if not isinstance(times[0], datetime) else 30)
+    if isinstance(times[0], datetime):
+        from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+
+        locator = AutoDateLocator(maxticks=6)
+        lower.xaxis.set_major_locator(locator)
+        lower.xaxis.set_major_formatter(ConciseDateFormatter(locator))
     return figure, columns | {"rms_or_velocity": shown}
 
 

@@ -7,8 +7,8 @@ So beside a rig's distance from uniform stands what the same number of combs giv
 from N white noises in the place of each record.
 
 Backgrounds: white, pink and impulsive noise, random tones, gear families with sidebands, tones and noise modulated by
-shafts, another bearing's impacts, and bursts of noise at a rate of their own. On each, and on its beginnings, combs at
-meaningless orders are read: how often the probability that a line states falls below 0.01.
+shafts, another bearing's impacts, bursts of noise at a rate of their own, mains and a belt. On each, and on its
+beginnings, combs at meaningless orders are read: how often the probability that a line states falls below 0.01.
 
 Naming: counted are how often a fault's chance falls below 0.01 on these, over 0.01, and what is called; and in how many
 records a race or roller line is detected, in the declared band and in one chosen on the record.
@@ -253,8 +253,15 @@ def bursts(rng: Rng) -> FloatArray:
     return np.asarray(white(rng) * rise / rise.mean() + 0.5 * white(rng))
 
 
+def mains(rng: Rng) -> FloatArray:
+    """Harmonics of the mains, over noise that a belt modulates at eight multiples of its own rate: several combs."""
+    belt_hz = rng.uniform(4, 14)
+    belt = 1 + sum(rng.uniform(0, 0.5) / h * _tone(rng, h * belt_hz) for h in range(1, 9))
+    return np.asarray(white(rng) * belt + sum(rng.exponential(1) * _tone(rng, 50 * h) for h in range(1, 30)))
+
+
 BACKGROUNDS: tuple[Callable[[Rng], FloatArray], ...] = (
-    white, pink, impulsive, tones, gears, shafts, foreign, bursts
+    white, pink, impulsive, tones, gears, shafts, foreign, bursts, mains
 )  # fmt: skip
 
 
