@@ -20,7 +20,7 @@ from typing import Any
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
-from srbval.storage.tables import build, read_toml
+from srbval.storage.tables import Limited, build, quantity, read_toml
 
 DEFAULT_BEARING = "skf-22240"
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
@@ -29,13 +29,30 @@ SUM_TOLERANCE = 0.01  # of the number of elements, by which published race order
 
 
 @dataclass(frozen=True, kw_only=True)
+class Ratings(Limited):
+    """The table `[ratings]` of a spherical roller bearing's file: what its catalogue says beside its dimensions."""
+
+    static_load_n: float = quantity("force", above=0)
+    reference_rad_s: float = quantity("speed", above=0)
+
+    def minimum_load_n(self, shaft_rad_s: float) -> float:
+        """Least equivalent load at which rollers do not skid, by SKF Rolling bearings, 2018, spherical roller bearings.
+
+        0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; stated there
+        up to 2 n_r, taken on beyond.
+        """
+        beyond = max(0.0, shaft_rad_s / self.reference_rad_s - 0.3)
+        return 0.003 * self.static_load_n * (1 + 2 * math.sqrt(beyond))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bearing:
     """A rolling bearing.
 
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
     simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
-    table, as `source` says. Its lines are looked for up to a mean slip of the cage of
-    `largest_slip`, a share of the cage's speed.
+    table, as `source` says. `ratings`: load and speed of its catalogue, where known. Its lines are looked for up to a
+    mean slip of the cage of `largest_slip`, a share of the cage's speed.
     """
 
     name: str
@@ -46,6 +63,7 @@ class Bearing:
     geometry: SphericalRollerGeometry | None = None
     elements: RollingElements | None = None
     largest_slip: float = LARGEST_SLIP
+    ratings: Ratings | None = None
 
     @property
     def pitch_diameter_m(self) -> float | None:
@@ -88,6 +106,7 @@ class _BearingFile:
     elements: RollingElements | None = None
     orders: PublishedOrders | None = None
     largest_slip_pct: float | None = None
+    ratings: Ratings | None = None
 
 
 def known_bearings() -> tuple[str, ...]:
@@ -168,7 +187,7 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
         )
     bearing = Bearing(
         name=name, title=file.title, source=file.source, rolling_elements=given[0].rolling_elements,
-        orders=given[0].orders, geometry=file.geometry, elements=file.elements,
+        orders=given[0].orders, geometry=file.geometry, elements=file.elements, ratings=file.ratings,
     )  # fmt: skip
     return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
 

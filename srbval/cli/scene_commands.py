@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
           "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "stored_utc",
           "reason", "not_validated")  # fmt: skip
+IN_OIL = ("power_w", "film_um", "lambda_min", "slip_pct")  # the same, of a scene with oil
 IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
@@ -86,7 +87,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "solver": level_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": level_of(scene.model).step_s(scene),
-        **{name: getattr(result, name) for name in OF_RUN},
+        **{name: getattr(result, name) for name in (*OF_RUN, *(IN_OIL if scene.oil is not None else ()))},
         "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }

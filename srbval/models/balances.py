@@ -26,6 +26,7 @@ class EnergyBalance:
         """Enter a chunk's rows, see `outputs`."""
         work = out[:, col.DRIVE_POWER] + out[:, col.LOAD_POWER]
         lost = out[:, col.FRICTION_POWER] + out[:, col.DAMPING_POWER] + out[:, col.HOUSING_POWER]
+        lost = lost + out[:, col.OIL].sum(axis=1)
         stored = out[:, col.BODY_ENERGY] + out[:, col.CONTACT_ENERGY] + out[:, col.SPRING_ENERGY]
         self.first_j = float(stored[0]) if self.first_j is None else self.first_j
         self.work_w += self.pending[0] + float(work[:-1].sum())

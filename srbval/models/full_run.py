@@ -107,6 +107,20 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         steps = run.advance(first, count, per_detail if first >= settle else 0)
         stats.wall_s += time.perf_counter() - started
         yield first, steps
+    if scene.oil is not None:
+        stats.film_um, stats.lambda_min = films_at_end(scene, stats.bearing, run, whole)
+
+
+def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> tuple[dict[str, float], float]:
+    """See `run.RunSummary`; of a run that stands after `whole` output intervals."""
+    from srbval.models.slices import films_m  # the one level that knows oil
+
+    load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
+    cage_rad_s = float(run.state[layout_of(run.state).shaft_cage_rate][0])
+    middle, least = films_m(scene, geometry_of(bearing), run.model, load_n, cage_rad_s)
+    assert scene.oil is not None
+    films = {"min": 1e6 * float(least.min()), "mean": 1e6 * float(middle.mean())}
+    return films, float(least.min()) / scene.oil.roughness_m
 
 
 def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:

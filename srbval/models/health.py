@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from srbval.models.estimates import FINER, TOLERANCE, Estimate
 from srbval.models.hierarchy import level_of
 from srbval.models.outputs import DEEPEST_M
-from srbval.models.run import RunStatus, RunSummary
+from srbval.models.run import RunStatus, RunSummary, bearing_of_run
 from srbval.scene import LoadPath, RollerFit, paper_scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.scene.scene import step_text
@@ -165,12 +165,24 @@ def _behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
     if unloaded:
         rest = f"{_carried(run)}, the housing spring the rest"
         seen = [rest if run.scene.mean_radial_n else "there is no load to carry"]
+    seen += _light_load(run)
     if not _driven(run):
         return RunStatus.SKIDDING, [_slip_text(run), *seen, _relief(run, skids=True)]
     if unloaded:
         seen += ["fault lines come from rollers that rattle, or are absent", _relief(run, skids=False)]
         return RunStatus.ROLLERS_UNLOADED, seen
-    return RunStatus.OK, ["the cage is driven, the load is carried"]
+    return RunStatus.OK, ["the cage is driven, the load is carried", *seen]
+
+
+def _light_load(run: RunSummary) -> list[str]:
+    """A warning where a bearing in oil carries less than its catalogue asks for at this speed."""
+    bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
+    if bearing is None or bearing.ratings is None:
+        return []
+    least_n, there_n = bearing.ratings.minimum_load_n(run.scene.mean_shaft_rad_s), _carried_n(run)
+    if there_n >= least_n:
+        return []
+    return [f"{CAUTION}{there_n / 1e3:.3g} kN, the catalogue's minimum at this speed is {least_n / 1e3:.3g} kN"]
 
 
 def _slip_text(run: RunSummary) -> str:

@@ -42,12 +42,16 @@ class FidelityLevel:
         known = 2 if bearing.geometry is not None else int(bearing.elements is not None)
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
-    def check_surface(self, scene: Scene) -> None:
-        """Refuse a scene with a surface where the model has no continuous contacts."""
+    def check_scene(self, scene: Scene) -> None:
+        """Refuse a surface where the model has no continuous contacts, and oil where it knows none."""
         if scene.surface is not None and self.name not in CONTINUOUS:
             raise ConfigurationError(
                 f"[surface]: the model {self.name} knows no waves of races and rollers; use --model "
                 f"{' or '.join(CONTINUOUS)}, or leave the table out."
+            )
+        if scene.oil is not None and self.name != OILED:
+            raise ConfigurationError(
+                f"[oil]: the model {self.name} knows no oil; use --model {OILED}, or leave the table out."
             )
 
     def steps_per_output(self, scene: Scene) -> int:
@@ -87,6 +91,7 @@ class FidelityLevel:
 
 STEP_CHECK = "srbval.models.step_error:check_step"  # of models with the full model's equations
 CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
+OILED = "slices"  # the model that knows oil
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
 

@@ -20,12 +20,14 @@ from srbval.arrays import FloatArray
     DRIVE_POWER, LOAD_POWER,  # mean power of the drive, of the external load [W]
     FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,  # mean power lost to friction, contact damping, housing damper [W]
     BODY_ENERGY, CONTACT_ENERGY, SPRING_ENERGY,  # at its start: bodies, contacts (first evaluation), housing spring [J]
-) = range(21)  # fmt: skip
-COUNT = 21
+    ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # mean power lost to rolling resistance, drag, pockets [W]; 0 without oil
+) = range(24)  # fmt: skip
+COUNT = 24
 
 ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
 CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
-ENERGY = slice(13, 21)  # powers and energies, in the order of `run.EnergyFlow`
+ENERGY = slice(13, 24)  # powers and energies, in the order of `run.EnergyFlow`
+OIL = slice(21, 24)
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 CHUNK_S = 0.02  # simulated time between two reports of progress

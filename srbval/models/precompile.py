@@ -50,9 +50,10 @@ def shortest_run(model: str, solver: str, cages: int) -> None:
     simulate(scene, step=Step.UNCHECKED)
 
 
-def compile_kernel(model: str, part: str, cages: int) -> None:
-    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it."""
-    scene = paper_scene(model=model, bodies={"cages": cages})
+def compile_kernel(model: str, part: str, cages: int, *oil: str) -> None:
+    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it; `oil`: of the traction of films."""
+    in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if oil else {}
+    scene = paper_scene(model=model, bodies={"cages": cages}, **in_oil)
     compile_in_this_process(scene)
     if part == RING:
         shortest_run(model, scene.solver.name, cages)
@@ -71,9 +72,9 @@ def compile_kernels(names: Iterable[str]) -> None:
     from filelock import FileLock
 
     for name in names:
-        model, part, cages = name.split("-")
+        model, part, cages, *oil = name.split("-")
         with FileLock(kernel_cache_folder() / f"{part}.lock"):
-            compile_kernel(model, part, int(cages))
+            compile_kernel(model, part, int(cages), *oil)
 
 
 if __name__ == "__main__":

@@ -63,6 +63,10 @@ class RunSummary:
     `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
     error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
     `stored_utc`: when the run was made, where it was read from the cache: times that it took are of then.
+
+    In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
+    the least film of a contact that carries and the `mean` of those in their middles, at the run's end; `lambda_min`:
+    the least over the roughness. Empty and NaN without.
     """
 
     scene: Scene
@@ -90,6 +94,14 @@ class RunSummary:
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
     stored_utc: str | None = None
+    power_w: Mapping[str, float] = field(default_factory=dict)
+    film_um: Mapping[str, float] = field(default_factory=dict)
+    lambda_min: float = math.nan
+
+    @property
+    def slip_pct(self) -> float:
+        """By how much the cage lags behind pure rolling [%]."""
+        return 100 * (1 - self.cage_ratio / self.rolling_ratio)
 
     @property
     def seconds(self) -> float:
@@ -167,7 +179,8 @@ class EnergyFlow:
     """Powers, interval means [W], and energies at each interval's start [J], all of shape [n].
 
     In: `drive_w` of the shaft, `load_w` of the external load. Lost: `friction_w` (slip power), `damping_w` in the
-    contacts, `housing_w` in the housing's damper. Stored: `mechanical_j` in the bodies (gravity included),
+    contacts, `housing_w` in the housing's damper, `rolling_w` to rolling resistance, `drag_w` of the oil, `pocket_w` to
+    friction in the cage's pockets, all three 0 without oil. Stored: `mechanical_j` in the bodies (gravity included),
     `contact_j` in the contacts, `spring_j` in the housing.
     """
 
@@ -179,6 +192,9 @@ class EnergyFlow:
     mechanical_j: FloatArray
     contact_j: FloatArray
     spring_j: FloatArray
+    rolling_w: FloatArray
+    drag_w: FloatArray
+    pocket_w: FloatArray
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:

@@ -45,7 +45,7 @@ class RunWriter:
         for name, variable in VARIABLES.items():
             values = arrays[variable.get("array", name)]
             values = values[:, variable["column"]] if "column" in variable else values
-            if not np.isnan(values).all():  # a quantity that the model does not have
+            if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # that the model has
                 self._extend(name, values, variable["units"], variable["long_name"])
         if len(signals.get("sensor_m_s2", ())):
             self._extend(SENSOR, signals["sensor_m_s2"], "m s-2", "acceleration at the sensor, behind the path to it")
@@ -144,7 +144,10 @@ def read_run(path: Path, summary: RunSummary) -> Run:
     import h5py
 
     with h5py.File(path) as file:
-        found = {name: file[name][:] if name in file else np.full(summary.samples, np.nan) for name in VARIABLES}
+        found = {
+            name: file[name][:] if name in file else np.full(summary.samples, 0.0 if "oil" in variable else np.nan)
+            for name, variable in VARIABLES.items()
+        }
         stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR}
         details = {name: file[own][:] for name, own in stored.items() if own in file}
     arrays: dict[str, Any] = {}
@@ -161,7 +164,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     table = dataclasses.asdict(scene)
     for defect in (table["defect"], *table["further_defects"]):
         defect["kind"] = defect["kind"].scene_word
-    for name in ("sensor_path", "surface"):
+    for name in ("sensor_path", "surface", "oil"):
         if table[name] is None:  # content of scenes without one is as it was
             del table[name]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))

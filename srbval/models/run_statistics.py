@@ -1,6 +1,7 @@
 """Running sums over a run, enough to assess it without its signals in memory."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +16,10 @@ from srbval.models.hierarchy import level_of
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.sensor import BandLevels, SensorFilter
 from srbval.scene import Scene
+
+# losses of a bearing in oil by source; it has no seals
+LOSSES = {"sliding": col.FRICTION_POWER, "rolling": col.ROLLING_POWER, "drag": col.DRAG_POWER, "cage": col.POCKET_POWER,
+          "damping": col.DAMPING_POWER}  # fmt: skip
 
 
 @dataclass
@@ -37,11 +42,14 @@ class RunStatistics:
     cage_rad: float = 0.0
     drive_w: float = 0.0
     idle: int = 0
+    film_um: Mapping[str, float] = field(default_factory=dict)
+    lambda_min: float = math.nan
     course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
     energy: EnergyBalance = field(default_factory=EnergyBalance)
     momentum: MomentumBalance = field(default_factory=MomentumBalance)
 
     def __post_init__(self) -> None:
+        self.losses_w = dict.fromkeys(LOSSES, 0.0)
         scene = self.scene
         self.levels = BandLevels(fs_hz=scene.output_rate_hz)
         self.sensor = SensorFilter(scene.sensor_path, scene.output_rate_hz, scene.load.direction_rad)
@@ -55,6 +63,8 @@ class RunStatistics:
         self.samples += len(out)
         self.cage_rad += float(out[:, col.CAGE_SPEED].sum())
         self.drive_w += float(out[:, col.DRIVE_POWER].sum())
+        for name, column in LOSSES.items():
+            self.losses_w[name] += float(out[:, column].sum())
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
         self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
@@ -87,6 +97,9 @@ class RunStatistics:
             energy_imbalance=self.energy.imbalance(interval_s), missing_n=float(missing_n @ direction),
             idle_share=self.idle / n, drive_power_w=self.drive_w / n, band_rms_m_s2=self.levels.rms(),
         )  # fmt: skip
+        if scene.oil is not None:
+            power_w = {name: sum_w / n for name, sum_w in self.losses_w.items()} | {"seals": 0.0}
+            run = replace(run, power_w=power_w | {"total": sum(power_w.values())})
         status, reason = assess(run)
         return replace(run, status=status, reason=reason)
 

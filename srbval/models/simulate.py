@@ -81,7 +81,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
     stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
-    level.check_surface(scene)
+    level.check_scene(scene)
     if level.parameters is not None:
         check_known("solver", scene.solver.name, tuple(METHODS))  # at once, before kernels are compiled
         geometry_of(stats.bearing, scene.model)

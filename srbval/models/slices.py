@@ -30,10 +30,13 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
+from srbval.models.film import elliptical_films_m, thermal_factor
 from srbval.models.full import columns as col
+from srbval.models.full.oil_kernel import rolling_speed
 from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
 from srbval.models.full.point_cloud import wrapped
 from srbval.models.full.slices_kernel import SliceTable
+from srbval.models.oil import ContactShape, film_law, oil_law
 from srbval.scene import Defect, DefectShape, LineContact, Scene, Traction
 
 IntArray = NDArray[np.int64]
@@ -45,18 +48,15 @@ HOLE_SLICES = 12  # across a hole
 # in 500 to 1500 and 1400 to 2800 Hz against 61 slices: 1 gives +30 and +22 %, 1.2 +6 and +13, 1.4 0 and +4, 1.6 -3
 # and +5.
 GRADING = 1.4
+CARRIES = 0.01  # of the highest load: contacts whose films count
 THINNEST_M = 1e-6  # edges nearer to each other than this count as one
 LEAST_SPREAD_M = 1e-8  # of the penetration over a slice, where both profiles have the same radius
 
 
 def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
     """Assemble the kernel parameters; `ConfigurationError` for a defect that the model does not have."""
-    own = scene.line_contact
-    geometry = replace(
-        geometry,
-        outer_osculation=own.outer_osculation or geometry.outer_osculation,
-        inner_osculation=own.inner_osculation or geometry.inner_osculation,
-    )
+    own, contacts = scene.line_contact, sliced_contacts(scene, geometry)
+    geometry = contacts[0].geometry
     on_rollers = [defect for defect in scene.defects if defect.kind is Fault.ROLLER]
     first, *others = on_rollers or [replace(scene.defect, kind=Fault.HEALTHY)]
     model = make_parameters(replace(scene, defect=first, further_defects=tuple(others)), geometry)
@@ -66,17 +66,17 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         critical_ratio = own.traction_limit / own.traction_slope
         law = law._replace(static_friction=own.traction_limit, dynamic_friction=own.traction_limit)
     shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m  # of the inner arc's centre, along the normal
-    contacts = [
-        SlicedContact(
-            geometry=geometry, line=own, roller_m=roller_diameter_m(scene, geometry) / 2, inner=inner,
-            zone_rad=scene.load.zone_rad, points_per_circle=scene.contact.points_per_circle,
-        )
-        for inner in (False, True)
-    ]  # fmt: skip
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
         raise ConfigurationError("two defects of one roller: the slices model handles one of each; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # as the model numbers its rollers
     races = [contact.openings(scene.defects, on_rollers) for contact in contacts]
+    oil, film = scene.oil, None
+    if oil is not None:
+        shapes = [contact.shape for contact in contacts]
+        model = model._replace(oil=oil_law(oil, shapes, law.roller_radius))
+        if own.traction is Traction.FILM:
+            critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
+            law = law._replace(static_friction=1.0, dynamic_friction=0.0)
     return model._replace(
         race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
         inner_centre_radial=model.inner_centre_radial + shift * model.tilt_cosine,
@@ -86,8 +86,43 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         patch=np.zeros((2, 0, 4)),
         slices=_table(
             races, own.damping_s, critical_ratio, [contact.radius_m for contact in contacts], len(on_rollers)
-        ),
+        )._replace(film=film),
     )
+
+
+def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[SlicedContact]:
+    """The contacts of a roller with the outer and the inner race, with the scene's osculations."""
+    own = scene.line_contact
+    geometry = replace(
+        geometry,
+        outer_osculation=own.outer_osculation or geometry.outer_osculation,
+        inner_osculation=own.inner_osculation or geometry.inner_osculation,
+    )
+    return [
+        SlicedContact(
+            geometry=geometry, line=own, roller_m=roller_diameter_m(scene, geometry) / 2, inner=inner,
+            zone_rad=scene.load.zone_rad, points_per_circle=scene.contact.points_per_circle,
+        )
+        for inner in (False, True)
+    ]  # fmt: skip
+
+
+def films_m(
+    scene: Scene, geometry: SphericalRollerGeometry, model: Parameters, load_n: FloatArray, cage_rad_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Films in the middle and least films of all contacts that carry [m], each race's behind the other's.
+
+    `load_n`: normal forces, [2 races, 2 M]; elliptical contacts, with shear heating.
+    """
+    oil = scene.oil
+    assert oil is not None
+    rolling = rolling_speed(model.slices, cage_rad_s, scene.mean_shaft_rad_s)
+    found = [
+        np.array(elliptical_films_m(oil, rolling, load[load > CARRIES * load_n.max()], shape.along_m, shape.across_m))
+        for load, shape in zip(load_n, (c.shape for c in sliced_contacts(scene, geometry)), strict=True)
+    ]
+    middle, least = np.hstack(found) * thermal_factor(oil, rolling)
+    return middle, least
 
 
 def _table(
@@ -162,6 +197,12 @@ class SlicedContact:
     def radius_m(self) -> float:
         """Of the race about the shaft, in the middle of the contact."""
         return float(self.place(np.zeros(1))[0][0])
+
+    @property
+    def shape(self) -> ContactShape:
+        """In its middle, for films and rolling resistance."""
+        across = 1 / self.geometry.roller_profile_radius_m - 1 / self.profile_m
+        return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
     def place(self, axial_m: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Radius about the shaft, height above the mid-plane [m], and normal off the race: radial, axial.

@@ -172,7 +172,7 @@ def _verdict(
 def refusal(level: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
     """Why the model refuses the scene; None where it assembles it."""
     try:
-        level.check_surface(scene)
+        level.check_scene(scene)
         if not level.runs(bearing):
             geometry_of(bearing, level.name)
         elif level.parameters is not None:

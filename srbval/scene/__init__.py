@@ -1,5 +1,6 @@
 """What is to be run and what is asked of it: speed, loads, defect, duration, model, solver."""
 
+from srbval.scene.oil import Oil
 from srbval.scene.parts import (
     Bodies,
     Contact,
@@ -43,6 +44,7 @@ __all__ = [
     "Load",
     "LoadPath",
     "LoadProfile",
+    "Oil",
     "RigInput",
     "RollerFit",
     "Scene",

@@ -86,10 +86,14 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """How friction depends on the slip: on its speed (dry, eq. 19), or on its share of the rolling speed (oil)."""
+    """How friction depends on the slip: on its speed (dry, eq. 19), or on its share of the rolling speed (lubricated).
+
+    Or as the film of the scene's oil shears, see `srbval.models.film`.
+    """
 
     DRY = "dry"
     LUBRICATED = "lubricated"
+    FILM = "film"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,8 @@ from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIO
 from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
-BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
+BUNDLED = (PAPER, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
+LAID_OVER = {"rig-oil": "rig"}  # of those, what is laid over another one before the paper's
 DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
@@ -38,7 +39,7 @@ def paper_scene(**changes: Any) -> Scene:
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read the scene ``"paper"`` or ``"rig"``, or a file: one with an ending such as ``.toml`` or a folder before it.
+    """Read a scene by name, one of `BUNDLED`, or a file: one with an ending such as ``.toml`` or a folder before it.
 
     Keys that it leaves out keep the paper's value, `changes` overrule it. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
@@ -65,8 +66,9 @@ def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """A TOML file of this folder; read only."""
-    return read_toml(Path(str(resources.files("srbval.scene") / f"{name}.toml")))
+    """A TOML file of this folder, laid over another where it says so; read only."""
+    table = read_toml(Path(str(resources.files("srbval.scene") / f"{name}.toml")))
+    return merge(bundled_table(LAID_OVER[name]), table) if name in LAID_OVER else table
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -117,6 +119,8 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
         ]
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
+    if isinstance(merged.get("oil"), Mapping):
+        merged["oil"] = merge(bundled_table("oil")["defaults"], merged["oil"])
     if isinstance(merged.get("sensor_path"), str):
         path = sensor_path_table(merged.pop("sensor_path"))
         merged |= {} if path is None else {"sensor_path": path}
@@ -199,7 +203,7 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """All of a kind: ``input``, or ``position`` of a record's hole, which the cage ratio does not know."""
+    """All of a kind: ``input``, ``oil`` of `rig-oil`, or ``position`` of a record's hole, which no cage ratio knows."""
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {i}") for i, table in
                  enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
+from srbval.scene.oil import Oil
 from srbval.scene.parts import (
     Bodies,
     Contact,
@@ -18,6 +19,7 @@ from srbval.scene.parts import (
     Load,
     LoadProfile,
     SpeedProfile,
+    Traction,
 )
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
@@ -54,7 +56,8 @@ class Scene(Limited):
     and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
     passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
     rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
-    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones.
+    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones. `oil`: None
+    where rolling, drag and the cage's pockets cost nothing.
     """
 
     bearing: str
@@ -79,11 +82,14 @@ class Scene(Limited):
     load_profile: LoadProfile | None = None
     sensor_path: SensorPath | None = None
     surface: Surface | None = None
+    oil: Oil | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if len(self.further_defects) >= MOST_DEFECTS:
             raise ConfigurationError(f"scene: {1 + len(self.further_defects)} defects; the limit is {MOST_DEFECTS}.")
+        if self.line_contact.traction is Traction.FILM and self.oil is None:
+            raise ConfigurationError('line_contact traction = "film" needs a table [oil], for example iso_vg = 150.')
         for profile in (self.speed_profile, self.load_profile):
             if profile is not None:
                 profile.check_covers(self.duration_s)

@@ -112,6 +112,8 @@ def end_interval(y, start, interval, steps_per_output, mean, out, i):
     out[i, out_col.DAMPING_POWER] = mean[col.DAMPING_POWER] / steps_per_output
     out[i, out_col.HOUSING_POWER] = mean[col.HOUSING_POWER] / steps_per_output
     out[i, out_col.CONTACT_ENERGY] = mean[col.CONTACT_ENERGY]
+    for m in range(3):
+        out[i, out_col.ROLLING_POWER + m] = mean[col.ROLLING_POWER + m] / steps_per_output
 
 
 @kernel_part

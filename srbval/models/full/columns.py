@@ -53,8 +53,9 @@ STRIDE = 2056
     # inverse of a roller's own block, and how its slide and spin follow cage and ring, see `damping_kernel`
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
     SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
-) = (np.uint64(i * STRIDE) for i in range(90))  # fmt: skip
-ROWS = 90
+    ON_CAGE,  # couple on the cage about its roller's axis, of the oil's drag and its pocket [N m], see `oil_kernel`
+) = (np.uint64(i * STRIDE) for i in range(91))  # fmt: skip
+ROWS = 91
 FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
 FRAME_ROWS = 18  # rows that set up a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
@@ -104,8 +105,9 @@ SLICE_ROWS = 13
     INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
     INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
     RELATIVE_X, RELATIVE_Y, RELATIVE_Z, RELATIVE_AXIAL,  # of what turns with a second cage: against both rates, its own
-) = range(21)  # fmt: skip
-TOTALS = 21
+    ROLLING_POWER, DRAG_POWER, POCKET_POWER,  # lost to rolling resistance, the oil's drag, friction of pockets [W]
+) = range(24)  # fmt: skip
+TOTALS = 24
 # Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's relative rate,
 # how it follows, and the inverse of what is then left of its own entry; damping torque on the shaft per rate of the
 # cage and relative rate [N m s].

@@ -7,6 +7,7 @@ Kane's method; the equations and the layout of the state stand at `srbval.models
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.film_kernel import law_in_film
 from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
     add_heights,
@@ -17,6 +18,7 @@ from srbval.models.full.frames_kernel import (
     roller_frames,
     tilted_about_x,
 )
+from srbval.models.full.oil_kernel import add_oil_forces, oil_on_cages
 from srbval.models.full.search_kernel import (
     gather_columns,
     plan_contacts,
@@ -69,8 +71,10 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     # 2. contact forces
     gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
+    law = law_in_film(law, model.slices, y[at.cage_rate + 2], shaft)
     evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, model.patch, model.slices, FIRST_TIME)
     scatter_sums(compacted, single, space, plan, damping)
+    add_oil_forces(model.oil, model, slots, y[at.cage_rate + 2], shaft, totals)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
@@ -157,6 +161,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
     totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
     relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, (g_x, g_y, g_z), (t02, t12, t22))
+    relative, on_cages = oil_on_cages(model.oil, model, slots, relative, on_cages)
     on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, (m00, m11, m22, m01, m02, m12))
     g_x, g_y, g_z = on_cages
     m00, m11, m22, m01, m02, m12 = inertia

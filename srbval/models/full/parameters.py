@@ -13,6 +13,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import ContactLaw
 from srbval.models.full.frames_kernel import SurfaceHeights
+from srbval.models.full.oil_kernel import OilLaw
 from srbval.models.full.point_cloud import (
     Circle,
     CirclePoints,
@@ -124,6 +125,7 @@ class Parameters(NamedTuple):
     patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
     second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
+    oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

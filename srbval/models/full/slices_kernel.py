@@ -27,6 +27,7 @@ from srbval.models.full.contact_kernel import (
     penetration,
     place_of_point,
 )
+from srbval.models.full.film_kernel import film_drag, film_on_race
 from srbval.models.jit import inlined, kernel_part
 
 # x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
@@ -57,7 +58,7 @@ class SliceTable(NamedTuple):
     the race's first point [rad]; `reach`, [2, W]: how far from an opening's middle a roller meets it [m]; `damping_s`:
     time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0
     for a critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the
-    contacts' middles, about the shaft [m].
+    contacts' middles, about the shaft [m]; `film`: a `FilmLaw` where a film's shear is the friction, or None.
     """
 
     rows: Any
@@ -68,6 +69,7 @@ class SliceTable(NamedTuple):
     critical_ratio: float
     outer_radius: float
     inner_radius: float
+    film: Any = None
 
 
 @inlined
@@ -164,13 +166,15 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
             first += 1
         while first < end and not touches(law, slices, race, end - 1, space, start, stop):
             end -= 1
-        slice_columns(law, slices, race, 0, first, end, space, start, stop, damping, None, False)
+        slice_columns(law, slices, slices.film, race, 0, first, end, space, start, stop, damping, None, False)
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
         race, window = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW]
         first, end = slices.starts[race, window, first_third], slices.starts[race, window, end_third]
         away, on_roller = space[col.POSITION + np.uint64(start)], plan[row, col.SINGLE_BASE] == ON_ROLLER
-        slice_columns(law, slices, race, window, first, end, space, start, start + 1, damping, away, on_roller)
+        slice_columns(
+            law, slices, slices.film, race, window, first, end, space, start, start + 1, damping, away, on_roller
+        )
 
 
 @kernel_part
@@ -259,23 +263,24 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 
 @kernel_part
-def slice_columns(law, slices, race, window, first, last, space, start, stop, damping, away, on_roller):
+def slice_columns(law, slices, film, race, window, first, last, space, start, stop, damping, away, on_roller):
     """Add the forces of a race's slices to the columns from `start` to `stop`; see `contact_columns`.
 
     `away`: how far the one column's roller is from the opening of the window, see `find_openings`; None for none. Over
     an opening of the race the force is along the roller's normal, over one of the roller, which meets the race with an
-    edge of its own, along the race's.
+    edge of its own, along the race's. `film`: that of the slices.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
     rows = slices.rows
+    shear = film_on_race(film, point_law, race)
     for i in range(first, last):
         radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
         normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
         normal_axial = rows[race, window, col.SLICE_NORMAL_AXIAL, i]
         stiffness, width = rows[race, window, col.SLICE_STIFFNESS, i], rows[race, window, col.SLICE_WIDTH, i]
         vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
-        bend = rows[race, window, col.SLICE_BEND, i]
+        bend, sagging = rows[race, window, col.SLICE_BEND, i], rows[race, window, col.SLICE_SAG, i]
         tangential = 0.0
         if away is not None:
             along = away if on_roller else away * radial
@@ -302,7 +307,11 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
             # by how much the slip differs from a slice's middle to its ends
             more = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
             square = q_x * q_x + q_y * q_y + q_z * q_z
-            drag = normal * friction_of_slice(point_law, math.sqrt(square + LEAST_SLIP * LEAST_SLIP), more + LEAST_SLIP)
+            if film is None:
+                slip = math.sqrt(square + LEAST_SLIP * LEAST_SLIP)
+                drag = normal * friction_of_slice(point_law, slip, more + LEAST_SLIP)
+            else:
+                drag = film_drag(shear, sagging, normal, touched * width, square, more)
             add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
             space[col.FRICTION_LOSS + j] += drag * square
             space[col.DAMPING_LOSS + j] += (spring - normal) * u_n

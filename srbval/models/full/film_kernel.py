@@ -1,0 +1,141 @@
+"""Kernels: how the film under a slice shears.
+
+Eyring's law at the slice's mean pressure p, see `srbval.models.film`, and where asperities touch their friction beside:
+
+    drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
+
+with the load share s of the asperities, and the mean of two places of the slice, Gauss's, as the slip u differs between
+its ends. Logarithm and exponential are written out: with a library's a loop would not work on many columns at once.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from srbval.models.full.contact_kernel import ContactLaw
+from srbval.models.full.oil_kernel import rolling_speed, thermal_share
+from srbval.models.jit import kernel_part
+
+GAUSS = 1.0 / math.sqrt(3.0)  # places of a slice, from its middle, in half widths
+LEAST_M_S = 1e-6  # added to slips; a thousandth of Eyring's
+BOUNDARY_M_S = 1e-3  # slip to which asperities' friction is taken as a slope
+LEAST_GPA, MOST_GPA = 1e-6, 4.0  # of the mean pressure; the curve ends there
+MOST_S_M, MOST_SINE = 1e8, 1e15  # far beyond any film's; squares of more are none in single precision
+SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # see `film`
+# Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, 0 at 1.
+EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
+    1.4142136691396427, 0.9802211666369074, 0.33972390019397863, 0.07908570124787076, 0.013683982893831248,
+)  # fmt: skip
+LOG_0, LOG_1, LOG_2, LOG_3, LOG_4, LOG_5 = (
+    0.09529915075957063, 0.9090600810807347, -0.41215527847234446,
+    0.25117496817302565, -0.19131780055505507, 0.12831185451687513,
+)  # fmt: skip
+LOG_MIDDLE, MIDDLE_BITS = 1.1, 1061158912  # the bits of 0.75
+
+
+class FilmLaw(NamedTuple):
+    """Constants of a film's shear. Numbers only, but for `curve`.
+
+    `curve`, [2 races, 8]: polynomial over the mean pressure [GPa]: the binary logarithm of the viscosity over that
+    without pressure, less that of the film over the reference film; `hertz`: pi E* / 8 [Pa]; `thickness`: the
+    reference film at 1 m/s [m]; `per_thickness`: Eyring's slip speed without pressure over the film [1/s]; `eyring`
+    [Pa]; `roughness` [m]; `boundary`: coefficient of friction; `heating`: see `oil_kernel.OilLaw`.
+    """
+
+    curve: Any
+    hertz: float
+    thickness: float
+    per_thickness: float
+    eyring: float
+    roughness: float
+    boundary: float
+    heating: float
+
+
+@kernel_part
+def law_in_film(law, slices, cage, shaft):
+    """`film_at_speed` where slices have a film, and no critical ratio of 0 holds the law as it is."""
+    if slices is None:
+        return law
+    return film_at_speed(law, slices, slices.film, cage, shaft)
+
+
+@kernel_part
+def film_at_speed(law, slices, film, cage, shaft):
+    """The law with Eyring's slip speed in place of the critical velocity, and shares of friction, at these speeds.
+
+    The static coefficient becomes the film's share, 1 less that of the asperities; the dynamic one what asperities add.
+    """
+    if film is None:
+        return law
+    if slices.critical_ratio == 0.0:
+        return law
+    rolling = rolling_speed(slices, cage, shaft)
+    height = film.thickness * rolling**SPEED_EXPONENT * thermal_share(film.heating, rolling)
+    share = math.exp(-ASPERITY * (height / film.roughness) ** ASPERITY_EXPONENT)
+    return ContactLaw(
+        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing,
+        law.static_friction * (1.0 - share), law.static_friction * share * film.boundary, film.per_thickness * height,
+        law.onset_s,
+    )  # fmt: skip
+
+
+@kernel_part
+def power_of_two(x):
+    """2^x to 1e-5 for x from -100 to 60, in single precision: a polynomial, and the number's exponent."""
+    x += np.float32(128.0)  # above zero, where a conversion rounds down
+    whole = np.int32(x)
+    y = x - np.float32(whole) - np.float32(0.5)
+    e = np.float32(EXP_1) + y * (np.float32(EXP_2) + y * (np.float32(EXP_3) + y * np.float32(EXP_4)))
+    return (np.float32(EXP_0) + y * e) * np.int32((whole - np.int32(1)) << np.int32(23)).view(np.float32)
+
+
+@kernel_part
+def area_sine(y):
+    """arsinh y to 2e-5 for y from 0 to 1e15, in single precision: the logarithm of a number and its exponent."""
+    bits = np.float32(y + math.sqrt(np.float32(1.0) + y * y)).view(np.int32)
+    exponent = np.int32((bits - np.int32(MIDDLE_BITS)) >> np.int32(23))
+    t = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(LOG_MIDDLE)
+    series = np.float32(LOG_2) + t * (np.float32(LOG_3) + t * (np.float32(LOG_4) + t * np.float32(LOG_5)))
+    return np.float32(LOG_0) + t * (np.float32(LOG_1) + t * series) + np.float32(exponent) * np.float32(math.log(2.0))
+
+
+@kernel_part
+def film_on_race(film, law, race):
+    """What `film_drag` reads of a film on a race, in single precision: taken out of its tuples and arrays once."""
+    if film is None:
+        return None
+    curve = film.curve
+    return (
+        np.float32(curve[race, 0]), np.float32(curve[race, 1]), np.float32(curve[race, 2]), np.float32(curve[race, 3]),
+        np.float32(curve[race, 4]), np.float32(curve[race, 5]), np.float32(curve[race, 6]), np.float32(curve[race, 7]),
+        np.float32(film.hertz * 1e-18), np.float32(1.0 / law.critical_velocity),
+        np.float32(0.5e-9 * law.static_friction * film.eyring), np.float32(law.dynamic_friction),
+    )  # fmt: skip
+
+
+@kernel_part
+def film_drag(film, sagging, normal, length, square, more):
+    """Friction over slip of a slice [N s/m]; `more`: by how much the slip differs from its middle to its ends [m/s].
+
+    `film`: see `film_on_race`; `sagging`: half the curvature of the gap along the race [1/m]; `length` that touches
+    [m]; `square` of the slip. In single precision, whose roots take a fifth of the time.
+    """
+    c0, c1, c2, c3, c4, c5, c6, c7, hertz, per_velocity, eyring, boundary = film
+    one, load = np.float32(1.0), np.float32(normal) / (np.float32(length) + np.float32(1e-12))
+    pressure = math.sqrt(hertz * np.float32(sagging) * load) + np.float32(LEAST_GPA)
+    x = pressure if pressure < np.float32(MOST_GPA) else np.float32(MOST_GPA)
+    thicker = c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * (c5 + x * (c6 + x * c7))))))
+    per_slip = power_of_two(thicker) * per_velocity
+    per_slip = per_slip if per_slip < np.float32(MOST_S_M) else np.float32(MOST_S_M)
+    squared, aside = np.float32(square), np.float32(GAUSS) * np.float32(more)
+    slip = math.sqrt(squared) + np.float32(LEAST_M_S)
+    a, b = (slip + aside) * per_slip, (slip - aside) * per_slip
+    # arsinh a + arsinh b = arsinh(...): one logarithm serves both; where they differ in sign nothing is subtracted
+    size = a * math.sqrt(one + b * b) + abs(b) * math.sqrt(one + a * a)
+    apart = np.float32(4.0) * slip * aside * per_slip * per_slip / (size + np.float32(1e-30))
+    y = size if b > np.float32(0.0) else apart
+    sheared = area_sine(y if y < np.float32(MOST_SINE) else np.float32(MOST_SINE))
+    resting = slip + aside + np.float32(BOUNDARY_M_S)
+    return normal * np.float64((eyring * sheared * resting + boundary * pressure * slip) / (pressure * slip * resting))

@@ -1,0 +1,111 @@
+"""Kernels: what the oil does besides traction: rolling resistance, drag, friction in the cage's pockets.
+
+Each is small beside the forces that carry the load and changes slowly, so that steps take it explicitly: a roller's
+spin would relax under its rolling resistance in 0.3 s. The equations stand at `srbval.models.film` and `.oil`.
+Left out: that a pocket's friction also pushes its roller along the slot, some 10 N.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from srbval.models.full import columns as col
+from srbval.models.jit import kernel_part
+
+THERMAL, THERMAL_EXPONENT = 3.94, 0.62  # of Murch & Wilson, see `film.thermal_factor`
+LEAST_RAD_S = 1e-6
+
+
+class OilLaw(NamedTuple):
+    """Constants of what the oil does to rollers. Numbers only, but for `rolling`.
+
+    `rolling`, [2 races, 2]: couple at 1 rad/s over the root of the load, of a contact shorter than its roller, and over
+    the fourth root, of one as long [N m]; `heating`: L of shear heating at 1 m/s; `drag`: force over the square of a
+    roller's speed [kg/m]; `pocket`: coefficient of friction there.
+    """
+
+    rolling: Any
+    heating: float
+    drag: float
+    pocket: float
+
+
+@kernel_part
+def rolling_speed(slices, cage, shaft):
+    """Speed at which contacts move over the rollers' surface [m/s], mean of both races', at these speeds [rad/s]."""
+    return 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
+
+
+@kernel_part
+def thermal_share(heating, rolling):
+    """`film.thermal_factor`."""
+    return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
+
+
+@kernel_part
+def rate_power(rate):
+    """The rate to the 0.6484, in place of Goksem & Hargreaves' 0.648: half, eighth, 64th and 128th by roots."""
+    half = math.sqrt(np.float32(rate))
+    eighth = math.sqrt(math.sqrt(half))
+    last = math.sqrt(math.sqrt(math.sqrt(eighth)))
+    return np.float64(half * eighth * last * math.sqrt(last))
+
+
+@kernel_part
+def resist_rolling(space, j, short, full):
+    """Add its rolling resistance to the torque of column `j`; the power [W]. Factors: see `OilLaw.rolling`."""
+    root = math.sqrt(math.sqrt(np.float32(space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2)))
+    shorter, longest = short * root, full * math.sqrt(root)
+    rate = space[col.W_Z + j]
+    size = abs(rate) + LEAST_RAD_S
+    couple = rate_power(size) * (shorter if shorter < longest else longest) * rate / size
+    space[col.T_Z + j] += couple
+    return couple * rate
+
+
+@kernel_part
+def add_oil_forces(oil, model, slots, cage, shaft, totals):
+    """Add rolling resistance and pockets' couples to the columns' torques; fill the couples on cages, and the powers.
+
+    The columns' forces are those of the contacts, summed over all that touch. Nothing happens without `oil`.
+    """
+    if oil is None:
+        return
+    space = model.scratch.space
+    radius, weight = model.law.roller_radius, model.roller_mass * model.gravity
+    thermal = thermal_share(oil.heating, rolling_speed(model.slices, cage, shaft))
+    outer_short, outer_full = thermal * oil.rolling[0, 0], thermal * oil.rolling[0, 1]
+    inner_short, inner_full = thermal * oil.rolling[1, 0], thermal * oil.rolling[1, 1]
+    drag_factor, pocket, centre = oil.drag, oil.pocket, model.centre_distance
+    rolled = dragged = rubbed = 0.0
+    for p in range(slots):
+        there = space[col.SIDE + p] * space[col.SIDE + p]  # 0 of an empty slot
+        rolled += resist_rolling(space, p, outer_short, outer_full)
+        rolled += resist_rolling(space, p + col.INNER, inner_short, inner_full)
+        speed = (centre + space[col.SLIDE + p]) * space[col.CAGE_Z + p]
+        drag = -drag_factor * there * abs(speed) * speed
+        dragged -= drag * speed
+        push = space[col.F_Y + p] + space[col.F_Y + p + col.INNER] + drag + weight * space[col.Y_WY + p]
+        turning = space[col.SPIN + p] - space[col.CAGE_Z + p]
+        couple = -pocket * there * abs(push) * radius * turning / (abs(turning) + LEAST_RAD_S)
+        space[col.T_Z + p] += couple  # the outer ring does not turn: no torque but the roller's is read from there
+        space[col.ON_CAGE + p] = (centre + space[col.SLIDE + p]) * drag - couple
+        rubbed -= couple * turning
+    totals[col.ROLLING_POWER], totals[col.DRAG_POWER], totals[col.POCKET_POWER] = rolled, dragged, rubbed
+
+
+@kernel_part
+def oil_on_cages(oil, model, slots, relative, on_cages):
+    """Torque on the angle between both cages and on the cages, x, y, z, with what `add_oil_forces` found [N m]."""
+    if oil is None:
+        return relative, on_cages
+    space = model.scratch.space
+    g_x, g_y, g_z = on_cages
+    for p in range(slots):
+        couple = space[col.ON_CAGE + p]
+        g_x += couple * space[col.Z_WX + p]
+        g_y += couple * space[col.Z_WY + p]
+        g_z += couple * space[col.Z_WZ + p]
+        relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
+    return relative, (g_x, g_y, g_z)

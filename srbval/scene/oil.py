@@ -1,0 +1,113 @@
+"""The oil of a scene: viscosity by class and temperature, and what film, traction and drag need beside it."""
+
+import math
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from srbval.errors import ConfigurationError
+from srbval.storage.tables import Limited, limited, quantity, read_toml
+
+KELVIN = 273.15
+WALTHER = 0.7  # mm2/s, of ASTM D341 for viscosities above 2 mm2/s
+LEAST_MM2_S = 2.0
+ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and less the logarithm of 6.31e-5 Pa s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oil(Limited):
+    """The table `[oil]`, for the model slices; `scene/oil.toml` has what it leaves open, with the sources.
+
+    Kinematic viscosity: that of a mineral oil of class `iso_vg` (ISO 3448; 32 to 460) and viscosity index 95, or
+    `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: RMS, of both
+    surfaces together. `fill`: share of the bearing's free space that is oil, through which rollers move with the
+    `drag_coefficient`. Without `rolling_resistance` rolling costs nothing; `fill` and `pocket_friction` may be 0.
+    """
+
+    iso_vg: int | None = None
+    viscosity_40_mm2_s: float | None = limited(least=5, most=2000, default=None)
+    viscosity_100_mm2_s: float | None = limited(least=LEAST_MM2_S, most=200, default=None)
+    temperature_c: float = limited(least=0, most=150)
+    pressure_viscosity_1_pa: float = limited(least=5e-9, most=5e-8)
+    eyring_stress_pa: float = limited(least=1e6, most=5e7)
+    roughness_m: float = quantity("length", above=0, most=1e-5)
+    boundary_friction: float = limited(least=0, most=0.5)
+    density_kg_m3: float = quantity("density", least=600, most=1200)
+    conductivity_w_mk: float = limited(least=0.05, most=1)
+    rolling_resistance: bool
+    fill: float = limited(least=0, most=1)
+    drag_coefficient: float = limited(least=0, most=2)
+    pocket_friction: float = limited(least=0, most=0.5)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        own = self.viscosity_40_mm2_s, self.viscosity_100_mm2_s
+        classes = viscosities_100_mm2_s()
+        if (self.iso_vg is None) == (None in own):
+            raise ConfigurationError(
+                f"oil: iso_vg = {self.iso_vg}, viscosity_40_mm2_s = {own[0]}, viscosity_100_mm2_s = {own[1]}: state "
+                "iso_vg, for example 150, or both viscosities."
+            )
+        if self.iso_vg is not None and (self.iso_vg not in classes or own != (None, None)):
+            raise ConfigurationError(
+                f"oil iso_vg = {self.iso_vg}: known are {', '.join(map(str, classes))}, without viscosities beside it; "
+                "for another oil state viscosity_40_mm2_s and viscosity_100_mm2_s."
+            )
+        if self.points_mm2_s[1] >= self.points_mm2_s[0]:
+            raise ConfigurationError(f"oil: viscosities {own} must fall from 40 to 100 degrees C.")
+        if self.kinematic_mm2_s() < LEAST_MM2_S:
+            raise ConfigurationError(
+                f"oil temperature_c = {self.temperature_c:g}: {self.kinematic_mm2_s():.3g} mm2/s; ASTM D341 as used "
+                f"here holds above {LEAST_MM2_S:g} mm2/s: lower the temperature."
+            )
+
+    @property
+    def points_mm2_s(self) -> tuple[float, float]:
+        """Kinematic viscosity at 40 and 100 degrees C."""
+        if self.viscosity_40_mm2_s is not None and self.viscosity_100_mm2_s is not None:
+            return self.viscosity_40_mm2_s, self.viscosity_100_mm2_s
+        return float(self.iso_vg or 0), viscosities_100_mm2_s().get(self.iso_vg or 0, math.nan)
+
+    @property
+    def walther_slope(self) -> float:
+        """B in log log (nu + 0.7) = A - B log T (ASTM D341), decimal logarithms, T in K."""
+        at_40, at_100 = (math.log10(math.log10(point + WALTHER)) for point in self.points_mm2_s)
+        return (at_40 - at_100) / math.log10((100 + KELVIN) / (40 + KELVIN))
+
+    def kinematic_mm2_s(self) -> float:
+        """Kinematic viscosity at the scene's temperature."""
+        ratio = math.log10((40 + KELVIN) / (self.temperature_c + KELVIN))
+        double = math.log10(math.log10(self.points_mm2_s[0] + WALTHER)) + self.walther_slope * ratio
+        return float(10**10**double - WALTHER)
+
+    @property
+    def viscosity_pa_s(self) -> float:
+        """Dynamic viscosity at the scene's temperature and no pressure [Pa s]."""
+        return self.kinematic_mm2_s() * 1e-6 * self.density_kg_m3
+
+    @property
+    def thinning_1_k(self) -> float:
+        """Share by which the viscosity falls per degree [1/K], the derivative of ASTM D341."""
+        thick = self.kinematic_mm2_s() + WALTHER
+        share = thick * math.log(thick) / self.kinematic_mm2_s()
+        return self.walther_slope * share / (self.temperature_c + KELVIN)
+
+    @property
+    def roelands_exponent(self) -> float:
+        """z of Roelands' law, which has the given pressure-viscosity coefficient at no pressure."""
+        return self.pressure_viscosity_1_pa * ROELANDS_PA / (math.log(self.viscosity_pa_s) + ROELANDS_LOG)
+
+    def log_thickening(self, pressure_pa: float) -> float:
+        """Logarithm of the viscosity under pressure over that without: C. Roelands 1966, in SI.
+
+        ln(eta / eta_0) = (ln eta_0 + 9.67) ((1 + p / 1.96e8)^z - 1), as in Hamrock, Schmid & Jacobson, Fundamentals of
+        Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the same constants in Stachowiak & Batchelor).
+        """
+        scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
+        return scale * ((1 + pressure_pa / ROELANDS_PA) ** self.roelands_exponent - 1)
+
+
+def viscosities_100_mm2_s() -> dict[int, float]:
+    """Kinematic viscosity at 100 degrees C by class of ISO 3448, of ``oil.toml``."""
+    table = read_toml(Path(str(resources.files("srbval.scene") / "oil.toml")))["viscosity_100_mm2_s"]
+    return {int(key): float(value) for key, value in table.items()}

@@ -1,0 +1,201 @@
+"""Viscosity, films, traction and rolling resistance against other formulations: Grubin's inlet, integrated; SKF's."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models import film
+from srbval.models.full.film_kernel import film_at_speed, film_drag, film_on_race
+from srbval.models.full.oil_kernel import rate_power
+from srbval.models.hierarchy import level_of
+from srbval.models.oil import ContactShape, film_law, oil_law
+from srbval.models.slices import slice_parameters, sliced_contacts
+from srbval.scene import Oil, load_scene
+
+SCENE = load_scene("rig-oil")
+GEOMETRY = load_bearing("skf-22240").geometry
+SHAPES = [contact.shape for contact in sliced_contacts(SCENE, GEOMETRY)]
+RADIUS_M = 0.0172  # reduced, of a roller of the 22240 on the inner race
+ROLLING_M_S = (2.45, 6.2)  # at 340 and 859 rpm
+LOADS_N_M = (1e5, 3e5, 6e5)
+FILM = 0.06  # Grubin's film and Dowson & Toyoda's: seen 0.05 at most
+ELLIPTICAL = 0.3  # of a long ellipse's film less than a line's: its oil leaves sideways
+ROLLING = 0.05  # Grubin's rolling force at 0.9 GPa and twice Goksem & Hargreaves'
+THERMAL = 0.03  # three formulas of shear heating
+KERNEL = 0.06  # of the polynomial over the pressure, in the logarithm of the viscosity
+CONTACT_LENGTH = 0.03  # of a circular contact, Hertz's
+
+
+def oil() -> Oil:
+    assert SCENE.oil is not None
+    return SCENE.oil
+
+
+def grubin(rolling_m_s: float, load_n_m: float) -> tuple[float, float]:
+    """Film [m] and the integral of (h - h_0) dp [N/m] in the inlet of a Hertzian line contact: A. N. Grubin 1949.
+
+    Reynolds' equation with the gap outside a Hertzian contact and Barus' viscosity; the reduced pressure reaches
+    1 / alpha at the contact's edge.
+    """
+    eta, alpha = oil().viscosity_pa_s, oil().pressure_viscosity_1_pa
+    half = math.sqrt(4 * load_n_m * RADIUS_M / (math.pi * film.CONTACT_MODULUS_PA))
+
+    def above(x):
+        return half**2 / (2 * RADIUS_M) * (x * np.sqrt(x * x - 1) - np.log(x + np.sqrt(x * x - 1)))
+
+    def rise(s, height):  # x = 1 + s^2, as the pressure rises at the edge
+        gap = above(1 + s * s)
+        return 12 * eta * rolling_m_s * gap / (gap + height) ** 3 * half * 2 * s
+
+    height = brentq(lambda h: quad(rise, 0, 8, args=(h,), limit=500)[0] - 1 / alpha, 1e-9, 1e-4)
+    s = np.linspace(8, 0, 100_001)
+    middle, step = (s[1:] + s[:-1]) / 2, s[:-1] - s[1:]
+    rises = rise(middle, height) * step
+    reduced = np.minimum(np.cumsum(rises) - rises / 2, (1 - 1e-9) / alpha)
+    return height, float(np.sum(above(1 + middle**2) * rises / (1 - alpha * reduced)))
+
+
+@pytest.mark.parametrize("rolling_m_s", ROLLING_M_S)
+@pytest.mark.parametrize("load_n_m", LOADS_N_M)
+def test_films_are_those_of_grubins_inlet(rolling_m_s: float, load_n_m: float) -> None:
+    expected, _ = grubin(rolling_m_s, load_n_m)
+    line = film.line_film_m(oil(), rolling_m_s, load_n_m, RADIUS_M)
+    assert line == pytest.approx(expected, rel=FILM)
+    middle, least = film.elliptical_films_m(oil(), rolling_m_s, load_n_m * 0.03, RADIUS_M, SHAPES[1].across_m)
+    assert 1 - ELLIPTICAL < middle / line < 1
+    assert 0.7 < least / middle < 0.9  # a horseshoe of three quarters, any text
+
+
+@pytest.mark.parametrize("rolling_m_s", ROLLING_M_S)
+def test_rolling_costs_what_flows_through_grubins_inlet(rolling_m_s: float) -> None:
+    """Twice the formula's force: it is that on each surface. At less load the formula is lower, Grubin's is not."""
+    _, total = grubin(rolling_m_s, LOADS_N_M[-1])
+    own = film.rolling_force_n(oil(), rolling_m_s, LOADS_N_M[-1], RADIUS_M, 1.0)
+    assert 2 * own == pytest.approx(total, rel=ROLLING)
+    couple = SHAPES[1].rolling_couple_nm(oil(), rolling_m_s / SHAPES[1].along_m, 1e4, 0.03)
+    force = film.rolling_force_n(oil(), rolling_m_s, 1e4, SHAPES[1].along_m, 0.03)
+    assert couple * rolling_m_s / SHAPES[1].along_m == pytest.approx(2 * force * rolling_m_s, rel=1e-12)
+
+
+def test_shear_heating_of_the_inlet_by_three_formulas() -> None:
+    """Gupta et al. 1992 (quoted from memory) and SKF's factor of the rolling moment."""
+    loading = oil().thinning_1_k * oil().viscosity_pa_s * ROLLING_M_S[1] ** 2 / oil().conductivity_w_mk
+    gupta = (1 - 13.2 * 0.0049 * loading**0.42) / (1 + 0.213 * loading**0.64)
+    skf = 1 / (1 + 1.84e-9 * (859 * 280) ** 1.28 * oil().kinematic_mm2_s() ** 0.64)
+    assert film.thermal_factor(oil(), ROLLING_M_S[1]) == pytest.approx(gupta, abs=THERMAL)
+    assert film.thermal_factor(oil(), ROLLING_M_S[1]) == pytest.approx(skf, abs=THERMAL)
+
+
+def test_viscosity_by_class_and_temperature() -> None:
+    """ASTM D341 passes through both points; its slope is the derivative; Roelands' law has the given coefficient."""
+    for temperature, expected in ((40, 150), (100, 14.7)):
+        assert replace(oil(), temperature_c=temperature).kinematic_mm2_s() == pytest.approx(expected, rel=1e-12)
+    assert oil().kinematic_mm2_s() == pytest.approx(57, abs=1)  # at 60 degrees C, a maker's chart of VG 150
+    warm, cool = (replace(oil(), temperature_c=60 + d).viscosity_pa_s for d in (0.01, -0.01))
+    assert oil().thinning_1_k == pytest.approx(math.log(cool / warm) / 0.02, rel=1e-4)
+    assert oil().log_thickening(1e4) / 1e4 == pytest.approx(oil().pressure_viscosity_1_pa, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"iso_vg": 151}, "known are 32, 46"),
+        ({"iso_vg": 150, "viscosity_40_mm2_s": 140}, "without viscosities"),
+        ({"viscosity_40_mm2_s": 140}, "state iso_vg"),
+        ({"viscosity_40_mm2_s": 100, "viscosity_100_mm2_s": 100}, "must fall"),
+        ({"viscosity_40_mm2_s": 7, "viscosity_100_mm2_s": 2.1, "temperature_c": 140}, "lower the temperature"),
+        ({"iso_vg": 150, "roughness": "20 um"}, "roughness"),
+        ({"iso_vg": 150, "iso_vgs": 1}, "iso_vgs"),
+    ],
+)
+def test_impossible_oils(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        load_scene("rig", {"oil": changes})
+
+
+def test_a_film_needs_oil_and_oil_the_slices() -> None:
+    with pytest.raises(ConfigurationError, match="needs a table"):
+        load_scene("rig", {"line_contact": {"traction": "film"}})
+    with pytest.raises(ConfigurationError, match="knows no oil"):
+        level_of("full").check_scene(load_scene("rig", {"oil": {"iso_vg": 150}, "model": "full"}))
+
+
+def test_length_of_a_contact_is_hertzs() -> None:
+    """Of a circle: a = (3 Q R / (4 E*))^(1/3), R that of both directions, E* the contact modulus of two bodies."""
+    circle = ContactShape(1 / RADIUS_M, 1 / RADIUS_M, 1.0)
+    expected = 2 * (3 * 1e3 * RADIUS_M / (4 * film.CONTACT_MODULUS_PA)) ** (1 / 3)
+    assert circle.length_m(1e3) == pytest.approx(expected, rel=CONTACT_LENGTH)
+
+
+@pytest.mark.parametrize("race", [0, 1])
+@pytest.mark.parametrize("pressure_gpa", [0.1, 0.3, 0.6, 0.9, 1.5])
+@pytest.mark.parametrize("slip_m_s", [1e-4, 1e-2, 0.1, 3.0])
+def test_a_slice_shears_as_eyrings_law_says(race: int, pressure_gpa: float, slip_m_s: float) -> None:
+    """The kernel's friction in single precision, from load and width, against the law in closed form."""
+    cage, shaft = 38.75, 90.0
+    model = slice_parameters(SCENE, GEOMETRY)
+    slices, shape = model.slices, SHAPES[race]
+    law = film_at_speed(model.law, slices, slices.film, cage, shaft)
+    rolling = 0.5 * (slices.outer_radius * cage + slices.inner_radius * (shaft - cage))
+    load = film.line_load_n_m(pressure_gpa * 1e9, shape.along_m)
+    height = film.line_film_m(oil(), rolling, load, shape.along_m) * film.thermal_factor(oil(), rolling)
+    expected = film.traction_coefficient(oil(), np.array(slip_m_s), pressure_gpa * 1e9, height)
+    shear = film_on_race(slices.film, law._replace(dynamic_friction=0.0), race)
+    found = film_drag(shear, 0.5 / shape.along_m, load * 3e-3, 3e-3, slip_m_s**2, 0.0) * slip_m_s / (load * 3e-3)
+    newtonian = KERNEL * expected + 2e-5 * oil().eyring_stress_pa / (pressure_gpa * 1e9)
+    assert found == pytest.approx(expected, abs=float(newtonian) + 0.05 * float(expected))
+
+
+def test_a_slice_with_a_range_of_slips_has_their_mean() -> None:
+    model = slice_parameters(SCENE, GEOMETRY)
+    slices = model.slices
+    law = film_at_speed(model.law, slices, slices.film, 38.75, 90.0)._replace(dynamic_friction=0.0)
+    shear, places = film_on_race(slices.film, law, 0), 1 / math.sqrt(3)
+
+    def force(slip: float, more: float) -> float:
+        return float(film_drag(shear, 22.0, 1e3, 3e-3, slip**2, more)) * slip
+
+    for slip, more in ((0.05, 0.01), (0.01, 0.05), (0.002, 0.05)):
+        ends = [slip + places * more, slip - places * more]
+        expected = sum(math.copysign(force(abs(s), 0.0), s) for s in ends) / 2
+        assert force(slip, more) == pytest.approx(expected, rel=1e-3, abs=1e-3)
+
+
+def test_thin_films_leave_a_share_to_asperities() -> None:
+    """At rest all, at a lambda of 3 a thousandth; their friction is then the boundary's."""
+    model = slice_parameters(SCENE, GEOMETRY)
+    still = film_at_speed(model.law, model.slices, model.slices.film, 0.0, 1e-6)
+    assert still.dynamic_friction == pytest.approx(oil().boundary_friction, rel=0.01)
+    fast = film_at_speed(model.law, model.slices, model.slices.film, 38.75, 90.0)
+    assert fast.static_friction == pytest.approx(1.0, abs=1e-3)
+    assert film.asperity_share(3.0, 1.0) == pytest.approx(1e-3, rel=0.3)
+    shear = film_on_race(model.slices.film, still, 0)
+    assert film_drag(shear, 22.0, 1e3, 3e-3, 1.0, 0.0) == pytest.approx(1e3 * oil().boundary_friction, rel=0.02)
+
+
+def test_the_kernels_roots_are_the_formulas_powers() -> None:
+    """Couple of rolling resistance over load and rate, to a per cent of the formula."""
+    law = oil_law(oil(), SHAPES, 0.02)
+    for race, shape in enumerate(SHAPES):
+        for load in (100.0, 5e3, 2e4, 6e4):
+            for rate in (30.0, 300.0, 500.0):
+                short, full = law.rolling[race, 0] * load**0.5, law.rolling[race, 1] * load**0.25
+                expected = shape.rolling_couple_nm(oil(), rate, load, shape.length_m(load))
+                assert min(short, full) * rate_power(rate) == pytest.approx(expected, rel=0.02)
+
+
+def test_films_law_over_the_pressure() -> None:
+    law = film_law(oil(), SHAPES)
+    for pressure in (0.1e9, 0.5e9, 1e9, 2e9, 3.5e9):
+        load = film.line_load_n_m(pressure, SHAPES[1].along_m)
+        thicker = oil().log_thickening(pressure) - math.log(
+            film.line_film_m(oil(), 1.0, load, SHAPES[1].along_m) / law.thickness
+        )
+        found = np.polynomial.polynomial.polyval(pressure * 1e-9, law.curve[1]) * math.log(2)
+        assert found == pytest.approx(thicker, abs=KERNEL)
