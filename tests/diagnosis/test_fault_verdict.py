@@ -206,7 +206,7 @@ def test_the_name_of_a_file_changes_nothing_that_is_found(
     states = [document.pop("declared_state") for document in documents]
     assert states == ["healthy", "inner", "outer"]
     for document in documents:
-        del document["file"], document["notes"]
+        del document["file"], document["name"], document["notes"]
     assert documents[0] == documents[1] == documents[2]
     assert documents[0]["fault"]["called"] == "outer"
 

@@ -89,3 +89,15 @@ def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond(ties):
     assert neg_log_rank(inside, placebos, ties=ties) == pytest.approx(-np.log(rank_of(inside, placebos)))
     assert rank_of(beyond, placebos) == 1 / 4001
     assert 0.3e-5 < np.exp(-neg_log_rank(beyond, placebos, ties=ties)) < 3e-5
+
+
+def test_the_tail_of_few_placebos_is_no_rarer_than_it_says():
+    """Exponential scores beside 100 placebos, ten of them in the tail: 2 in 1000 are below 0.002, not twice as many."""
+    rng, level, draws = np.random.default_rng(5), 0.002, 20_000
+    found = [(float(rng.exponential()), rng.exponential(size=100)) for _ in range(draws)]
+    plug_in, predictive = (
+        np.mean([neg_log_rank(score, placebos, independent=n) > -np.log(level) for score, placebos in found])
+        for n in (np.inf, 100.0)
+    )
+    assert plug_in > 2 * level
+    assert predictive == pytest.approx(level, abs=3 * np.sqrt(level / draws))
