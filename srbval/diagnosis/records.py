@@ -269,12 +269,15 @@ def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
 def _content(request: RecordRequest, register: str) -> str:
     """All that the documents of a file are computed from; empty where the file cannot be read."""
     try:
-        files = [sha256_of(Path(path)) for path in (request.file, request.healthy, request.background) if path]
+        files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
+        if not all(file.is_file() for file in files):  # a pipe would be waited for
+            return ""
+        hashes = [sha256_of(file) for file in files]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
-    except (SrbvalError, ValueError):  # ValueError: a path that none can have
+    except (SrbvalError, OSError):  # OSError: a path that none can have
         return ""
-    return json.dumps([to_json(request), str(Path(request.file).resolve()), files, bearing, register])
+    return json.dumps([to_json(request), str(Path(request.file).resolve()), hashes, bearing, register])
 
 
 def band_is_declared(recording: Recording) -> bool:

@@ -1,6 +1,7 @@
 """`srbval analyse` for people: the answer first, of one file, and of a folder with broken files in it."""
 
 import json
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -117,6 +118,9 @@ def test_what_all_files_leave_open_is_asked_for_once(folder: Path, capsys: pytes
     assert main(["analyse", *files, "--bearing", "skf-6205"]) == 3
     (said,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("srbval: ")]
     assert said.count("--fs HZ") == 1
+    os.mkfifo(folder / "pipe")
+    assert main(["trend", str(folder / "pipe"), *GIVEN]) == 3  # and does not wait for it
+    assert "not a regular file" in capsys.readouterr().err
     assert main(["analyse", *files, *GIVEN, "--plot", "x.png"]) == 2
     assert "one file at a time" in capsys.readouterr().err
 
