@@ -64,7 +64,7 @@ def test_every_command_is_a_function() -> None:
         "data": "list_recordings", "report": "report_recordings", "bench": "run_study",
         "stability": "run_study", "study": "run_study",
         "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
-        "identify": "identify_path", "docs": "build_docs",
+        "identify": "identify_path", "docs": "build_docs", "trend": "trend_of",
     }  # fmt: skip
     from srbval.cli.arguments import parser
 

@@ -144,8 +144,9 @@ def read_run(path: Path, summary: RunSummary) -> Run:
     import h5py
 
     with h5py.File(path) as file:
+        dry = 0.0 if "drive_w" in file else np.nan  # what oil takes in a run without oil, of a model that has energies
         found = {
-            name: file[name][:] if name in file else np.full(summary.samples, 0.0 if "oil" in variable else np.nan)
+            name: file[name][:] if name in file else np.full(summary.samples, dry if "oil" in variable else np.nan)
             for name, variable in VARIABLES.items()
         }
         stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR}
