@@ -144,7 +144,7 @@ def test_presets_are_table_5_at_one_load(name: str) -> None:
 
 
 def test_unknown_campaigns_are_named() -> None:
-    with pytest.raises(ConfigurationError, match="Presets: .*table5"):
+    with pytest.raises(ConfigurationError, match=r"Presets: .*table5"):
         load_campaign("table6")
     with pytest.raises(DataError, match="no such file"):
         load_campaign("nowhere.toml")
