@@ -33,7 +33,7 @@ def test_sizes_are_counted_by_fault_size_and_way() -> None:
     assert rows[1]["to mm"] == pytest.approx(1.2)
 
 
-@pytest.mark.slow
+@pytest.mark.long_form
 def test_intervals_of_three_sizes_at_five_places_cover_them() -> None:
     rows = [row for row in sizes(silent)["rows"] if row["fault"] == "all"]
     assert {row["truths"] for row in rows} == {2 * len(EXTENTS_MM) * len(PLACES)}
