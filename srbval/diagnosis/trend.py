@@ -246,6 +246,7 @@ def _points(
         points.append(TrendPoint(
             file=one["file"], time=times[one["file"]], rpm=60 * shaft_hz,
             levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines} | {RMS: features["rms"]},
+            # of a line's amplitude 8.69 / sqrt(2 rho) dB, power over noise rho; a level goes with the root of the depth
             ci95_db={x["name"]: DB / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
             velocity_rms_mm_s=velocity,
             zone="ABCD"[int(np.searchsorted(boundaries, velocity))] if boundaries and velocity is not None else None,

@@ -89,9 +89,10 @@ def traction_coefficient(oil: Oil, slip_m_s: FloatArray, pressure_pa: float, fil
 
 
 def rolling_force_n(oil: Oil, rolling_m_s: float, load_n: float, radius_m: float, length_m: float) -> float:
-    """Force F of rolling resistance, isothermal; rolling at u costs F u: 29.2 R l (G U)^0.648 W^0.246 / alpha.
+    """Force F of rolling resistance on each surface, isothermal: 29.2 R l (G U)^0.648 W^0.246 / alpha.
 
-    The pressure builds up in the inlet, so that the contact resists turning with the couple F R, R reduced.
+    The pressure builds up in the inlet: rolling at u costs 2 F u, and both surfaces together resist turning with the
+    couple 2 F R, R reduced. `oil.ContactShape.rolling_couple_nm` gives that couple.
     """
     speed = oil.viscosity_pa_s * rolling_m_s / (REDUCED_MODULUS_PA * radius_m)
     material = oil.pressure_viscosity_1_pa * REDUCED_MODULUS_PA

@@ -50,7 +50,7 @@ class ContactShape:
         return float(min(found, self.roller_length_m))
 
     def rolling_couple_nm(self, oil: Oil, rate_rad_s: float, load_n: float, length_m: float) -> float:
-        """Couple that resists turning at a rate relative to each other, isothermal."""
+        """Couple 2 F R of both surfaces that resists turning at a rate relative to each other, isothermal."""
         force = rolling_force_n(oil, rate_rad_s * self.along_m, load_n, self.along_m, length_m)
         return 2 * force * self.along_m
 

@@ -34,7 +34,7 @@ GRID = 8
 LEAST_WINDOWS = 4
 # Share of records taken to hold a comb of another source besides. Stated, for few sets show it: without it any window
 # would rule the comb of another machine part out, and the stronger of two combs exclude the other in a diagnosis. Of 0,
-# 0.1, 0.2 and 0.3 the best by the log score of diagnoses with rigs left out.
+# 0.1, 0.2 and 0.3 the best by the log score of diagnoses with rigs left out, before their evidence was simplified.
 FOREIGN_COMB = 0.1
 # A window this many half windows from another shares no line with it.
 APART = 2.0
