@@ -2,6 +2,7 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
+    INLINE,
     LARGEST_SLIP,
     Bearing,
     fault_frequencies,

@@ -31,7 +31,9 @@ def section(results: StoredResults) -> Section:
         return TEXTS.section(missing(NAMES[0]))
     content = result.content
     cells, grid, references = (content[name] for name in ("cells", "grid", "references"))
-    tested = [{"claim": claim, "counted": TEXTS.text("counted", claim=claim)} for claim in claims(cells)]
+    tested: list[dict[str, Any]] = [
+        {"claim": claim, "counted": TEXTS.text("counted", claim=claim)} for claim in claims(cells)
+    ]
     velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
     abreast = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
     main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
