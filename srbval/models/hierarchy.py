@@ -105,6 +105,7 @@ VIBRATION = (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAG
 PLANAR = tuple(range(col.DEEPEST + 1))
 NO_NOISE = "nothing in it rattles or chatters"
 NO_SLIP = "its cage turns as in pure rolling"
+NO_LOSS = {"slip": NO_SLIP, "power": "nothing in it takes power from the shaft"}
 LEVELS = (
     FidelityLevel(
         name="kinematic",
@@ -115,7 +116,7 @@ LEVELS = (
         needs="orders",
         lacks={
             "noise-floor": NO_NOISE,
-            "slip": NO_SLIP,
+            **NO_LOSS,
             **dict.fromkeys(("harmonics", "harmonic-levels", "depth", "kurtosis"), "its clicks have no shape"),
             **dict.fromkeys(("sidebands", "sideband-levels"), "its clicks know no load zone"),
             **dict.fromkeys(("amplitude", "levels", "third-octaves"), "its clicks have no strength"),
@@ -128,7 +129,7 @@ LEVELS = (
         columns=VIBRATION,
         own_solver="linear filter",
         needs="orders",
-        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
+        lacks={"noise-floor": NO_NOISE, **NO_LOSS},
     ),
     FidelityLevel(
         name="planar",
@@ -137,7 +138,7 @@ LEVELS = (
         columns=PLANAR,
         own_solver="ode4, own step",
         needs="elements",
-        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
+        lacks={"noise-floor": NO_NOISE, **NO_LOSS},
     ),
     FidelityLevel(
         name="line",

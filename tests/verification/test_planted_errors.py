@@ -29,9 +29,13 @@ CHECKS = (
     "test_outputs.py",
     "test_damping_matrix.py",
     "test_implicit_steps.py",
+    "test_oil_forces.py",
+    "../models/test_film.py",
 )  # the quickest; they need few right-hand sides
 LIKELIEST = {  # run first
     "damping_kernel.py": "test_damping_matrix.py",
+    "film_kernel.py": "test_film.py",
+    "oil_kernel.py": "test_oil_forces.py",
     "power_kernel.py": "test_implicit_steps.py",
     "step_kernel.py": "test_implicit_steps.py",
 }
