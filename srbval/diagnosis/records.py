@@ -14,7 +14,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, load_bearing
+from srbval.bearing import DEFECTS, check_orders_are_known, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
@@ -108,8 +108,10 @@ def read_record(request: RecordRequest) -> RecordReading:
             )
         recording = on_background(recording, load_healthy(request.background, settings, request.healthy_scale))
     _ask_at_once(recording, request)
+    bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
+    check_orders_are_known(bearing)
     analysis = analyse(
-        recording, bearing=bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct),
+        recording, bearing=bearing,
         band_hz=request.band_hz, band_filter=request.band_filter, healthy=healthy,
         choose_on_record=request.auto_band
         or (request.auto_band_if_undeclared and request.band_hz is None and not band_is_declared(recording)),

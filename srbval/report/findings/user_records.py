@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, check_orders_are_known, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.baseline import Baseline, baseline_of, registered_baseline
@@ -133,6 +133,7 @@ def gather_user_records(
     def gather_one(recording: Recording) -> UserRecord:
         with stage(progress, f"Analyse {recording.name}"):
             chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
+            check_orders_are_known(chosen)
             unknown = band_hz is None and not band_is_declared(recording)
             analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown, healthy=healthy)
             other = healthy if healthy is not None else registered_baseline(analysis)
