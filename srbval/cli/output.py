@@ -9,9 +9,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from srbval.errors import DataError, MissingLibraryError
+from srbval.errors import DataError
 from srbval.progress.tables import text_table
 from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import json_text, to_json
 
 WIDTH = 99  # characters of a line for people
@@ -50,7 +51,7 @@ def export_file(text: str) -> str:
     """The name of a file for tables, as an argument: CSV, or Excel where the library for it is there."""
     check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
     if text.endswith(".xlsx") and find_spec("openpyxl") is None:
-        raise MissingLibraryError("excel", "openpyxl")
+        raise MissingLibraryError("an Excel file", "openpyxl")
     return text
 
 
