@@ -98,12 +98,6 @@ class Comparison:
         return self.model.present and self.rig.present
 
     @property
-    def within_margin(self) -> bool:
-        """Whether the error is surely below the margin."""
-        known = self.uncertainty is not None and self.margin is not None and self.both_present
-        return known and abs(self.error) + (self.uncertainty or 0.0) < (self.margin or 0.0)
-
-    @property
     def verdict(self) -> ComparisonVerdict:
         """What error and uncertainty allow to be said."""
         if self.verdict_override is not None:
@@ -113,7 +107,8 @@ class Comparison:
             return ComparisonVerdict.INSUFFICIENT
         if abs(self.error) > uncertainty:
             return ComparisonVerdict.RESOLVED
-        return ComparisonVerdict.AGREES if self.within_margin else ComparisonVerdict.UNDECIDED
+        surely_below = self.margin is not None and abs(self.error) + uncertainty < self.margin
+        return ComparisonVerdict.AGREES if surely_below else ComparisonVerdict.UNDECIDED
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
