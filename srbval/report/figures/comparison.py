@@ -5,16 +5,7 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.comparison import Comparison
-from srbval.report.figures.style import (
-    BLUE,
-    GREEN,
-    INK,
-    VERMILION,
-    Drawn,
-    new_axes,
-    new_figure,
-    panel,
-)
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, new_axes, new_figure, panel
 
 
 @panel
