@@ -52,7 +52,7 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn
     """Of each recording, by its name, the probabilities of all states as one bar, faults from the left."""
     figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
-    places, columns = range(len(rows)), {"recording": [name for name, _ in rows]}
+    places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
     for state, colour in STATES.items():
         shares = [100 * shown.get(state, 0.0) for _, shown in rows]
         label = "something else" if state == "other" else Fault(state).label
