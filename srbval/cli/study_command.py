@@ -35,13 +35,13 @@ def run(options: argparse.Namespace) -> int:
 def _run(name: str, command: str, options: argparse.Namespace) -> int:
     study = load_study(name)
     parser = Parser(prog=command, description=study.question)
-    study.options(parser)
+    study.add_options(parser)
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
-    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
+    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     with ProgressDisplay() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()

@@ -6,13 +6,13 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
-from srbval.errors import SrbvalError
+from srbval.errors import NumericsError, SrbvalError
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
@@ -97,6 +97,12 @@ class RunSummary:
     power_w: Mapping[str, float] = field(default_factory=dict)
     film_um: Mapping[str, float] = field(default_factory=dict)
     lambda_min: float = math.nan
+
+    def require_usable(self, what: str) -> Self:
+        """This run; `NumericsError` that says `what` failed, and why, where it is none to read vibration from."""
+        if not self.status.usable:
+            raise NumericsError(f"{what} failed ({self.status}): {self.reason}.")
+        return self
 
     @property
     def slip_pct(self) -> float:
@@ -210,6 +216,8 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
             assumed = ("load zone, pulses and resonance are" if bearing.elements is None
                        else "grooves, housing and what the scene does not say are")  # fmt: skip
             found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
+    if bearing is not None and bearing.estimated:
+        found.append("where lines lie: the inner dimensions are estimated from the outer ones")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):

@@ -16,6 +16,7 @@ memory). Oil and roughness stay.
 import math
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -28,7 +29,7 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_table
 from srbval.scene import Oil, Scene, load_scene, merge
 from srbval.scene.read import draws, rig_inputs
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
 SPEEDS_RPM = (127.0, 340.074, 600.0, 858.94, 1000.0)
@@ -162,7 +163,7 @@ def power_rows(run: Callable[..., Any]) -> list[Row]:
     cases = [(rpm, RADIAL_KN) for rpm in SPEEDS_RPM] + [
         (RECORDS_RPM[1], load) for load in LOADS_KN if load != RADIAL_KN
     ]
-    found, oil = run({case: scene_at(*case, {}) for case in cases}, "Power"), load_scene("rig-oil").oil
+    found, oil = run({case: scene_at(*case, {}) for case in cases}, task="Power"), load_scene("rig-oil").oil
     assert oil is not None
     return [
         {"rpm": rpm, "radial_kn": load, **found[rpm, load], "skf_w": skf_power_w(oil, rpm, load * 1e3),
@@ -176,7 +177,7 @@ def trend_rows(run: Callable[..., Any]) -> list[Row]:
     every = pairs()
     scenes = {(*key, rpm): scene_at(rpm, radial, changes, axial)
               for key, (changes, radial, axial) in every.items() for rpm in RECORDS_RPM}  # fmt: skip
-    found, rows = run(scenes, "Trend"), {}
+    found, rows = run(scenes, task="Trend"), {}
     for key in every:
         slow, fast = (found[*key, rpm].get("cage_ratio") for rpm in RECORDS_RPM)
         trend = None if slow is None or fast is None else 100 * (slow / fast - 1)
@@ -194,7 +195,7 @@ def onset_rows(run: Callable[..., Any]) -> list[Row]:
     """For each size and speed the load at which skidding sets in over the catalogue's least, by each limit of slip."""
     with TemporaryDirectory() as folder:
         cases = dict(onset_scenes(Path(folder)))
-        found = run({key: scene for key, (scene, _) in cases.items()}, "Skidding")
+        found = run({key: scene for key, (scene, _) in cases.items()}, task="Skidding")
     rows: list[Row] = []
     for name, share in dict.fromkeys(key[:2] for key in cases):
         own = [(load, found[name, share, load]) for load in OF_MINIMUM]
@@ -207,11 +208,10 @@ def onset_rows(run: Callable[..., Any]) -> list[Row]:
     return rows
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
-    def run(scenes: Mapping[Any, Scene], task: str) -> dict[Any, Any]:
-        return run_all(scenes, _read, task=task, jobs=options.jobs, progress=progress)
-
-    content = {"rows": power_rows(run), "trend": trend_rows(run), "onset": onset_rows(run)}
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
+    runs = partial(run_all, read=_read, jobs=options.jobs, progress=progress)
+    content = {"rows": power_rows(runs), "trend": trend_rows(runs), "onset": onset_rows(runs)}
     text = "\n\n".join(_text(name, rows) for name, rows in content.items())
     return StudyResult(name="oil_effects", content=content, text=text)
 
@@ -220,6 +220,3 @@ def _text(name: str, rows: Sequence[Row]) -> str:
     names = tuple(key for key in rows[0] if not isinstance(rows[0][key], list))
     cells = [[f"{v:.5g}" if isinstance(v := row.get(key), float) else v for key in names] for row in rows]
     return f"{name}\n{text_table(names, cells)}"
-
-
-STUDY = Study(question="What does the oil do to power, slip and the trend of the cage ratio?", minutes=5, run=_run)

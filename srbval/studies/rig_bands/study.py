@@ -17,7 +17,6 @@ from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
 from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_rpm
-from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
@@ -28,7 +27,7 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import load_entry, rig_recordings
 from srbval.scene import load_scene
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import measured, measured_entry
 
 RIG_BAND_HZ = (1400.0, 2800.0)  # the paper's for the rig, section 5
@@ -71,10 +70,7 @@ def simulated(scene: str, state: Fault) -> Run:
     """A run of a bundled scene at the mean speed of the rig's record of that state, with steps as fine as it takes."""
     rpm, _ = published_rpm(state, RIG_RPM)
     own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
-    run = stored_run(load_scene(scene, own), step=Step.AUTO)
-    if not run.status.usable:
-        raise NumericsError(f"rig bands: {scene}, {state}: the run failed ({run.status}): {run.reason}")
-    return run
+    return stored_run(load_scene(scene, own), step=Step.AUTO).require_usable(f"rig bands: {scene}, {state}: the run")
 
 
 def served(rows: Sequence[Mapping[str, Any]], side: str) -> bool:
@@ -108,7 +104,8 @@ def combs() -> Iterator[Row]:
                 }  # fmt: skip
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     rows, power_w = list[Row](), dict[str, float]()
     for number, state in enumerate(STATES):
         progress("run and read", number / len(STATES))
@@ -126,6 +123,3 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     inputs = input_hashes(*(measured_entry(state, RIG_RPM) for state in STATES), *rig_recordings(nominal_rpm=RIG_RPM))
     text = f"{text_rows(rows)}\n{power_w} {sides}\n\n{text_rows(found)}"
     return StudyResult(name="rig_bands", content=content, text=text, inputs=inputs)
-
-
-STUDY = Study(question="Does one band serve model and rig, and which combs do the records carry?", minutes=3, run=_run)

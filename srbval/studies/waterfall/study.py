@@ -22,7 +22,6 @@ from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
@@ -35,7 +34,7 @@ from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import (
     BEARING,
     NUMERICS,
@@ -106,11 +105,7 @@ def _run_scene(scene: Scene) -> Run:
         run = stored_run(
             replace(scene, solver=replace(scene.solver, step_s=scene.solver.step_s / 2)), step=Step.UNCHECKED
         )
-    if not run.status.usable:
-        raise NumericsError(
-            f"waterfall: {scene.model}, {scene.defect.kind}: the run failed ({run.status}): {run.reason}"
-        )
-    return run
+    return run.require_usable(f"waterfall: {scene.model}, {scene.defect.kind}: the run")
 
 
 def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> dict[str, QuantityValue]:
@@ -190,7 +185,8 @@ def _rms(values: Sequence[float]) -> float | None:
     return math.sqrt(statistics.fmean(value * value for value in values)) if values else None
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     healthy = without_passage_lines(measured(Fault.HEALTHY, 877.0), BEARING, None, WHOLE_HZ)
     rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
     found, summary = list[Comparison](), list[dict[str, Any]]()
@@ -212,9 +208,3 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     }  # fmt: skip
     inputs = input_hashes(*(measured_entry(state, 877.0) for state in STATES))
     return StudyResult(name="waterfall", content=content, text=text_rows(summary), inputs=inputs)
-
-
-STUDY = Study(
-    question="What does each change from the paper's scene to the rig's buy in frequency, level and pattern?",
-    minutes=12, run=_run,
-)  # fmt: skip
