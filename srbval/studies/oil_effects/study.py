@@ -34,10 +34,15 @@ from srbval.studies.harness import StudyResult
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
 SPEEDS_RPM = (127.0, 340.074, 600.0, 858.94, 1000.0)
 RADIAL_KN, LOADS_KN = 124.8, (31.2, 62.4, 124.8, 250.0)
-TABLE_5_KN = ((124.8, 0.0), (62.4, 0.0), (124.8, 49.0))  # radial and axial loads between which Table 5 lies
+TABLE_5_KN = (
+    (124.8, 0.0),
+    (62.4, 0.0),
+    (124.8, 24.5),
+    (124.8, 49.0),
+)  # radial and axial loads between which Table 5 lies
 HEAVY_KN = 150.0  # above it rollers bounce faster than the scene's step resolves
 FINE_S = 1 / 81920
-SETTLE_TURNS, TURNS = 3.0, 5.0
+SETTLE_TURNS, TURNS = 3.0, 3.0
 NONE = {"fill": 0, "pocket_friction": 0, "rolling_resistance": False}
 CURVE = {"line_contact": {"traction": "lubricated"}}  # the scene `rig`'s traction
 EFFECTS: Mapping[str, Mapping[str, Any]] = {
@@ -48,13 +53,13 @@ EFFECTS: Mapping[str, Mapping[str, Any]] = {
     "pockets": CURVE | {"oil": {"fill": 0, "rolling_resistance": False}},
     "all": {},
 }
-DRAWS_POWER = 4  # 16 draws of all ranges at once
+DRAWS_POWER = 3  # 8 draws of all ranges at once
 BORE_MM, OUTER_MM = 200.0, 360.0
 STATIC_N = 1.93e6
 R1, R3, S1, S3 = 1.6e-6, 2.81e-6, 3.62e-3, 8.8e-3  # radial load alone
-PITCH_MM = {"22208": 60, "22216": 110, "22220": 140, "22230": 210, "22240": 280, "22260": 420}  # (bore + outer) / 2
+PITCH_MM = {"22208": 60, "22220": 140, "22240": 280, "22260": 420}  # (bore + outer) / 2
 OF_REFERENCE = (0.2, 0.54, 1.0)  # speeds over the reference speed: 859 rpm of a 22240 in the middle
-OF_MINIMUM = (0.15, 0.25, 0.4, 0.6, 0.8, 1.0, 1.5)  # loads over the catalogue's least
+OF_MINIMUM = (0.15, 0.25, 0.4, 0.6, 0.8, 1.2)  # loads over the catalogue's least
 ONSET_PCT = 100 * LARGEST_SLIP
 OTHER_ONSETS_PCT = (0.5, 2.0)
 Row = Mapping[str, Any]
@@ -149,13 +154,16 @@ def onset(loads: Sequence[float], slips_pct: Sequence[float], limit_pct: float) 
 
 
 def _read(_: Any, tried: Attempt, _wall_s: float) -> dict[str, Any]:
-    """Status, cage ratio, slip and powers; without a run nothing but the status."""
+    """Status, cage ratio, slip, change of the cage's speed between halves, powers; of a failed run its status alone."""
     run = tried.run
     if run is None or not tried.ok:
         return {"status": tried.status}
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
+    half = len(run.cage_rad_s) // 2
+    drift = 100 * float(run.cage_rad_s[half:].mean() / run.cage_rad_s[:half].mean() - 1)
     powers = {f"{name}_w": value for name, value in run.power_w.items()} | {"drive_w": run.drive_power_w}
-    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": 100 * (1 - ratio / run.rolling_ratio), **powers}
+    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": 100 * (1 - ratio / run.rolling_ratio), "drift_pct": drift,
+            **powers}  # fmt: skip
 
 
 def power_rows(run: Callable[..., Any]) -> list[Row]:
@@ -183,7 +191,8 @@ def trend_rows(run: Callable[..., Any]) -> list[Row]:
         trend = None if slow is None or fast is None else 100 * (slow / fast - 1)
         rows[key] = {"kind": key[0], "of": key[1], "value": key[2] if key[0] == "range" else None,
                      "radial_kn": every[key][1], "axial_kn": every[key][2], "cage_340": slow, "cage_859": fast,
-                     "status": [found[*key, rpm]["status"] for rpm in RECORDS_RPM], "trend_pct": trend}  # fmt: skip
+                     "drift_pct": max(abs(found[*key, rpm].get("drift_pct", math.nan)) for rpm in RECORDS_RPM),
+                     "trend_pct": trend}  # fmt: skip
     for row in rows.values():
         bare = rows["effect", "none", f"{row['radial_kn']:g}", f"{row['axial_kn']:g}"]["trend_pct"]
         both = bare is not None and row["trend_pct"] is not None
