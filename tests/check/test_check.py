@@ -33,10 +33,10 @@ def without_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("without_recordings")
-def test_a_fresh_run_is_within_every_tolerance() -> None:
-    result = run_check(REFERENCE)
+def test_what_needs_no_run_is_within_every_tolerance() -> None:
+    """The runs too: `srbval check`, which `.ci/run` has behind the tests."""
+    result = run_check(REFERENCE, groups=["kinematics", "statics", "rig"])
     assert failed(result) == set()
-    assert {check.name for check in result.checks} | set(result.skipped) == set(REFERENCE)
     assert set(result.skipped) == {"rig_order_outer", "rig_order_inner"}
 
 
