@@ -2,6 +2,7 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
+    INLINE,
     LARGEST_SLIP,
     Bearing,
     fault_frequencies,
@@ -18,6 +19,7 @@ __all__ = [
     "CIRCLES",
     "DEFAULT_BEARING",
     "DEFECTS",
+    "INLINE",
     "LARGEST_SLIP",
     "RACE_DEFECTS",
     "Bearing",
