@@ -192,15 +192,6 @@ def test_what_cannot_be_added(tmp_path: Path) -> None:
     assert (pipe.status, pipe.reason) == (FileStatus.UNREADABLE, "not a regular file")
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"schema_version": 99}', '{"schema_version": 1, "recordings": [{}]}'])
-def test_manifest_that_is_none(text: str) -> None:
-    manifest_path().write_text(text)
-    with pytest.raises(DataError, match=r"manifest\.json"):
-        listing()
-    empty = listing(or_none=True)
-    assert (empty.recordings, "manifest.json" in empty.unreadable) == ((), True)
-
-
 def test_recordings_of_an_earlier_version_are_looked_at_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It did not look for what is wrong with the samples."""
 
