@@ -5,6 +5,7 @@ from srbval.bearing.catalogue import (
     INLINE,
     LARGEST_SLIP,
     Bearing,
+    check_orders_are_known,
     fault_frequencies,
     find_bearings,
     known_bearings,
@@ -14,24 +15,3 @@ from srbval.bearing.catalogue import (
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.bearing.kinematics import ElementShape, FaultFrequencies, FaultOrders, RollingElements
-
-__all__ = [
-    "CIRCLES",
-    "DEFAULT_BEARING",
-    "DEFECTS",
-    "INLINE",
-    "LARGEST_SLIP",
-    "RACE_DEFECTS",
-    "Bearing",
-    "ElementShape",
-    "Fault",
-    "FaultFrequencies",
-    "FaultOrders",
-    "RollingElements",
-    "SphericalRollerGeometry",
-    "fault_frequencies",
-    "find_bearings",
-    "known_bearings",
-    "load_bearing",
-    "with_slip",
-]

@@ -85,8 +85,7 @@ def _run_one(options: argparse.Namespace) -> int:
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
-        write_plot(reading.analysis, Path(options.plot), verdict=reading.verdict, baseline=reading.baseline,
-                   command=own_command())  # fmt: skip
+        write_plot(reading, Path(options.plot), command=own_command())
     part = options.defect  # of the lines to be printed; below, how their names begin
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
     document = to_json(reading)

@@ -1,6 +1,7 @@
 """Campaign files: axes, sampling, presets; what is refused and why."""
 
 import re
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -141,3 +142,18 @@ def test_presets_are_table_5_at_one_load(name: str) -> None:
     assert len({s.defect.kind for s in scenes}) == 4
     assert {s.load.radial_n for s in scenes} == {124.8e3}
     assert {s.duration_s for s in scenes} == {10.0 if name == "table5" else 0.1}
+
+
+def test_the_plan_of_ten_thousand_cases_is_small() -> None:
+    planned, limit_bytes = 500, 150e6  # half of what the coordinating process may take, the rest being the program
+    scene = {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}}
+    tiny = [small(scene=scene, axes=[{"kind": "grid", "values": {"seed": list(range(n))}}]) for n in (1, planned)]
+    plan_cases(tiny[0])  # what is read once is not counted
+    tracemalloc.start()
+    try:
+        cases = plan_cases(tiny[1])
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len({case.key for case in cases}) == planned
+    assert 10_000 / planned * held < limit_bytes
