@@ -98,6 +98,16 @@ def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
             ), key
 
 
+@pytest.mark.parametrize(("page", "pictures"), [("tutorial", 1), ("gallery", 10)])
+def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(page: str, pictures: int) -> None:
+    source = [(DOCS / "guide" / f"{page}.md").read_text(encoding="utf-8")]
+    assert source[0].count("\nPICTURE ") == pictures
+    conf().fill_in(None, f"guide/{page}", source)
+    assert "\nPICTURE" not in source[0]
+    found = re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0])
+    assert len(set(found)) == pictures
+
+
 def test_the_picture_shows_every_room() -> None:
     picture = (DOCS / "architecture.svg").read_text(encoding="utf-8")
     shown = re.findall(r'font-weight="bold"[^>]*>(\w+)<', picture)
