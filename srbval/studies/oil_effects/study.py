@@ -21,8 +21,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from srbval.bearing import DEFAULT_BEARING, load_bearing
-from srbval.bearing.catalogue import LARGEST_SLIP
+from srbval.bearing import DEFAULT_BEARING, LARGEST_SLIP, load_bearing
 from srbval.comparison.runs import Attempt, run_all
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
@@ -39,7 +38,7 @@ TABLE_5_KN = (
     (62.4, 0.0),
     (124.8, 24.5),
     (124.8, 49.0),
-)  # radial and axial loads between which Table 5 lies
+)  # Table 5's radial and axial loads
 HEAVY_KN = 150.0  # above it rollers bounce faster than the scene's step resolves
 FINE_S = 1 / 81920
 SETTLE_TURNS, TURNS = 3.0, 3.0
@@ -161,9 +160,11 @@ def _read(_: Any, tried: Attempt, _wall_s: float) -> dict[str, Any]:
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     half = len(run.cage_rad_s) // 2
     drift = 100 * float(run.cage_rad_s[half:].mean() / run.cage_rad_s[:half].mean() - 1)
-    powers = {f"{name}_w": value for name, value in run.power_w.items()} | {"drive_w": run.drive_power_w}
-    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": 100 * (1 - ratio / run.rolling_ratio), "drift_pct": drift,
-            **powers}  # fmt: skip
+    powers = {f"{name}_w": value for name, value in run.power_w.items()} | {
+        "drive_w": run.drive_power_w,
+        "drift_pct": drift,
+    }
+    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": 100 * (1 - ratio / run.rolling_ratio), **powers}
 
 
 def power_rows(run: Callable[..., Any]) -> list[Row]:
