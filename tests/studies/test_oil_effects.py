@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.scene import load_scene
-from srbval.scene.read import rig_inputs
+from srbval.scene import load_scene, rig_inputs
 from srbval.studies.oil_effects.study import (
     EFFECTS,
     OF_MINIMUM,

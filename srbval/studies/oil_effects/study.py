@@ -26,8 +26,7 @@ from srbval.comparison.runs import Attempt, run_all
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
 from srbval.progress.tables import text_table
-from srbval.scene import Oil, Scene, load_scene, merge
-from srbval.scene.read import draws, rig_inputs
+from srbval.scene import Oil, Scene, draws, load_scene, merge, rig_inputs
 from srbval.studies.harness import StudyResult
 
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
@@ -164,7 +163,8 @@ def _read(_: Any, tried: Attempt, _wall_s: float) -> dict[str, Any]:
         "drive_w": run.drive_power_w,
         "drift_pct": drift,
     }
-    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": 100 * (1 - ratio / run.rolling_ratio), **powers}
+    slip = 100 * (1 - ratio / run.rolling_ratio)
+    return {"status": tried.status, "cage_ratio": ratio, "slip_pct": slip, "drift_pct": drift, **powers}
 
 
 def power_rows(run: Callable[..., Any]) -> list[Row]:
