@@ -42,7 +42,14 @@ from srbval.signal import (
 )
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
-from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, known_records, specimen
+from srbval.studies.naming.known_records import (
+    KnownFeatures,
+    KnownRecord,
+    features_of,
+    known_records,
+    readings,
+    specimen,
+)
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
 
 ALL, RACES = "all", "both races"
@@ -137,7 +144,7 @@ def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
     return Seen(
         record=record, views=np.array([one.features for one in scores]), risen=_risen(analysis, registered),
         denied=tuple(fault for fault in DEFECTS if contradicts_speed(analysis, fault)), called=called,
-        known=tuple(features_of(record, analysis)),
+        known=tuple(features_of(record, *one) for one in readings(record.state, analysis)),
     )  # fmt: skip
 
 
