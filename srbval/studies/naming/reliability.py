@@ -7,7 +7,7 @@ Calibration is that of real records alone: wrong readings, which are made, are c
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,7 +58,7 @@ def weights(known: Sequence[KnownFeatures]) -> FloatArray:
     ])  # fmt: skip
 
 
-def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
+def fit_evidence(known: Sequence[KnownFeatures], source: str = "") -> Evidence:
     """The evidence of the greatest mean log score on `known`, each share hidden pulled to a half by `PULL`."""
     specimens = {name: len({(k.rig, k.specimen) for k in known if k.state == name}) for name in CLASSES}
     features, weight = np.array([k.features for k in known]), weights(known)
@@ -68,8 +68,8 @@ def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
         slope, onset, *hidden = map(float, values)
         shares = (1 / (1 + math.exp(-value)) for value in hidden)
         return Evidence(
-            slope=slope, onset=onset, hidden=next(shares), roller_hidden=next(shares), specimens=specimens,
-            rigs=len({k.rig for k in known}),
+            slope=slope, onset=onset, hidden=next(shares), roller_hidden=next(shares), source=source,
+            specimens=specimens,
         )  # fmt: skip
 
     def loss(values: Sequence[float]) -> float:
@@ -80,9 +80,8 @@ def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
     return evidence(minimize(loss, START, method="Nelder-Mead").x)
 
 
-def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
-    """Every record by the evidence of the other rigs."""
-    by = {rig: fit_evidence([k for k in known if k.rig != rig]) for rig in dict.fromkeys(k.rig for k in known)}
+def held_out(known: Sequence[KnownFeatures], by: Mapping[str, Evidence]) -> list[HeldOut]:
+    """Every record by the evidence for its rig."""
     shares = [by[k.rig].probabilities(by[k.rig].log_likelihood(np.array(k.features))) for k in known]
     return [
         HeldOut(record=k, probabilities=one, weight=float(weight))
@@ -90,9 +89,9 @@ def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
     ]
 
 
-def naming_scores(known: Sequence[KnownFeatures]) -> dict[str, Any]:
+def naming_scores(known: Sequence[KnownFeatures], by: Mapping[str, Evidence]) -> dict[str, Any]:
     """All of it."""
-    found = held_out(known)
+    found = held_out(known, by)
     return {
         "scores": scores(found),
         "calls": calls(found),
@@ -102,18 +101,23 @@ def naming_scores(known: Sequence[KnownFeatures]) -> dict[str, Any]:
     }
 
 
+def log_scores(found: Sequence[HeldOut]) -> FloatArray:
+    """The part of each record in the mean log score, [n]."""
+    return np.array([f.weight * math.log(f.probabilities[f.record.state]) for f in found])
+
+
 def scores(found: Sequence[HeldOut]) -> dict[str, float]:
     """Mean log score and Brier score, those of the prior, and the expected calibration error on real records.
 
     `calibration_error_by_chance`: what probabilities that are right stay below in 95 % of draws of so many bearings.
     """
-    log = sum(f.weight * math.log(f.probabilities[f.record.state]) for f in found)
     brier = sum(f.weight * sum((p - (n == f.record.state)) ** 2 for n, p in f.probabilities.items()) for f in found)
     real = [f for f in found if f.record.state != OTHER]
     said = np.array([f.highest for f in real])
     errors = [_calibration_error(real, right) for right in (np.array([[f.right for f in real]]), _drawn(real, said))]
     return {
-        "log_score": log, "log_score_of_prior": sum(p * math.log(p) for p in PRIOR.values()), "brier_score": brier,
+        "log_score": float(log_scores(found).sum()),
+        "log_score_of_prior": sum(p * math.log(p) for p in PRIOR.values()), "brier_score": brier,
         "brier_score_of_prior": 1 - sum(p**2 for p in PRIOR.values()), "calibration_error": float(errors[0][0]),
         "calibration_error_by_chance": float(np.quantile(errors[1], 0.95)),
     }  # fmt: skip

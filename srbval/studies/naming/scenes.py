@@ -81,10 +81,10 @@ def part_of(record: KnownRecord, stretch: float, turns: float, random: Rng) -> t
 def fault_signal(
     recording: Recording, bearing: Bearing, state: Fault, value: Mapping[str, float | str], random: Rng
 ) -> FloatArray:
-    """What a sensor shows of a fault at the shaft's speed, [n] at the rate of `recording`; raises what the model raises.
+    """What a sensor shows of a fault at the shaft's speed, [n] as sampled in `recording`; raises what the model raises.
 
-    Zero for a ball's defect that does not meet the races. Where the background shows no speed but its set point the true
-    one is anywhere in the interval of that, else off by as much as its interval says.
+    Zero for a ball's defect that does not meet the races. Where the background shows no speed but its set point the
+    true one is anywhere in the interval of that, else off by as much as its interval says.
     """
     speed = recording.speed
     assert speed is not None, "see part_of"

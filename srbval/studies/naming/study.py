@@ -1,12 +1,12 @@
 """How often faults are named correctly on machines nobody tuned to: records of known state, by several methods.
 
-No method sees the state that a record's name or data set declares. "record alone": the joint test with evidence fitted
-to the other rigs, called where it is probable enough (`diagnose`); "with its healthy record": beside the registered
-healthy record of the same point (`fault_verdict`); "one machine": all records of a bearing together
-(`of_one_machine`). "excess 8, margin 3": the fault of the greatest excess, its own rig's records having no part in it
-either, since nothing is learnt. The others are how it is commonly done: the highest of the fault lines in an envelope
-spectrum, above a threshold, in the data set's band, in the most impulsive one, in the best of eight, or in the whole
-band after cepstrum prewhitening.
+No method sees the state that a record's name or data set declares. "record alone": the joint test with the evidence
+that ships, without what is of the same rig, called where it is probable enough (`diagnose`); "learnt from ...": the
+same with the other source of evidence (`learnt`); "with its healthy record": beside the registered healthy record of
+the same point (`fault_verdict`); "one machine": all records of a bearing together (`of_one_machine`). "excess 8,
+margin 3": the fault of the greatest excess, its own rig's records having no part in it either, since nothing is learnt.
+The others are how it is commonly done: the highest of the fault lines in an envelope spectrum, above a threshold, in
+the data set's band, in the most impulsive one, in the best of eight, or in the whole band after cepstrum prewhitening.
 """
 
 import dataclasses
@@ -14,6 +14,8 @@ import itertools
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,7 @@ from srbval.signal import (
     squared_envelope_one_pass,
 )
 from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
 from srbval.studies.naming.known_records import (
     KnownFeatures,
@@ -50,7 +53,9 @@ from srbval.studies.naming.known_records import (
     readings,
     specimen,
 )
+from srbval.studies.naming.learnt import MACHINES, RECORDS, compared, ships, together, variants, without_each
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
+from srbval.studies.naming.scenes import machine_features
 
 ALL, RACES = "all", "both races"
 # A line counts from this many times the median amplitude of its neighbourhood.
@@ -156,32 +161,27 @@ def _risen(analysis: Analysis, registered: Sequence[RegisteredRecording]) -> Fau
     return compared.risen if compared.line and is_fault_like(analysis, analysis.line(compared.line)) else None
 
 
-def scored(seen: Sequence[Seen]) -> list[Row]:
-    """What every method calls of each record, with the evidence of the other rigs."""
-    by = {one.record.rig: fit_evidence(_known(seen, without=one.record.rig)) for one in seen}
-    alone = [by[one.record.rig].log_likelihood(*one.views) for one in seen]
-    machines = defaultdict(list)
-    for one, log_likelihood in zip(seen, alone, strict=True):
+def scored(seen: Sequence[Seen], by_source: Mapping[str, Mapping[str, Evidence]], ships: str) -> list[Row]:
+    """What every method calls of each record, with the evidence for its rig from each source, of which one `ships`."""
+    alone = {name: [by[one.record.rig].log_likelihood(*one.views) for one in seen] for name, by in by_source.items()}
+    machines, found = defaultdict(list), list[Row]()
+    for one, log_likelihood in zip(seen, alone[ships], strict=True):
         machines[one.record.rig, specimen(one.record), one.record.state].append(log_likelihood)
-    found = []
-    for one, log_likelihood in zip(seen, alone, strict=True):
-        entry, evidence = one.record.entry, by[one.record.rig]
-        together = machines[one.record.rig, specimen(one.record), one.record.state]
-        part = _part(evidence, log_likelihood, one.denied)
+    for number, one in enumerate(seen):
+        entry, rig = one.record.entry, one.record.rig
+        parts = {name: _part(by[rig], alone[name][number], one.denied) for name, by in by_source.items()}
+        together = machines[rig, specimen(one.record), one.record.state]
         called = {
-            "record alone": part, "with its healthy record": part or one.risen,
-            "one machine": _part(evidence, of_one_machine(together)),
+            "record alone": parts.pop(ships), **{f"learnt from {name}": part for name, part in parts.items()},
         }  # fmt: skip
+        called["with its healthy record"] = called["record alone"] or one.risen
+        called["one machine"] = _part(by_source[ships][rig], of_one_machine(together))
         found.append({
             "dataset": entry.dataset or "", "bearing": one.record.load()[1].name,
             "file": "/".join(Path(entry.file).parts[-2:]), "channel": entry.channel, "state": one.record.state,
             "records": len(together), "called": called | dict(one.called),
         })  # fmt: skip
     return found
-
-
-def _known(seen: Sequence[Seen], without: str | None = None) -> list[KnownFeatures]:
-    return [known for one in seen if one.record.rig != without for known in one.known]
 
 
 def _part(evidence: Evidence, log_likelihood: Mapping[str, float], denied: Sequence[Fault] = ()) -> Fault | None:
@@ -227,24 +227,30 @@ def _text(content: Row) -> str:
     for scores in (content["naming"]["scores"], content["naming"]["wrongly_read"]):
         parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in scores.items()))
     parts.append(printed_columns(__package__, "classes", content["naming"]["by_class"]))
-    return "\n\n".join(parts)
+    parts.append(printed_columns(__package__, "learnt", content["learnt"]))
+    return "\n\n".join([*parts, f"What ships is learnt from {content['ships']}."])
 
 
 def evidence_text(evidence: Evidence) -> str:
     """The file ``srbval/diagnosis/evidence.toml``."""
     numbers = "\n".join(f"{name} = {getattr(evidence, name):.3g}" for name in NUMBERS)
     specimens = ", ".join(f"{name} = {count}" for name, count in evidence.specimens.items())
-    return f"{HEAD}{numbers}\nrigs = {evidence.rigs}\nspecimens = {{ {specimens} }}\n"
+    return f'{HEAD}{numbers}\nsource = "{evidence.source}"\nspecimens = {{ {specimens} }}\n'
 
 
 NUMBERS = ("slope", "onset", "hidden", "roller_hidden")
 HEAD = "# What the features of a record say; written by srbval study run naming --evidence FILE\n"
+SCENES = "naming_scenes"
 
 
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--evidence", metavar="FILE", help="write what faults are named by: srbval/diagnosis/evidence.toml"
     )
+    parser.add_argument(
+        "--machines", metavar="N", type="count", help="simulate N of them to learn from, 15 min for 3000"
+    )
+    parser.add_argument("--seed", metavar="N", type="seed", default=1, help="of these machines")
 
 
 def see_all(
@@ -259,8 +265,30 @@ def see_all(
     return found
 
 
+def simulated(records: Sequence[KnownRecord], options: Namespace, progress: Progress) -> StudyResult:
+    """Simulated machines, a row for each reading: machine's number, background's rig and bearing, state, features."""
+    healthy, rows = [record for record in records if record.state is Fault.HEALTHY], list[list[Any]]()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        every = pool.map(partial(machine_features, healthy, options.seed), range(options.machines), chunksize=20)
+        for number, machine in enumerate(every):
+            progress("simulate the machines", number / options.machines)
+            rows += [[number, one.rig, one.specimen, one.state, *one.features] for one in machine]
+    progress("simulate the machines", 1.0)
+    content = {"seed": options.seed, "machines": options.machines, "features": rows}
+    text = f"{len({row[0] for row in rows})} of {options.machines} machines, {len(rows)} readings"
+    return StudyResult(name=SCENES, content=content, text=text, inputs=input_hashes(*(one.entry for one in healthy)))
+
+
+def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
+    """The machines whose features are stored as `simulated` does."""
+    found = defaultdict(list)
+    for number, rig, of, state, *features in rows:
+        found[number].append(KnownFeatures(rig=rig, specimen=of, state=state, features=tuple(features)))
+    return list(found.values())
+
+
 def _run(options: Namespace, progress: Progress) -> StudyResult:
-    """`DataError` where no record of known state is registered."""
+    """`DataError` where no record of known state is registered, or no machines were simulated."""
     registered = listing().recordings
     records = known_records(registered)
     if not records:
@@ -268,14 +296,27 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
             "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
             "folder in SRBVAL_RECORDINGS."
         )
-    seen = see_all(records, registered, progress)
-    known, rows = _known(seen), scored(seen)
+    if options.machines:
+        return simulated(records, options, progress)
+    stored = newest_result(SCENES)
+    if stored is None:
+        raise DataError("no simulated machines are stored to learn from: run srbval study run naming --machines 3000.")
+    seen, machines = see_all(records, registered, progress), machines_of(stored.content["features"])
+    known, rigs = [one for record in seen for one in record.known], list(dict.fromkeys(one.record.rig for one in seen))
+    sources = {RECORDS: known, MACHINES: together(machines)}
+    by_source = {name: without_each(of, rigs) for name, of in sources.items()}
+    learnt = compared(known, by_source | variants(machines, rigs))
+    best = ships(learnt)
     if options.evidence:
-        Path(options.evidence).write_text(evidence_text(fit_evidence(known)), encoding="utf-8")
-    content: Row = to_json(
-        {"methods": list(counted(rows)), "naming": naming_scores(known), "records": rows, "known": known}
-    )
-    inputs = input_hashes(*(record.entry for record in records))
+        of, count = sources[best], f"{len(machines)} " if best == MACHINES else ""
+        said = f"{count}{best} of {len({one.rig for one in of})} rigs"
+        Path(options.evidence).write_text(evidence_text(fit_evidence(of, said)), encoding="utf-8")
+    rows, naming = scored(seen, by_source, best), naming_scores(known, by_source[best])
+    content: Row = to_json({
+        "methods": list(counted(rows)), "naming": naming, "learnt": learnt, "ships": best, "records": rows,
+        "known": known,
+    })  # fmt: skip
+    inputs = input_hashes(stored, *(record.entry for record in records))
     return StudyResult(name="naming", content=content, text=_text(content), inputs=inputs)
 
 
