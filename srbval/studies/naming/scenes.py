@@ -1,9 +1,10 @@
 """Simulated machines: what a fault adds, by the impulse model behind a path, to a measured background that is healthy.
 
 What is drawn for each is in ``scenes.toml``. The background is a part of a healthy record, all of it as many times as
-fast as drawn; a fault at its shaft's speed is added at the level drawn, and the sum is read as any record is
-(`analyse`), also as what it is not (`readings`). No record of a faulty bearing is opened. A machine takes some tenths
-of a second of computing: between the forces of passages the model's ring and path are linear filters.
+fast as drawn; a fault at its shaft's speed is added at the level drawn, and the sum is scored as any record is
+(`fault_scores`), also as what it is not (`readings`). No record of a faulty bearing is opened. A machine takes a tenth
+or two of a second of computing: the model's ring and path are linear filters of the forces of passages, and neither
+lines are read nor the speed searched for, which is the background's, as well known as there.
 """
 
 import dataclasses
@@ -19,7 +20,8 @@ from srbval.bearing import Bearing, ElementShape, Fault, known_bearings, load_be
 from srbval.errors import SrbvalError
 from srbval.models.planar.elements import HIGHEST_SHARE, element_slot
 from srbval.models.simulate import Step, simulate
-from srbval.reading.analyse import analyse
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.pipeline import process
 from srbval.recordings import Origin, Recording, SpeedSource
 from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
@@ -46,36 +48,39 @@ def machine_features(backgrounds: Sequence[KnownRecord], seed: int, number: int)
         key.removeprefix(MACHINE): one.value(random.random()) for key, one in INPUTS.items() if one not in OF_SCENE
     }
     record = _one_of(backgrounds, random)
-    recording, bearing = part_of(record, float(value["stretch"]), float(value["turns"]), random)
-    bearing = bearing if value["bearing"] == OWN else _any_bearing(value["bearing"] == BALL, random)
+    whole = _read(record)
+    recording = part_of(whole, float(value["stretch"]), float(value["turns"]), random)
+    bearing = whole.bearing if value["bearing"] == OWN else _any_bearing(value["bearing"] == BALL, random)
     state = Fault(str(value["state"]))
     try:
         if state is not Fault.HEALTHY:
             added = fault_signal(recording, bearing, state, value, random)
             recording = with_added(recording, added, float(value["level_db"]))
-        read = analyse(recording, bearing=bearing)
     except SrbvalError:
         return []
+    speed, band_hz = recording.speed, recording.band_hz
+    assert speed is not None, "see part_of"
+    assert band_hz is not None, "see part_of"
+    processed = process(recording, band_hz=band_hz)
+    read = dataclasses.replace(whole, recording=recording, bearing=bearing, speed=speed, processed=processed)
     own, *wrong = readings(state, read)
     one = [wrong[number % len(wrong)]] if wrong else []
     return [features_of(record, *reading) for reading in (own, *one)]
 
 
-def part_of(record: KnownRecord, stretch: float, turns: float, random: Rng) -> tuple[Recording, Bearing]:
-    """Some `turns` of a healthy record, no more than it has, `stretch` times as fast; and its bearing."""
-    recording, bearing = _loaded(record)
-    speed = recording.speed
-    assert speed is not None, "every set states one"
+def part_of(whole: Analysis, stretch: float, turns: float, random: Rng) -> Recording:
+    """Some `turns` of a healthy record, no more than it has, `stretch` times as fast, its speed as it was found."""
+    recording, speed = whole.recording, whole.speed
     count = min(recording.samples, round(turns / speed.value_hz * recording.fs_hz))
     first = int(random.integers(0, recording.samples - count + 1))
-    band = recording.band_hz
+    band = whole.processed.band_hz
     return dataclasses.replace(
         recording, origin=Origin.SIMULATED, fs_hz=stretch * recording.fs_hz, speed_signal=None,
         channels={recording.channel or "": recording.channels[recording.channel or ""][first : first + count]},
-        band_hz=band and (stretch * band[0], stretch * band[1]), speed=dataclasses.replace(
+        band_hz=(stretch * band[0], stretch * band[1]), speed=dataclasses.replace(
             speed, value_hz=stretch * speed.value_hz, ci95_hz=stretch * speed.ci95_hz, drift_hz=None, spread_hz=None
         ),
-    ), bearing  # fmt: skip
+    )  # fmt: skip
 
 
 def fault_signal(
@@ -158,10 +163,6 @@ def _bearings_of(ball: bool) -> tuple[str, ...]:
 
 
 @cache
-def _loaded(record: KnownRecord) -> tuple[Recording, Bearing]:
-    """The whole record, with the shaft's speed as it is found in it where only a set point is stated; its bearing."""
+def _read(record: KnownRecord) -> Analysis:
     recording, bearing = record.load()
-    speed = analyse(recording, bearing=bearing).speed
-    if speed.source is SpeedSource.ESTIMATED:
-        speed = dataclasses.replace(speed, source=SpeedSource.STATED)
-    return dataclasses.replace(recording, speed=speed), bearing
+    return analyse(recording, bearing=bearing)
