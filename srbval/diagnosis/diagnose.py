@@ -1,4 +1,4 @@
-"""Which fault a record shows by itself: posterior probabilities by evidence that comes with the program."""
+"""Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ class Diagnosis:
     Undecided too where the class is a part whose line contradicts the speed used, see `contradicts_speed`.
 
     `log_likelihood`: of each class over the healthy one's, for priors of one's own; here healthy is as probable as all
-    else together. `source`: what the evidence was learnt from; `channel`: the one that shows the
+    else together. `rigs`: of how many rigs records of known state were learnt from; `channel`: the one that shows the
     class best, whose `scores` are given.
     """
 
@@ -31,7 +31,7 @@ class Diagnosis:
     probabilities: Mapping[str, float]
     log_likelihood: Mapping[str, float]
     scores: FaultScores
-    source: str
+    rigs: int
     channel: str | None
 
     @property
@@ -64,7 +64,7 @@ class Diagnosis:
             "that strikes once a turn of the cage; it names no fault."
         )  # fmt: skip
         said = (
-            f"By the record alone, beside {self.source} and with a healthy bearing as "
+            f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
             f"probable beforehand as all else together: {shares}; {self._answer}."
         )
         return " ".join(filter(None, (said, best, comb, cage)))
@@ -111,7 +111,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False, by: Evidence | N
         probabilities=shares,
         log_likelihood=together,
         scores=scored[best][1],
-        source=by.source,
+        rigs=by.rigs,
         channel=scored[best][0] if len(dict(scored)) > 1 and found != Fault.HEALTHY else None,
     )
 

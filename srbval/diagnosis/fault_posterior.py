@@ -38,14 +38,14 @@ class Evidence:
     """How features are weighed: log likelihoods rise by `slope` per unit from minus `onset` on.
 
     A fault of a race, and something else, hides in the share `hidden` of the records, one of a rolling element in
-    `roller_hidden`. Fitted to what `source` says, with so many `specimens` of each class, bearings that were measured.
+    `roller_hidden`. Fitted to records of known state of so many `rigs`, with so many `specimens` of each class.
     """
 
     slope: float
     onset: float
     hidden: float
     roller_hidden: float
-    source: str
+    rigs: int
     specimens: Mapping[str, int]
 
     def log_ratios(self, features: FloatArray) -> FloatArray:

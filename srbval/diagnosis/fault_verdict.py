@@ -68,7 +68,7 @@ class FaultVerdict:
             return self.sentence
         name = self.diagnosis.best_class if self.part is None else self.part.value
         share = f"{label_of(name)} {100 * self.diagnosis.probabilities[name]:.0f} % by the record alone"
-        return f"{self.headline} ({share}, against {self.diagnosis.source})."
+        return f"{self.headline} ({share}, against records of known state of {self.diagnosis.rigs} rigs)."
 
     @property
     def sentence(self) -> str:
@@ -91,7 +91,7 @@ class FaultVerdict:
             "headline": self.headline,
             "reasons": self.reasons,
             "state": named and named.state,
-            "against": named and (compared.baseline or named.source),
+            "against": named and (compared.baseline or f"records of known state of {named.rigs} rigs"),
             "probabilities": named.probabilities if named else {},
             "log_likelihood": named.log_likelihood if named else {},
             "unexplained_order": named and named.scores.unexplained_order,

@@ -14,7 +14,7 @@ import numpy as np
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.diagnosis.fault_posterior import OTHER, Evidence, decide
-from srbval.studies.naming.known_records import KnownFeatures
+from srbval.studies.known_records import KnownFeatures
 from srbval.studies.naming.reliability import HeldOut, fit_evidence, held_out, log_scores, scores
 
 RECORDS, MACHINES = "records of known state", "simulated machines"

@@ -17,7 +17,7 @@ from scipy.optimize import minimize
 
 from srbval.arrays import FloatArray, IntArray
 from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, UNDECIDED, Evidence, decide, most_probable
-from srbval.studies.naming.known_records import KnownFeatures
+from srbval.studies.known_records import KnownFeatures
 
 # Bins of the highest probability, from the least that it can be of so many classes.
 EDGES = np.linspace(1 / len(PRIOR), 1, 6)
@@ -58,7 +58,7 @@ def weights(known: Sequence[KnownFeatures]) -> FloatArray:
     ])  # fmt: skip
 
 
-def fit_evidence(known: Sequence[KnownFeatures], source: str = "") -> Evidence:
+def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
     """The evidence of the greatest mean log score on `known`, each share hidden pulled to a half by `PULL`."""
     specimens = {name: len({(k.rig, k.specimen) for k in known if k.state == name}) for name in CLASSES}
     features, weight = np.array([k.features for k in known]), weights(known)
@@ -68,8 +68,8 @@ def fit_evidence(known: Sequence[KnownFeatures], source: str = "") -> Evidence:
         slope, onset, *hidden = map(float, values)
         shares = (1 / (1 + math.exp(-value)) for value in hidden)
         return Evidence(
-            slope=slope, onset=onset, hidden=next(shares), roller_hidden=next(shares), source=source,
-            specimens=specimens,
+            slope=slope, onset=onset, hidden=next(shares), roller_hidden=next(shares), specimens=specimens,
+            rigs=len({k.rig for k in known}),
         )  # fmt: skip
 
     def loss(values: Sequence[float]) -> float:

@@ -14,8 +14,6 @@ import itertools
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +43,7 @@ from srbval.signal import (
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
-from srbval.studies.naming.known_records import (
+from srbval.studies.known_records import (
     KnownFeatures,
     KnownRecord,
     features_of,
@@ -55,7 +53,6 @@ from srbval.studies.naming.known_records import (
 )
 from srbval.studies.naming.learnt import MACHINES, RECORDS, compared, ships, together, variants, without_each
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
-from srbval.studies.naming.scenes import machine_features
 
 ALL, RACES = "all", "both races"
 # A line counts from this many times the median amplitude of its neighbourhood.
@@ -235,22 +232,18 @@ def evidence_text(evidence: Evidence) -> str:
     """The file ``srbval/diagnosis/evidence.toml``."""
     numbers = "\n".join(f"{name} = {getattr(evidence, name):.3g}" for name in NUMBERS)
     specimens = ", ".join(f"{name} = {count}" for name, count in evidence.specimens.items())
-    return f'{HEAD}{numbers}\nsource = "{evidence.source}"\nspecimens = {{ {specimens} }}\n'
+    return f"{HEAD}{numbers}\nrigs = {evidence.rigs}\nspecimens = {{ {specimens} }}\n"
 
 
 NUMBERS = ("slope", "onset", "hidden", "roller_hidden")
 HEAD = "# What the features of a record say; written by srbval study run naming --evidence FILE\n"
-SCENES = "naming_scenes"
+STORED = "simulated_machines"
 
 
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--evidence", metavar="FILE", help="write what faults are named by: srbval/diagnosis/evidence.toml"
     )
-    parser.add_argument(
-        "--machines", metavar="N", type="count", help="simulate N of them to learn from, 15 min for 3000"
-    )
-    parser.add_argument("--seed", metavar="N", type="seed", default=1, help="of these machines")
 
 
 def see_all(
@@ -265,22 +258,8 @@ def see_all(
     return found
 
 
-def simulated(records: Sequence[KnownRecord], options: Namespace, progress: Progress) -> StudyResult:
-    """Simulated machines, a row for each reading: machine's number, background's rig and bearing, state, features."""
-    healthy, rows = [record for record in records if record.state is Fault.HEALTHY], list[list[Any]]()
-    with ProcessPoolExecutor(options.jobs) as pool:
-        every = pool.map(partial(machine_features, healthy, options.seed), range(options.machines), chunksize=20)
-        for number, machine in enumerate(every):
-            progress("simulate the machines", number / options.machines)
-            rows += [[number, one.rig, one.specimen, one.state, *one.features] for one in machine]
-    progress("simulate the machines", 1.0)
-    content = {"seed": options.seed, "machines": options.machines, "features": rows}
-    text = f"{len({row[0] for row in rows})} of {options.machines} machines, {len(rows)} readings"
-    return StudyResult(name=SCENES, content=content, text=text, inputs=input_hashes(*(one.entry for one in healthy)))
-
-
 def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
-    """The machines whose features are stored as `simulated` does."""
+    """The machines of the result `STORED`, from the rows of their readings."""
     found = defaultdict(list)
     for number, rig, of, state, *features in rows:
         found[number].append(KnownFeatures(rig=rig, specimen=of, state=state, features=tuple(features)))
@@ -296,11 +275,9 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
             "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
             "folder in SRBVAL_RECORDINGS."
         )
-    if options.machines:
-        return simulated(records, options, progress)
-    stored = newest_result(SCENES)
+    stored = newest_result(STORED)
     if stored is None:
-        raise DataError("no simulated machines are stored to learn from: run srbval study run naming --machines 3000.")
+        raise DataError("no simulated machines are stored to learn from; run `srbval study run simulated_machines`.")
     seen, machines = see_all(records, registered, progress), machines_of(stored.content["features"])
     known, rigs = [one for record in seen for one in record.known], list(dict.fromkeys(one.record.rig for one in seen))
     sources = {RECORDS: known, MACHINES: together(machines)}
@@ -308,9 +285,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     learnt = compared(known, by_source | variants(machines, rigs))
     best = ships(learnt)
     if options.evidence:
-        of, count = sources[best], f"{len(machines)} " if best == MACHINES else ""
-        said = f"{count}{best} of {len({one.rig for one in of})} rigs"
-        Path(options.evidence).write_text(evidence_text(fit_evidence(of, said)), encoding="utf-8")
+        Path(options.evidence).write_text(evidence_text(fit_evidence(sources[best])), encoding="utf-8")
     rows, naming = scored(seen, by_source, best), naming_scores(known, by_source[best])
     content: Row = to_json({
         "methods": list(counted(rows)), "naming": naming, "learnt": learnt, "ships": best, "records": rows,

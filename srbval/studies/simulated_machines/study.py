@@ -1,6 +1,6 @@
 """Simulated machines: what a fault adds, by the impulse model behind a path, to a measured background that is healthy.
 
-What is drawn for each is in ``scenes.toml``. The background is a part of a healthy record, all of it as many times as
+What is drawn for each is in ``machines.toml``. The background is a part of a healthy record, all of it as many times as
 fast as drawn; a fault at its shaft's speed is added at the level drawn, and the sum is scored as any record is
 (`fault_scores`), also as what it is not (`readings`). No record of a faulty bearing is opened. A machine takes a tenth
 or two of a second of computing: the model's ring and path are linear filters of the forces of passages, and neither
@@ -9,28 +9,35 @@ lines are read nor the speed searched for, which is the background's, as well kn
 
 import dataclasses
 import math
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-from functools import cache
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, ElementShape, Fault, known_bearings, load_bearing
-from srbval.errors import SrbvalError
+from srbval.errors import DataError, SrbvalError
 from srbval.models.planar.elements import HIGHEST_SHARE, element_slot
 from srbval.models.simulate import Step, simulate
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, Recording, SpeedSource
+from srbval.recordings.registry import listing
 from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
-from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, readings, specimen
+from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.known_records import KnownFeatures, KnownRecord, features_of, known_records, readings, specimen
 from srbval.studies.open_inputs import drawn, open_inputs
 
 Rng = np.random.Generator
 MACHINE = "machine."
-INPUTS = {one.keys[0]: one for one in open_inputs(Path(__file__).with_name("scenes.toml"))}
+INPUTS = {one.keys[0]: one for one in open_inputs(Path(__file__).with_name("machines.toml"))}
 OF_SCENE = tuple(one for key, one in INPUTS.items() if not key.startswith(MACHINE))
 OWN, BALL = "own", "ball"
 LOWEST_THIRD, HIGHEST_OF_RATE = 20, 0.4  # of the path's bands: 10^(20 / 10) Hz, and the share of the sampling rate
@@ -166,3 +173,32 @@ def _bearings_of(ball: bool) -> tuple[str, ...]:
 def _read(record: KnownRecord) -> Analysis:
     recording, bearing = record.load()
     return analyse(recording, bearing=bearing)
+
+
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--machines", metavar="N", type="count", default=3000, help="how many (default: 3000)")
+    parser.add_argument("--seed", metavar="N", type="seed", default=1, help="of their draws (default: 1)")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    """A row for each reading: its machine's number, rig and bearing of the background, state, features."""
+    backgrounds = [one for one in known_records(listing().recordings) if one.state is Fault.HEALTHY]
+    if not backgrounds:
+        raise DataError("no measured record of a healthy bearing is registered: srbval data add DIR --state healthy.")
+    rows: list[list[Any]] = []
+    with ProcessPoolExecutor(options.jobs) as pool:
+        every = pool.map(partial(machine_features, backgrounds, options.seed), range(options.machines), chunksize=20)
+        for number, machine in enumerate(every):
+            progress("simulate the machines", number / options.machines)
+            rows += [[number, one.rig, one.specimen, one.state, *one.features] for one in machine]
+    progress("simulate the machines", 1.0)
+    text = text_rows([{"machines": options.machines, "of them not refused": len({row[0] for row in rows})}])
+    content = {"seed": options.seed, "machines": options.machines, "features": rows}
+    inputs = input_hashes(*(record.entry for record in backgrounds))
+    return StudyResult(name="simulated_machines", content=content, text=text, inputs=inputs)
+
+
+STUDY = Study(
+    question="What do faults of simulated machines in measured healthy backgrounds show, for naming to learn from?",
+    minutes=4, run=_run, options=_options,
+)  # fmt: skip
