@@ -2,6 +2,7 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
+    INLINE,
     LARGEST_SLIP,
     Bearing,
     fault_frequencies,
@@ -13,23 +14,3 @@ from srbval.bearing.catalogue import (
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.bearing.kinematics import ElementShape, FaultFrequencies, FaultOrders, RollingElements
-
-__all__ = [
-    "CIRCLES",
-    "DEFAULT_BEARING",
-    "DEFECTS",
-    "LARGEST_SLIP",
-    "RACE_DEFECTS",
-    "Bearing",
-    "ElementShape",
-    "Fault",
-    "FaultFrequencies",
-    "FaultOrders",
-    "RollingElements",
-    "SphericalRollerGeometry",
-    "fault_frequencies",
-    "find_bearings",
-    "known_bearings",
-    "load_bearing",
-    "with_slip",
-]

@@ -5,6 +5,7 @@ all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or 
 `largest_slip_pct`. The bearings
 known by name are files in `known` and rows of `catalogue.csv`, whose columns are the keys of the last two and a key of
 `catalogue_sources.csv`. Where a row has both, the dimensions hold; the orders are what the maker printed beside them.
+A name may also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import csv
@@ -26,6 +27,12 @@ DEFAULT_BEARING = "skf-22240"
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
 LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
+FTF_TOLERANCE = 0.02  # by which a published FTF may differ from BPFO over the number of elements
+LEAST_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
+INLINE = {  # what a name may state in place of a file, with the units
+    "elements": {"rolling_elements": "", "element_diameter": " mm", "pitch_diameter": " mm", "contact_angle": " deg"},
+    "orders": dict.fromkeys(("bpfo", "bpfi", "bsf", "ftf"), ""),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +97,11 @@ class PublishedOrders(FaultOrders):
             raise ConfigurationError(
                 f"orders: ftf = {self.ftf} must lie between 0 and 1, in orders of the shaft's speed."
             )
+        if abs(self.ftf - self.bpfo / count) > FTF_TOLERANCE:
+            raise ConfigurationError(
+                f"orders: ftf = {self.ftf} must be bpfo over the rolling elements of a row, {self.bpfo / count:.4g}, "
+                f"within {FTF_TOLERANCE}; the order is BPFO, BPFI, BSF, FTF, and BSF is the element's spin, once."
+            )
         super().__post_init__()
 
     @property
@@ -125,22 +137,58 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a bearing itself is returned as it is.
 
+    The file may be a machine's, with the bearing's tables below `[bearing]`.
+
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
     if isinstance(name_or_path, Bearing):
         return name_or_path
     text = str(name_or_path)
+    if text.partition(" ")[0] in INLINE:
+        return _assemble(build(_BearingFile, _inline(text), text), text)
     if text in catalogue_rows():
         return _assemble(build(_BearingFile, catalogue_rows()[text], text), text)
     known = text in known_bearings()
     if known or text.endswith(".toml"):
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
-        return _assemble(build(_BearingFile, read_toml(path), text if known else str(path)), path.stem)
+        document = read_toml(path)
+        if isinstance(document.get("bearing"), dict):  # a machine's file holds it among other things
+            document = {"title": document.get("title"), "source": path.name} | document["bearing"]
+        return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)
     close = nearest(text, known_bearings())
     hint = f" Did you mean {close!r}?" if close else ""
     raise UnknownNameError(
-        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file."
+        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file, its "
+        "dimensions with --elements or its orders with --orders."
     )
+
+
+def _inline(text: str) -> Mapping[str, Any]:
+    """The table that a file of this bearing would hold, from ``elements Z,D,DP,ANGLE`` or the orders."""
+    kind, _, numbers = text.partition(" ")
+    units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
+    try:
+        values = dict(zip(units, map(float, words), strict=True))
+    except ValueError:
+        raise ConfigurationError(
+            f"{text!r}: {len(units)} numbers with commas between them and decimal points are expected: "
+            f"{', '.join(f'{name}{unit}' for name, unit in units.items())}."
+        ) from None
+    if kind == "elements":
+        count, diameter, pitch, _ = values.values()
+        if not (count == int(count) if math.isfinite(count) else False):
+            raise ConfigurationError(f"{text!r}: the number of rolling elements of one row, {count:g}, must be whole.")
+        if pitch > 0 and count * diameter / (math.pi * pitch) < LEAST_FILL:
+            raise ConfigurationError(
+                f"{text!r}: {count:g} elements of {diameter:g} mm fill {count * diameter / (math.pi * pitch):.0%} of a "
+                f"circle of {pitch:g} mm; at least {LEAST_FILL:.0%} are expected. Give number of one row, diameter of "
+                "an element, diameter (no radius) of the pitch circle, in mm."
+            )
+        table: dict[str, Any] = {name: f"{values[name]!r}{unit}" for name, unit in units.items() if unit}
+        table["rolling_elements"] = int(count)
+    else:
+        table = values | {"rolling_elements": round(values["bpfo"] + values["bpfi"])}
+    return {"title": f"bearing of {text}", "source": "numbers given by the user", kind: table}
 
 
 def _folder() -> resources.abc.Traversable:

@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 import math
 
-from srbval.bearing import Bearing, fault_frequencies, find_bearings, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.output import answer, print_table
 from srbval.models.hierarchy import models_of
 
@@ -14,7 +14,7 @@ COLUMNS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "mo
 
 def kinematics(options: argparse.Namespace) -> int:
     """Print the kinematic frequencies and orders."""
-    bearing = load_bearing(options.bearing)
+    bearing = load_bearing(options.bearing or DEFAULT_BEARING)
     frequencies = fault_frequencies(bearing, rpm=options.rpm)
 
     def show() -> None:

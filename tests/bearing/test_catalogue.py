@@ -144,3 +144,28 @@ def test_a_published_list_of_orders_agrees_with_the_dimensions() -> None:
     """MAFAULDA prints both: 2.998, 5.002, 1.871, 0.375."""
     orders = load_bearing("mafaulda-ball").orders
     assert (orders.bpfo, orders.bpfi, orders.bsf, orders.ftf) == pytest.approx((2.998, 5.002, 1.871, 0.375), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("elements 38,40.1,283.62,10", "count one row"),
+        ("elements 19,283.62,40.1,10", "must lie between 0 and 1"),
+        ("elements 19.5,40.1,283.62,10", "must be whole"),
+        ("elements 9,4.1,283.62,10", "at least 25%"),
+        ("elements 19;40.1;283.62;10", "4 numbers with commas"),
+        ("orders 8.2,10.2,7.1,0.43", "must be the number of rolling elements"),
+        ("orders 8.2,10.8,0.43,3.5", "between 0 and 1"),
+        ("orders 8.2,10.8,3.5,0.5", "bpfo over the rolling elements"),
+    ],
+)
+def test_numbers_in_place_of_a_name_must_be_a_bearing(text: str, said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        load_bearing(text)
+
+
+def test_numbers_in_place_of_a_name_are_that_bearing() -> None:
+    known = load_bearing("skf-22240").orders
+    own = load_bearing("elements 19,40.1,283.62,10").orders
+    assert vars(own) == pytest.approx(vars(known), rel=1e-12)
+    assert load_bearing("orders 8.177,10.823,3.468,0.4304").rolling_elements == 19

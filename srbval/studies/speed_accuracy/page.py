@@ -30,7 +30,7 @@ MOST_ROWS = 10  # of that table
 
 
 def section(results: StoredResults) -> Section:
-    """One chart and the rows that matter most; in the appendix the other charts, all such rows and targets.
+    """One chart and the rows that matter most; in the appendix the other charts and all such rows.
 
     A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
     """
@@ -57,7 +57,6 @@ def section(results: StoredResults) -> Section:
             origin_of(result),
             *blocks,
             TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown))),
-            TEXTS.table("speed-accuracy-targets", content["targets"]),
         ),
     )
 
