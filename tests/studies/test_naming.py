@@ -75,7 +75,7 @@ def test_calls_are_counted_by_set_class_and_bearing() -> None:
     assert found["a"]["called_ci95"] is None
 
 
-def test_a_record_is_seen_by_every_method(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_record_is_seen_by_every_method() -> None:
     """Without its state, and none names another part; in the whole band, prewhitened, a single line is too weak."""
 
     class Known(KnownRecord):
