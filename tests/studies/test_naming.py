@@ -84,7 +84,7 @@ def test_a_record_is_seen_by_every_method() -> None:
 
     entry = RegisteredRecording(file="/x/a.mat", sha256="", size_bytes=1, mtime_ns=1, status=FileStatus.OK)
     entry = dataclasses.replace(entry, dataset="cwru")
-    seen = see(Known(entry=entry, state=Fault.INNER), ())
+    seen = see(Known(entry=entry, state=Fault.INNER))
     by = {seen.record.rig: evidence()}
     nothing = {seen.record.rig: dataclasses.replace(evidence(), onset=99.0)}
     (row,) = study.scored([seen], {RECORDS: by, MACHINES: nothing}, RECORDS)

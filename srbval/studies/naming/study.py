@@ -2,11 +2,11 @@
 
 No method sees the state that a record's name or data set declares. "record alone": the joint test with the evidence
 that ships, without what is of the same rig, called where it is probable enough (`diagnose`); "learnt from ...": the
-same with the other source of evidence (`learnt`); "with its healthy record": beside the registered healthy record of
-the same point (`fault_verdict`); "one machine": all records of a bearing together (`of_one_machine`). "excess 8,
-margin 3": the fault of the greatest excess, its own rig's records having no part in it either, since nothing is learnt.
-The others are how it is commonly done: the highest of the fault lines in an envelope spectrum, above a threshold, in
-the data set's band, in the most impulsive one, in the best of eight, or in the whole band after cepstrum prewhitening.
+same with the other source of evidence (`learnt`); "one machine": all records of a bearing together
+(`of_one_machine`). "excess 8, margin 3": the fault of the greatest excess, its own rig's records having no part in it
+either, since nothing is learnt. The others are how it is commonly done: the highest of the fault lines in an envelope
+spectrum, above a threshold, in the data set's band, in the most impulsive one, in the best of eight, or in the whole
+band after cepstrum prewhitening.
 """
 
 import dataclasses
@@ -22,16 +22,14 @@ from scipy.stats import binomtest
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Bearing, Fault
-from srbval.diagnosis.baseline import baseline_of, compare_with_baseline
 from srbval.diagnosis.diagnose import contradicts_speed, fault_of, views_of
 from srbval.diagnosis.fault_posterior import Evidence, decide, of_one_machine
-from srbval.diagnosis.fault_verdict import is_fault_like
 from srbval.errors import DataError, SrbvalError
-from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, analyse
+from srbval.progress import Progress
+from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import WHOLE_BAND, band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.recordings.registry import RegisteredRecording, healthy_baseline, listing, load_entry
+from srbval.recordings.registry import listing
 from srbval.signal import (
     amplitude_spectrum,
     drop_ends,
@@ -69,13 +67,12 @@ Band = tuple[float, float]
 class Seen:
     """What a record shows, its state apart: `views` are the features of each channel and speed.
 
-    `risen`: the part whose line is like a fault's and above the healthy record's; `denied`: the parts whose lines
-    contradict the speed; `called`: what the methods that learn nothing call, by their names.
+    `denied`: the parts whose lines contradict the speed; `called`: what the methods that learn nothing call, by their
+    names.
     """
 
     record: KnownRecord
     views: FloatArray
-    risen: Fault | None
     denied: tuple[Fault, ...]
     called: Mapping[str, Fault | None]
     known: tuple[KnownFeatures, ...]
@@ -129,7 +126,7 @@ def by_excess(views: Sequence[Sequence[float]]) -> Fault | None:
     return DEFECTS[list(best).index(first)] if clear else None
 
 
-def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
+def see(record: KnownRecord) -> Seen:
     """All of a record but what depends on the evidence of other rigs; raises what loading and `analyse` raise.
 
     A method of practice that refuses a record names nothing.
@@ -144,18 +141,10 @@ def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
         except SrbvalError:
             called[name] = None
     return Seen(
-        record=record, views=np.array([one.features for one in scores]), risen=_risen(analysis, registered),
+        record=record, views=np.array([one.features for one in scores]),
         denied=tuple(fault for fault in DEFECTS if contradicts_speed(analysis, fault)), called=called,
         known=tuple(features_of(record, *one) for one in readings(record.state, analysis)),
     )  # fmt: skip
-
-
-def _risen(analysis: Analysis, registered: Sequence[RegisteredRecording]) -> Fault | None:
-    entry = healthy_baseline(analysis.recording, tuple(registered))
-    if entry is None:
-        return None
-    compared = compare_with_baseline(analysis, baseline_of(analysis, load_entry(entry)))
-    return compared.risen if compared.line and is_fault_like(analysis, analysis.line(compared.line)) else None
 
 
 def scored(seen: Sequence[Seen], by_source: Mapping[str, Mapping[str, Evidence]], ships: str) -> list[Row]:
@@ -169,10 +158,10 @@ def scored(seen: Sequence[Seen], by_source: Mapping[str, Mapping[str, Evidence]]
         parts = {name: _part(by[rig], alone[name][number], one.denied) for name, by in by_source.items()}
         together = machines[rig, specimen(one.record), one.record.state]
         called = {
-            "record alone": parts.pop(ships), **{f"learnt from {name}": part for name, part in parts.items()},
-        }  # fmt: skip
-        called["with its healthy record"] = called["record alone"] or one.risen
-        called["one machine"] = _part(by_source[ships][rig], of_one_machine(together))
+            "record alone": parts.pop(ships),
+            "one machine": _part(by_source[ships][rig], of_one_machine(together)),
+        }
+        called |= {f"learnt from {name}": part for name, part in parts.items()}
         found.append({
             "dataset": entry.dataset or "", "bearing": one.record.load()[1].name,
             "file": "/".join(Path(entry.file).parts[-2:]), "channel": entry.channel, "state": one.record.state,
@@ -246,18 +235,6 @@ def _options(parser: ArgumentParser) -> None:
     )
 
 
-def see_all(
-    records: Sequence[KnownRecord], registered: Sequence[RegisteredRecording], progress: Progress = silent
-) -> list[Seen]:
-    """Every record."""
-    found = []
-    for number, record in enumerate(records):
-        progress("read the records", number / len(records))
-        found.append(see(record, registered))
-    progress("read the records", 1.0)
-    return found
-
-
 def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
     """The machines of the result `STORED`, from the rows of their readings."""
     found = defaultdict(list)
@@ -268,8 +245,7 @@ def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     """`DataError` where no record of known state is registered, or no machines were simulated."""
-    registered = listing().recordings
-    records = known_records(registered)
+    records = known_records(listing().recordings)
     if not records:
         raise DataError(
             "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
@@ -278,7 +254,11 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     stored = newest_result(STORED)
     if stored is None:
         raise DataError("no simulated machines are stored to learn from; run `srbval study run simulated_machines`.")
-    seen, machines = see_all(records, registered, progress), machines_of(stored.content["features"])
+    seen, machines = list[Seen](), machines_of(stored.content["features"])
+    for number, record in enumerate(records):
+        progress("read the records", number / len(records))
+        seen.append(see(record))
+    progress("read the records", 1.0)
     known, rigs = [one for record in seen for one in record.known], list(dict.fromkeys(one.record.rig for one in seen))
     sources = {RECORDS: known, MACHINES: together(machines)}
     by_source = {name: without_each(of, rigs) for name, of in sources.items()}
