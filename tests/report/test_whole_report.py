@@ -121,7 +121,7 @@ def test_what_is_not_known_follows_from_what_was_compared(with_rig: Made) -> Non
     assert "No record compared here was unknown" in limits(found)
     assert "no open record of the rig can be blind any more" in limits(found)
     matrix = dataclasses.replace(found.matrix, cells=(dataclasses.replace(found.matrix.cells[0], comparisons=(row,)),))
-    text = limits(dataclasses.replace(found, matrix=matrix, results=StoredResults(stored={})))
+    text = limits(dataclasses.replace(found, matrix=matrix, results=StoredResults()))
     assert "Unknown to the project before they were compared: OR_353.mat." in text
     assert "Predictions" not in text
 

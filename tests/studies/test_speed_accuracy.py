@@ -105,7 +105,7 @@ def test_a_page_shows_failed_runs(result: dict[str, Any], failed: list[dict[str,
     """In a row of their own in the chart, on no front, with a reason in the notes."""
     content = result | {"runs": [*result["runs"], *to_json(failed)], "made_utc": "2026-01-01T00:00:00+00:00"}
     stored = StoredResult(path=tmp_path / "speed_accuracy.json", content=content)
-    section = PAGE.section(StoredResults(stored={"speed_accuracy": stored}))
+    section = PAGE.section(StoredResults({"speed_accuracy": stored}))
     (chart,) = (block for block in section.blocks if getattr(block, "draw", None))
     drawn = chart.draw(tmp_path, "chart")  # type: ignore[union-attr]
     assert {"ode1", "ode9"} <= {

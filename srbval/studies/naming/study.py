@@ -11,7 +11,7 @@ band after cepstrum prewhitening.
 
 import dataclasses
 import itertools
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -40,7 +40,7 @@ from srbval.signal import (
 )
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
-from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
+from srbval.studies.harness import StudyResult, input_hashes, printed_columns
 from srbval.studies.known_records import (
     KnownFeatures,
     KnownRecord,
@@ -229,12 +229,6 @@ HEAD = "# What the features of a record say; written by srbval study run naming 
 STORED = "simulated_machines"
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument(
-        "--evidence", metavar="FILE", help="write what faults are named by: srbval/diagnosis/evidence.toml"
-    )
-
-
 def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
     """The machines of the result `STORED`, from the rows of their readings."""
     found = defaultdict(list)
@@ -243,7 +237,7 @@ def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
     return list(found.values())
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
     """`DataError` where no record of known state is registered, or no machines were simulated."""
     records = known_records(listing().recordings)
     if not records:
@@ -273,9 +267,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     })  # fmt: skip
     inputs = input_hashes(stored, *(record.entry for record in records))
     return StudyResult(name="naming", content=content, text=_text(content), inputs=inputs)
-
-
-STUDY = Study(
-    question="How often are faults in the registered recordings named correctly, beside how it is commonly done?",
-    minutes=2, run=_run, options=_options,
-)  # fmt: skip

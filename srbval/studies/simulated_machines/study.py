@@ -9,7 +9,7 @@ lines are read nor the speed searched for, which is the background's, as well kn
 
 import dataclasses
 import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
@@ -31,11 +31,12 @@ from srbval.recordings import Origin, Recording, SpeedSource
 from srbval.recordings.registry import listing
 from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.known_records import KnownFeatures, KnownRecord, features_of, known_records, readings, specimen
 from srbval.studies.open_inputs import drawn, open_inputs
 
 Rng = np.random.Generator
+MACHINES = 3000
 MACHINE = "machine."
 INPUTS = {one.keys[0]: one for one in open_inputs(Path(__file__).with_name("machines.toml"))}
 OF_SCENE = tuple(one for key, one in INPUTS.items() if not key.startswith(MACHINE))
@@ -175,30 +176,20 @@ def _read(record: KnownRecord) -> Analysis:
     return analyse(recording, bearing=bearing)
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--machines", metavar="N", type="count", default=3000, help="how many (default: 3000)")
-    parser.add_argument("--seed", metavar="N", type="seed", default=1, help="of their draws (default: 1)")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
     """A row for each reading: its machine's number, rig and bearing of the background, state, features."""
+    count, seed = options.machines or MACHINES, 1 if options.seed is None else options.seed
     backgrounds = [one for one in known_records(listing().recordings) if one.state is Fault.HEALTHY]
     if not backgrounds:
         raise DataError("no measured record of a healthy bearing is registered: srbval data add DIR --state healthy.")
     rows: list[list[Any]] = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        every = pool.map(partial(machine_features, backgrounds, options.seed), range(options.machines), chunksize=20)
+        every = pool.map(partial(machine_features, backgrounds, seed), range(count), chunksize=20)
         for number, machine in enumerate(every):
-            progress("simulate the machines", number / options.machines)
+            progress("simulate the machines", number / count)
             rows += [[number, one.rig, one.specimen, one.state, *one.features] for one in machine]
     progress("simulate the machines", 1.0)
-    text = text_rows([{"machines": options.machines, "of them not refused": len({row[0] for row in rows})}])
-    content = {"seed": options.seed, "machines": options.machines, "features": rows}
+    text = text_rows([{"machines": count, "of them not refused": len({row[0] for row in rows})}])
+    content = {"seed": seed, "machines": count, "features": rows}
     inputs = input_hashes(*(record.entry for record in backgrounds))
     return StudyResult(name="simulated_machines", content=content, text=text, inputs=inputs)
-
-
-STUDY = Study(
-    question="What do faults of simulated machines in measured healthy backgrounds show, for naming to learn from?",
-    minutes=4, run=_run, options=_options,
-)  # fmt: skip

@@ -1,7 +1,7 @@
 """Speed against accuracy: the cost and the error of every solver, the complete benchmark."""
 
 import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -11,7 +11,7 @@ from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN, SCENES, base_of, check_names
 from srbval.studies.speed_accuracy.runs import BenchSettings, Row, references, timed_row, with_accuracy
@@ -87,17 +87,8 @@ def _machine_text(machine: Mapping[str, Any]) -> str:
     return f"{machine['processor']}, {cores}, load before and after: {load}"
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="short runs: a first impression, not for publication")
-    parser.add_argument("--scenes", metavar="NAME", nargs="+", help="scenes, such as play0-outer (default: all six)")
-    parser.add_argument("--solvers", metavar="NAME", nargs="+", help="solvers, such as ode4 (default: all)")
-    parser.add_argument("--seconds", metavar="S", type="positive", help="duration of the runs compared (default: 4)")
-    parser.add_argument(
-        "--speed-only", action="store_true", help="time the solvers without comparing them with a reference"
-    )
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
@@ -109,6 +100,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     part = options.quick or options.speed_only or options.solvers or options.seconds
     name = None if part else {SCENES: "speed_accuracy", RIG_SHOWN: "rig_speed_accuracy"}.get(scenes)
     return StudyResult(name=name, content=found, text=_text(found))
-
-
-STUDY = Study(question="What does every solver cost, and how wrong is it?", minutes=25, run=_run, options=_options)

@@ -17,7 +17,7 @@ Cells = Sequence[Mapping[str, Any]]
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
     """Both claims, of what `cells` cover."""
-    return [_lowest_order(cells), _above_limit(cells)]
+    return [one | {"limit_rpm": CLAIMED_LIMIT_RPM} for one in (_lowest_order(cells), _above_limit(cells))]
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
@@ -93,7 +92,7 @@ def _map(content: Row, scene: str, name: str, wanted: Sequence[Sequence[tuple[st
         for row in blocks for title, lines in row
     ]  # fmt: skip
     return TEXTS.figure(
-        "stability", partial(stability_map, blocks=blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
+        "stability", stability_map(blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
         steps=steps, speeds=len(rpm),
     )  # fmt: skip
 
