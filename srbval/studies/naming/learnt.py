@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
-from srbval.diagnosis.fault_posterior import OTHER, Evidence, decide
+from srbval.diagnosis.fault_posterior import Evidence
 from srbval.studies.known_records import KnownFeatures
-from srbval.studies.naming.reliability import HeldOut, fit_evidence, held_out, log_scores, scores
+from srbval.studies.naming.reliability import HeldOut, called, fit_evidence, held_out, log_scores, scores
 
 RECORDS, MACHINES = "records of known state", "simulated machines"
 CURVE = (100, 300, 1000)  # machines, and all there are
@@ -55,21 +54,6 @@ def compared(known: Sequence[KnownFeatures], by_source: Mapping[str, Mapping[str
     return [
         {"learnt_from": name} | scores(one) | called(one) | gain(one, found[RECORDS]) for name, one in found.items()
     ]
-
-
-def called(found: Sequence[HeldOut]) -> dict[str, int]:
-    """Faulty records called right, wrong, not at all; races apart; healthy and wrongly read ones called faulty."""
-    said = [(f.record.state, decide(f.probabilities)) for f in found]
-    faulty = [(state, one) for state, one in said if state in DEFECTS]
-    right = [state for state, one in faulty if state == one]
-    wrong = [state for state, one in faulty if one in DEFECTS and one != state]
-    return {
-        "right": len(right), "wrong": len(wrong), "none": len(faulty) - len(right) - len(wrong),
-        "races_right": sum(state in RACE_DEFECTS for state in right),
-        "races": sum(state in RACE_DEFECTS for state, _ in faulty),
-        "healthy_called": sum(one in DEFECTS for state, one in said if state == Fault.HEALTHY),
-        "wrong_readings_called": sum(one in DEFECTS for state, one in said if state == OTHER),
-    }  # fmt: skip
 
 
 def gain(found: Sequence[HeldOut], over: Sequence[HeldOut]) -> dict[str, float]:

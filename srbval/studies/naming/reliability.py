@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from srbval.arrays import FloatArray, IntArray
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, UNDECIDED, Evidence, decide, most_probable
+from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, Evidence, decide, most_probable
 from srbval.studies.known_records import KnownFeatures
 
 # Bins of the highest probability, from the least that it can be of so many classes.
@@ -94,7 +95,6 @@ def naming_scores(known: Sequence[KnownFeatures], by: Mapping[str, Evidence]) ->
     found = held_out(known, by)
     return {
         "scores": scores(found),
-        "calls": calls(found),
         "wrongly_read": wrongly_read(found),
         "reliability": reliability(found),
         "by_class": reliability_by_class(found),
@@ -144,10 +144,19 @@ def reliability_by_class(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
     ]
 
 
-def calls(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
-    """By state, how often which class is called."""
-    said = Counter((f.record.state, decide(f.probabilities)) for f in found)
-    return [{"state": s} | {name: said[s, name] for name in (*CLASSES, UNDECIDED)} for s in CLASSES]
+def called(found: Sequence[HeldOut]) -> dict[str, int]:
+    """Faulty records called right, wrong, not at all; races apart; healthy and wrongly read ones called faulty."""
+    said = [(f.record.state, decide(f.probabilities)) for f in found]
+    faulty = [(state, one) for state, one in said if state in DEFECTS]
+    right = [state for state, one in faulty if state == one]
+    wrong = [state for state, one in faulty if one in DEFECTS and one != state]
+    return {
+        "right": len(right), "wrong": len(wrong), "none": len(faulty) - len(right) - len(wrong),
+        "races_right": sum(state in RACE_DEFECTS for state in right),
+        "races": sum(state in RACE_DEFECTS for state, _ in faulty),
+        "healthy_called": sum(one in DEFECTS for state, one in said if state == Fault.HEALTHY),
+        "wrong_readings_called": sum(one in DEFECTS for state, one in said if state == OTHER),
+    }  # fmt: skip
 
 
 def wrongly_read(found: Sequence[HeldOut]) -> dict[str, int]:
