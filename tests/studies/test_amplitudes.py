@@ -16,7 +16,8 @@ from srbval.recordings.datasets.description import dataset
 from srbval.report.pages import results_of
 from srbval.storage.stored_result import newest_result
 from srbval.studies.amplitudes.page import PAGE
-from srbval.studies.amplitudes.study import INPUTS, SETTINGS, band_row, counts, tested_apart
+from srbval.studies.amplitudes.study import INPUTS, SETTINGS, band_row, counts
+from srbval.studies.amplitudes.study import tested_apart as level_apart
 from srbval.studies.rig_amplitudes import rows
 
 
@@ -61,7 +62,7 @@ def test_few_draws_make_a_pattern_less_improbable_than_theory_says() -> None:
     ratio = {}
     for draws in (12, 1000):
         levels = np.random.default_rng(3).normal(-20.0, 2.0, (draws, 8)).tolist()
-        result = tested_apart(found, [dict(zip(names, row, strict=True)) for row in levels])
+        result = level_apart(found, [dict(zip(names, row, strict=True)) for row in levels])
         assert result is not None
         ratio[draws] = result["pattern_p"] / result["normal_p"][1]
     assert ratio[12] > 2
