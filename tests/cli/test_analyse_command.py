@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,23 @@ def test_everything_fits_a_terminal_and_goes_to_files(folder: Path, capsys: pyte
     values = {(row["feature"], row["unit"]): row["value"] for row in document["feature_table"]}
     assert values["RMS", "m/s2"] == document["features"]["rms"] == pytest.approx(9.80665 * values["RMS", "g"])
     assert any(re.match(rf"kurtosis +{values['kurtosis', '']:.4g}", line) for line in text)
+
+
+def test_what_a_file_leaves_open_comes_with_a_command_that_works(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """For a name with a space and several channels too: the example runs as it is printed."""
+    file = tmp_path / "two channels.npz"
+    channels = record(shaft_hz=25.0, seed=1, fault=True).channels["x"]
+    np.savez(file, **{"drive end": channels, "fan end": channels})
+    assert main(["analyse", str(file)]) == 3
+    said = capsys.readouterr().err.splitlines()
+    (example,) = [line.removeprefix("For example: ") for line in said if line.startswith("For example: ")]
+    words = shlex.split(example)
+    assert {"--channel", "--fs", "--unit", "--bearing", "--rpm"} < set(words)
+    words[words.index("machine.toml")] = str(tmp_path / "machine.toml")
+    assert main(words[1:]) == 0
+    assert main(["analyse", str(file), "--machine", str(tmp_path / "machine.toml")]) == 0
 
 
 def test_what_is_printed_beside_a_line_agrees_with_yes_or_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
