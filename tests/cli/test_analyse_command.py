@@ -152,8 +152,7 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(
 def test_what_all_files_leave_open_is_asked_for_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files = sorted(str(one) for one in folder.glob("run0*.npy"))
     assert main(["analyse", *files, "--bearing", "skf-6205"]) == 3
-    (said,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("srbval: ")]
-    assert said.count("--fs HZ") == 1
+    assert capsys.readouterr().err.count("--fs HZ") == 1
     os.mkfifo(folder / "pipe")
     assert main(["trend", str(folder / "pipe"), *GIVEN]) == 3  # and does not wait for it
     assert "not a regular file" in capsys.readouterr().err
