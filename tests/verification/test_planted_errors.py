@@ -29,11 +29,13 @@ CHECKS = (
     "test_outputs.py",
     "test_damping_matrix.py",
     "test_implicit_steps.py",
+    "test_free_rollers.py",
 )  # the quickest; they need few right-hand sides
 LIKELIEST = {  # run first
     "damping_kernel.py": "test_damping_matrix.py",
     "power_kernel.py": "test_implicit_steps.py",
     "step_kernel.py": "test_implicit_steps.py",
+    "tilt_kernel.py": "test_free_rollers.py",
 }
 PROCESSES = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run

@@ -80,7 +80,7 @@ def sums_in_slots(free, model, slots):
         inner_z = space[col.T_Z + q]
         space[col.T_X + q], space[col.T_Z + q] = c * inner_skew - s * inner_z, s * inner_skew + c * inner_z
         space[col.T_X + p], space[col.T_Z + p] = c * skew - space[col.T_X + q], spin - space[col.T_Z + q]
-        space[col.SKEW_ON_CAGE + p] = s * skew
+        space[col.SKEW_MOMENT + p] = skew
 
 
 @inlined
@@ -100,7 +100,7 @@ def tilt_on_cages(free, model, slots, relative, on_cages):
     space = model.scratch.space
     g_x, g_y, g_z = on_cages
     for p in range(slots):
-        couple = space[col.SKEW_ON_CAGE + p]
+        couple = space[col.TILT_SINE + p] * space[col.SKEW_MOMENT + p]
         g_x += couple * space[col.Z_WX + p]
         g_y += couple * space[col.Z_WY + p]
         g_z += couple * space[col.Z_WZ + p]

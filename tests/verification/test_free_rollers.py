@@ -1,0 +1,152 @@
+"""Rollers that tilt and slide along their axes: each in balance, power closed, against an independent static solver.
+
+Reason: a wrong sign of tilt, shift or of what follows from them would move load from row to row or make power. Source:
+ISO/TS 16281, laminae fixed to the roller, q = c_L / L (approach of both contacts)^(10/9), half of the approach for each;
+slide, shift and tilt of every roller from its two forces and its moment by SciPy's root finding, nothing closed.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from srbval.models.full import columns as col
+from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, paper_scene, rates
+from tests.verification.slices_reference import C_L_N_MM, slices_model
+from tests.verification.test_energy_balance import lost, supplied
+from tests.verification.test_slices_energy import INSTANT, RIG, SPAN_S
+from tests.verification.world import World
+
+SCENE: dict[str, Any] = merged(RIG, {
+    "bodies": {"free_rollers": True}, "line_contact": {"outer_osculation": 0.97, "inner_osculation": 0.965},
+    "load": {"gravity": False}, "contact": {"radial_play": "0.25 mm"},
+})  # fmt: skip
+# Farther along the shaft than any load moves it, so that nothing small is lost, to load either row; or both rows.
+RINGS_M = {1: np.array([20e-6, -95e-6, 1.2e-3]), 2: np.array([20e-6, -95e-6, -1.2e-3]), 0: np.array([0, -3e-4, 0])}
+CAGE_TILT_RAD, ALIGNED = 1e-3, 0.01  # of the largest load: rollers beside the tilt's plane are skewed by it
+LAMINAE = 60
+LOAD = 3e-3  # of the largest load: a roller at the end of the load zone is pressed over two or three slices
+POSE = 1e-6  # of the largest tilt and shift: what the root finding leaves
+LOADED = 0.05  # of the largest load
+
+
+class Pose(NamedTuple):
+    """A roller's centre along slot and axis, off the slot's middle [m], its tilt [rad], the outer race's force [N]."""
+
+    slide_m: float
+    axial_m: float
+    tilt_rad: float
+    on_roller_n: FloatArray
+
+
+class StaticRoller:
+    """One roller of a scene at its angle in the bearing, between races whose outer one is displaced by `ring_m` [3]."""
+
+    def __init__(self, model: Parameters, number: int, ring_m: FloatArray) -> None:
+        g, angle = geometry(), model.slot_angle[number]
+        side = 1.0 if number < len(model.slot_angle) // 2 else -1.0
+        alpha, self.profile = g.tilt_rad, 0.97 * g.raceway_radius_m
+        self.middle, self.radii = model.law.roller_radius, (g.raceway_radius_m, self.profile / 0.965)
+        distance = g.pitch_radius_m / np.cos(alpha)
+        radial, along = ring_m[0] * np.cos(angle) + ring_m[1] * np.sin(angle), side * ring_m[2]
+        slot, axis = np.array([np.cos(alpha), np.sin(alpha)]), np.array([-np.sin(alpha), np.cos(alpha)])
+        arc = np.array([g.inner_centre_radial_m, g.inner_centre_axial_m])
+        ring = np.array([radial, along])
+        more = self.radii[1] - g.raceway_radius_m  # the inner arc is that much larger, and its centre farther out
+        self.centres = (
+            np.array([ring @ slot - distance, ring @ axis]), np.array([arc @ slot + more - distance, arc @ axis])
+        )  # fmt: skip
+        self.length = g.roller_width_m
+
+    def forces(self, pose: FloatArray) -> tuple[FloatArray, float]:
+        """Of both races on the roller, [outer and inner, 2] along slot and axis [N], and their moment [N m]."""
+        turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
+        x = ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5) * self.length
+        half = self.middle - self.profile + np.sqrt(self.profile**2 - x**2)
+        found, moment = np.zeros((2, 2)), 0.0
+        for race, sign in enumerate((1.0, -1.0)):
+            arm = turn @ np.array([sign * half, x])
+            off = arm + pose[:2, None] - self.centres[race][:, None]
+            far = np.hypot(*off)
+            mm = 2e3 * np.maximum(far - self.radii[race], 0.0)
+            per_m = C_L_N_MM * (1e3 * self.length) ** (8 / 9) / self.length * mm ** (10 / 9)
+            force = -per_m * self.length / LAMINAE * off / far
+            found[race] = force.sum(axis=1)
+            moment += float((arm[1] * force[0] - arm[0] * force[1]).sum())
+        return found, moment
+
+    def balance(self) -> Pose:
+        """From an upright roller, pressed a little against both races."""
+        scale = np.array([1e-6, 1e-6, 1e-5])
+
+        def left(scaled: FloatArray) -> FloatArray:
+            forces, moment = self.forces(scaled * scale)
+            return np.array([*forces.sum(axis=0), moment / 0.0185])
+
+        pressed = np.mean([c[0] + s * r for c, s, r in zip(self.centres, (1, -1), self.radii, strict=True)])
+        solved = root(left, np.array([pressed, 0.0, 0.0]) / scale, tol=1e-11)
+        pose = solved.x * scale
+        return Pose(*pose, self.forces(pose)[0][0])
+
+
+@cache
+def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
+    """The model, every roller's pose under the ring that loads a row (0: both), and the model's state there, at rest."""
+    model = slices_model(paper_scene(**SCENE))
+    poses = [StaticRoller(model, number, RINGS_M[row]).balance() for number in range(len(model.slot_angle))]
+    where = layout_of(np.zeros(4 * len(poses) + 12))
+    y = np.zeros(2 * where.half)
+    y[where.ring] = RINGS_M[row]
+    y[where.slide] = [p.slide_m + p.axial_m * np.tan(p.tilt_rad) for p in poses]
+    return model, poses, y
+
+
+@pytest.mark.parametrize("row", RINGS_M)
+def test_loads_tilt_and_shift_are_those_of_the_static_solver(row: int) -> None:
+    model, poses, y = posed(row)
+    found = rates(model, 0.0, y)
+    load = found.load_n.sum(axis=2)
+    expected = np.array([np.linalg.norm(p.on_roller_n) for p in poses])
+    assert load == pytest.approx(np.stack([expected, expected]), abs=LOAD * expected.max())
+    loaded = expected > LOADED * expected.max()
+    space, halves = model.scratch.space, len(poses) // 2
+    g, side = geometry(), np.repeat([1.0, -1.0], halves)  # the axes of row 2's slots point to the mid-plane
+    for row, pose in ((col.TILT_SINE, side * np.sin([p.tilt_rad for p in poses])),
+                      (col.SHIFT_ALONG, side * [p.axial_m / np.cos(p.tilt_rad) for p in poses])):  # fmt: skip
+        in_model = space[int(row) :][: 2 * halves].reshape(-1, 2).T.ravel()
+        assert in_model[loaded] == pytest.approx(pose[loaded], abs=POSE * np.abs(pose[loaded]).max())
+    f_s, f_x = np.transpose([p.on_roller_n for p in poses])
+    along = -(side * (f_s * np.sin(g.tilt_rad) + f_x * np.cos(g.tilt_rad))).sum()
+    assert found.totals[col.RING_FORCE_Z] == pytest.approx(along, rel=LOAD)
+
+
+def test_rollers_align_themselves_in_a_tilted_cage() -> None:
+    """Where the cage holds them they slide back along their axes and turn back: no load moves."""
+    model, _, y = posed(0)
+    straight, tilted = rates(model, 0.0, y).load_n.sum(axis=2), y.copy()
+    tilted[layout_of(y).cage] = CAGE_TILT_RAD, -CAGE_TILT_RAD, 0.0
+    assert rates(model, 0.0, tilted).load_n.sum(axis=2) == pytest.approx(straight, abs=ALIGNED * straight.max())
+
+
+@pytest.mark.parametrize("row", RINGS_M)
+def test_power_at_an_instant(row: int) -> None:
+    """Rollers and cage turn, ring and slides hardly move: drive and load put in what is stored and lost."""
+    model, _, rest = posed(row)
+    world, y, rng = World(paper_scene(**SCENE), geometry()), rest.copy(), np.random.default_rng(row)
+    where = layout_of(y)
+    cage = 0.43 * model.drive.speed[1, 0]
+    y[where.slide_rate] = rng.normal(0, 1e-4, where.rollers)
+    y[where.spin] = -cage * geometry().pitch_radius_m / model.law.roller_radius * rng.normal(1, 0.02, where.rollers)
+    y[where.cage_rate] = [0.5, -0.5, cage]
+    y[where.ring_rate] = rng.normal(0, 1e-4, 3)
+    found = rates(model, 0.0, y)
+
+    def stored(ahead_s: float) -> float:
+        ahead = y + ahead_s * found.rate
+        return world.mechanical_energy(ahead) + float(rates(model, ahead_s, ahead).totals[col.CONTACT_ENERGY])
+
+    change = (stored(SPAN_S) - stored(-SPAN_S)) / (2 * SPAN_S)
+    largest = max(abs(supplied(found.totals)), lost(found.totals))
+    assert change == pytest.approx(supplied(found.totals) - lost(found.totals), abs=INSTANT * largest)
