@@ -52,11 +52,14 @@ def tilt_rollers(free, model, slots):
 
 @inlined
 def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
-    """Turn a column's velocities into the roller's frame: V at its shifted centre, the spin about its own axis."""
+    """Turn a column's velocities into the roller's frame: V at its shifted centre, the spin about its own axis.
+
+    A rocking cage turns no free roller about the tangent, and so moves no shifted one along its slot.
+    """
     v_x, v_z = space[col.V_X + j], space[col.V_Z + j]
     race_x, race_z = space[col.W_X + j] + w_x, space[col.W_Z + j] + spin  # of the race itself, as in the slot
     turned = c * (race_x - w_x) + s * (race_z - w_z)
-    space[col.V_X + j] = c * v_x + s * v_z + space[col.W_Y + j] * shift
+    space[col.V_X + j] = c * v_x + s * v_z
     space[col.V_Y + j] -= turned * shift
     space[col.V_Z + j] = c * v_z - s * v_x
     space[col.W_X + j], space[col.W_Z + j] = turned, c * race_z - s * race_x - spin
@@ -85,10 +88,9 @@ def sums_in_slots(free, model, slots):
 
 @inlined
 def force_in_slot(space, j, c, s, shift):
-    """Turn a column's force into slot axes, move its torque about y there; the torque about x', about the slot."""
+    """Turn a column's force into slot axes; its torque about x', through the slot's centre."""
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
-    space[col.T_Y + j] += shift * f_x
     return space[col.T_X + j] - shift * f_y
 
 
