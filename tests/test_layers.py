@@ -109,15 +109,14 @@ def test_no_class_name_occurs_twice() -> None:
 
 
 def offered(path: Path) -> set[str]:
-    """Names in the ``__all__`` of a file."""
-    for node in SOURCES[path].body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            return set(ast.literal_eval(node.value))
-    return set()
+    """Names that an ``__init__`` takes in from the modules of its folder where it does nothing else."""
+    _, *rest = SOURCES[path].body
+    imports = [node for node in rest if isinstance(node, ast.ImportFrom)]
+    return {alias.name for node in imports for alias in node.names} if len(imports) == len(rest) else set()
 
 
 def test_one_import_path_for_each_name() -> None:
-    """What a folder offers in its ``__all__`` the files outside import from the folder, not from the module."""
+    """What a folder's ``__init__`` offers the files outside import from the folder, not from the module."""
     folders = {module_name(p): offered(p) for p in FILES if p.name == "__init__.py" and offered(p)}
     for path, tree in SOURCES.items():
         for node in ast.walk(tree):

@@ -2,8 +2,10 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
+    INLINE,
     LARGEST_SLIP,
     Bearing,
+    check_orders_are_known,
     fault_frequencies,
     find_bearings,
     known_bearings,
@@ -13,23 +15,3 @@ from srbval.bearing.catalogue import (
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.bearing.kinematics import ElementShape, FaultFrequencies, FaultOrders, RollingElements
-
-__all__ = [
-    "CIRCLES",
-    "DEFAULT_BEARING",
-    "DEFECTS",
-    "LARGEST_SLIP",
-    "RACE_DEFECTS",
-    "Bearing",
-    "ElementShape",
-    "Fault",
-    "FaultFrequencies",
-    "FaultOrders",
-    "RollingElements",
-    "SphericalRollerGeometry",
-    "fault_frequencies",
-    "find_bearings",
-    "known_bearings",
-    "load_bearing",
-    "with_slip",
-]

@@ -5,11 +5,14 @@ all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or 
 `largest_slip_pct`. The bearings
 known by name are files in `known` and rows of `catalogue.csv`, whose columns are the keys of the last two and a key of
 `catalogue_sources.csv`. Where a row has both, the dimensions hold; the orders are what the maker printed beside them.
+A name may also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``. Spherical roller
+bearings of `boundary_dimensions.csv` are estimated by `customary_proportions.toml`.
 """
 
 import csv
 import dataclasses
 import math
+import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -26,6 +29,12 @@ DEFAULT_BEARING = "skf-22240"
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
 LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
+FTF_TOLERANCE = 0.02  # by which a published FTF may differ from BPFO over the number of elements
+LEAST_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
+INLINE = {  # what a name may state in place of a file, with the units
+    "elements": {"rolling_elements": "", "element_diameter": " mm", "pitch_diameter": " mm", "contact_angle": " deg"},
+    "orders": dict.fromkeys(("bpfo", "bpfi", "bsf", "ftf"), ""),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +61,8 @@ class Bearing:
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
     simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
     table, as `source` says. `ratings`: load and speed of its catalogue, where known. Its lines are looked for up to a
-    mean slip of the cage of `largest_slip`, a share of the cage's speed.
+    mean slip of the cage of `largest_slip`, a share of the cage's speed. Where the dimensions are estimated,
+    `orders_u95_pct` are 95 % half widths of the orders [%].
     """
 
     name: str
@@ -64,6 +74,12 @@ class Bearing:
     elements: RollingElements | None = None
     largest_slip: float = LARGEST_SLIP
     ratings: Ratings | None = None
+    orders_u95_pct: FaultOrders | None = None
+
+    @property
+    def estimated(self) -> bool:
+        """Whether its dimensions are estimated."""
+        return self.orders_u95_pct is not None
 
     @property
     def pitch_diameter_m(self) -> float | None:
@@ -90,6 +106,11 @@ class PublishedOrders(FaultOrders):
             raise ConfigurationError(
                 f"orders: ftf = {self.ftf} must lie between 0 and 1, in orders of the shaft's speed."
             )
+        if abs(self.ftf - self.bpfo / count) > FTF_TOLERANCE:
+            raise ConfigurationError(
+                f"orders: ftf = {self.ftf} must be bpfo over the rolling elements of a row, {self.bpfo / count:.4g}, "
+                f"within {FTF_TOLERANCE}; the order is BPFO, BPFI, BSF, FTF, and BSF is the element's spin, once."
+            )
         super().__post_init__()
 
     @property
@@ -107,6 +128,7 @@ class _BearingFile:
     orders: PublishedOrders | None = None
     largest_slip_pct: float | None = None
     ratings: Ratings | None = None
+    orders_u95_pct: FaultOrders | None = None
 
 
 def known_bearings() -> tuple[str, ...]:
@@ -125,22 +147,58 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a bearing itself is returned as it is.
 
+    The file may be a machine's, with the bearing's tables below `[bearing]`.
+
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
     if isinstance(name_or_path, Bearing):
         return name_or_path
     text = str(name_or_path)
+    if text.partition(" ")[0] in INLINE:
+        return _assemble(build(_BearingFile, _inline(text), text), text)
     if text in catalogue_rows():
         return _assemble(build(_BearingFile, catalogue_rows()[text], text), text)
     known = text in known_bearings()
     if known or text.endswith(".toml"):
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
-        return _assemble(build(_BearingFile, read_toml(path), text if known else str(path)), path.stem)
+        document = read_toml(path)
+        if isinstance(document.get("bearing"), dict):  # a machine's file holds it among other things
+            document = {"title": document.get("title"), "source": path.name} | document["bearing"]
+        return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)
     close = nearest(text, known_bearings())
     hint = f" Did you mean {close!r}?" if close else ""
     raise UnknownNameError(
-        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file."
+        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file, its "
+        "dimensions with --elements or its orders with --orders."
     )
+
+
+def _inline(text: str) -> Mapping[str, Any]:
+    """The table that a file of this bearing would hold, from ``elements Z,D,DP,ANGLE`` or the orders."""
+    kind, _, numbers = text.partition(" ")
+    units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
+    try:
+        values = dict(zip(units, map(float, words), strict=True))
+    except ValueError:
+        raise ConfigurationError(
+            f"{text!r}: {len(units)} numbers with commas between them and decimal points are expected: "
+            f"{', '.join(f'{name}{unit}' for name, unit in units.items())}."
+        ) from None
+    if kind == "elements":
+        count, diameter, pitch, _ = values.values()
+        if not (count == int(count) if math.isfinite(count) else False):
+            raise ConfigurationError(f"{text!r}: the number of rolling elements of one row, {count:g}, must be whole.")
+        if pitch > 0 and count * diameter / (math.pi * pitch) < LEAST_FILL:
+            raise ConfigurationError(
+                f"{text!r}: {count:g} elements of {diameter:g} mm fill {count * diameter / (math.pi * pitch):.0%} of a "
+                f"circle of {pitch:g} mm; at least {LEAST_FILL:.0%} are expected. Give number of one row, diameter of "
+                "an element, diameter (no radius) of the pitch circle, in mm."
+            )
+        table: dict[str, Any] = {name: f"{values[name]!r}{unit}" for name, unit in units.items() if unit}
+        table["rolling_elements"] = int(count)
+    else:
+        table = values | {"rolling_elements": round(values["bpfo"] + values["bpfi"])}
+    return {"title": f"bearing of {text}", "source": "numbers given by the user", kind: table}
 
 
 def _folder() -> resources.abc.Traversable:
@@ -161,13 +219,31 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
-    return {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
+    known = {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
+    return known | {row["name"]: _estimated(row) for row in read_table("boundary_dimensions.csv")}
 
 
 def read_table(name: str) -> Iterator[Mapping[str, str]]:
-    """The rows of one of the catalogue's two files, as they are written."""
-    text = (resources.files("srbval.bearing") / name).read_text(encoding="utf-8")
-    return csv.DictReader(text.splitlines())
+    """The rows of one of the catalogue's files, as they are written."""
+    return csv.DictReader(_text(name).splitlines())
+
+
+def _text(name: str) -> str:
+    return (resources.files("srbval.bearing") / name).read_text(encoding="utf-8")
+
+
+def _estimated(row: Mapping[str, str]) -> Mapping[str, Any]:
+    """The table of a double-row spherical roller bearing of which the outside is known, see the file of the rule."""
+    rule = tomllib.loads(_text("customary_proportions.toml"))
+    bore, outside, width = (float(row[name]) for name in ("bore_mm", "outside_mm", "width_mm"))
+    pitch, diameter = rule["pitch"] * (bore + outside) / 2, rule["roller"] * (outside - bore) / 2
+    elements = {
+        "rolling_elements": round(rule["fill"] * math.pi * pitch / diameter),
+        "element_diameter": f"{diameter} mm", "pitch_diameter": f"{pitch} mm",
+        "contact_angle_rad": math.atan(2 * rule["row"] * width / pitch), "shape": "roller", "rows": 2,
+    }  # fmt: skip
+    title = f"{row['name']}, double-row spherical roller bearing, estimated ({bore:g} x {outside:g} x {width:g} mm)"
+    return {"title": title, "source": rule["source"], "elements": elements, "orders_u95_pct": rule["u95_pct"]}
 
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
@@ -188,8 +264,19 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
     bearing = Bearing(
         name=name, title=file.title, source=file.source, rolling_elements=given[0].rolling_elements,
         orders=given[0].orders, geometry=file.geometry, elements=file.elements, ratings=file.ratings,
+        orders_u95_pct=file.orders_u95_pct,
     )  # fmt: skip
     return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
+
+
+def check_orders_are_known(bearing: Bearing) -> None:
+    """`ConfigurationError` for an estimated bearing: its lines are known less well than any window is wide."""
+    if (u95 := bearing.orders_u95_pct) is not None:
+        raise ConfigurationError(
+            f"{bearing.title}: BPFO {bearing.orders.bpfo:.3g} ± {u95.bpfo:g} % of the shaft, and lines are looked for "
+            f"within {MOST_SLIP_PCT:g} % at most. Give the maker's numbers: --orders BPFO,BPFI,BSF,FTF, or --elements "
+            "Z,D,DP,ANGLE."
+        )
 
 
 def with_slip(bearing: Bearing, largest_pct: float) -> Bearing:

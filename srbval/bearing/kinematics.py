@@ -38,12 +38,12 @@ class FaultOrders(Limited):
             raise ConfigurationError(f"rolling_elements = {rolling_elements} must be 1 or more, at most {MOST}.")
         if not (element_diameter_m > 0 and pitch_diameter_m > 0):
             raise ConfigurationError(
-                f"element diameter {element_diameter_m} m, pitch diameter {pitch_diameter_m} m: both must be positive."
+                f"element diameter {element_diameter_m:g} m, pitch {pitch_diameter_m:g} m: both must be positive."
             )
         ratio = element_diameter_m / pitch_diameter_m * math.cos(contact_angle_rad)
         if not 0 < ratio < 1:
             raise ConfigurationError(
-                f"element diameter {element_diameter_m} m on a pitch diameter of {pitch_diameter_m} m: the "
+                f"element diameter {element_diameter_m:g} m on a pitch diameter of {pitch_diameter_m:g} m: the "
                 f"ratio times cos(contact angle) is {ratio:.4g} and must lie between 0 and 1."
             )
         return cls(

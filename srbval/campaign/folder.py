@@ -23,7 +23,6 @@ from srbval.storage.json_files import checked_line, from_json, parse_json, read_
 PLAN, TABLE, CASES = "campaign.jsonl", "results.csv", "cases"
 LOCK, HOLDER = "lock", "lock-holder.json"
 LONGEST_HOLDER = 1000  # bytes about a holder
-EARLIER = ("campaign.json", "plan.jsonl", "journal.jsonl")  # in place of `PLAN`, in an earlier version
 SHARDS = "[0-9a-f][0-9a-f]"
 ENTRY = b'{"ended": '
 WHOLE_CHECK = re.compile(rb'"check": "[0-9a-f]{32}"\}')  # of a line whose writer was not killed
@@ -87,7 +86,7 @@ class CampaignFolder:
         """
         if strange := self._strange():
             raise DataError(f"{strange[0].file}: {strange[0].why}; nothing was changed. Move it away, or: another -o.")
-        new = not any(os.path.lexists(self.path / file) for file in (PLAN, TABLE, *EARLIER))
+        new = not any(os.path.lexists(self.path / file) for file in (PLAN, TABLE))
         old = Journal() if new else self.journal()
         if not new and old.about is None:
             raise DataError(
@@ -121,7 +120,7 @@ class CampaignFolder:
     def journal(self, *, planned: bool = False) -> Journal:
         """What is intact of the campaign's file.
 
-        Raises `DataError` where there is no campaign, or an earlier version's; if `planned`, also without a whole plan.
+        Raises `DataError` where there is no campaign; if `planned`, also without a whole plan.
         """
         found, lost, places = Journal(), 0, dict[int, CampaignCase]()
         again = f"srbval campaign run FILE.toml -o {self.path}"
@@ -138,8 +137,8 @@ class CampaignFolder:
         except OSError as error:
             if os.path.isdir(self.path) and not isinstance(error, FileNotFoundError):
                 found.damage = f"it cannot be read ({error.strerror})"
-            else:
-                self._refuse_what_is_no_campaign(again)
+            elif not os.path.lexists(self.path / TABLE):
+                raise DataError(f"{self.path}: no campaign here. Start one: {again}") from None
         if found.about is not None and sorted(places) == list(range(found.about.cases)):
             found.cases = [places[index] for index in range(len(places))]
             found.damage = f"{lost} of its lines fail their checksum" if lost else ""
@@ -151,16 +150,6 @@ class CampaignFolder:
                     f"{self._file}: damaged ({found.damage}). It is written again, and results are kept: {again}"
                 )
         return found
-
-    def _refuse_what_is_no_campaign(self, again: str) -> None:
-        for name in EARLIER:
-            if os.path.lexists(self.path / name):
-                raise DataError(
-                    f"{self.path / name}: an earlier version wrote it, and its results would not compare; nothing "
-                    "was changed. Choose another -o."
-                ) from None
-        if not os.path.lexists(self.path / TABLE):
-            raise DataError(f"{self.path}: no campaign here. Start one: {again}") from None
 
     def read_results(self, keys: Iterable[str]) -> tuple[dict[str, CaseResult], dict[str, Damaged]]:
         """The results of `keys` that are intact and those that are damaged; the others are missing."""

@@ -62,6 +62,8 @@ def _run(given: list[str]) -> int:
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
     from srbval.storage.content_store import stored_results
 
+    if getattr(options, "machine", None):
+        importlib.import_module("srbval.cli.data_command").take_machine(options)
     module, function = options.run.split(":")
     with stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)

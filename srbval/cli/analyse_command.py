@@ -11,6 +11,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
 from srbval.cli.output import answer, own_command, print_table
+from srbval.diagnosis.machine import machine_toml
 from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
@@ -63,10 +64,19 @@ def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[Recor
 
 def run(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
-    if options.csv:
-        check_suffix(Path(options.csv), "CSV", (".csv",))
-    if options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir():
-        return _run_many(options)
+    for name, kind, ending in ((options.csv, "CSV", ".csv"), (options.write_machine, "TOML", ".toml")):
+        if name:
+            check_suffix(Path(name), kind, (ending,))
+    many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
+    code = (_run_many if many else _run_one)(options)
+    if options.write_machine:
+        path = Path(options.write_machine)
+        with atomic_write(path) as part:
+            part.write_text(machine_toml(path.stem, vars(options), path.parent), encoding="utf-8")
+    return code
+
+
+def _run_one(options: argparse.Namespace) -> int:
     if options.plot:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
@@ -75,8 +85,7 @@ def run(options: argparse.Namespace) -> int:
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
-        write_plot(reading.analysis, Path(options.plot), verdict=reading.verdict, baseline=reading.baseline,
-                   command=own_command())  # fmt: skip
+        write_plot(reading, Path(options.plot), command=own_command())
     part = options.defect  # of the lines to be printed; below, how their names begin
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
     document = to_json(reading)

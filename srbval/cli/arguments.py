@@ -24,16 +24,10 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
-        self.options: list[str] = []
         self.takes_rest = takes_rest
         super().__init__(*args, **{"add_help": not takes_rest, **kwargs})
         for name, type_ in TYPES.items():
             self.register("type", name, type_)
-
-    def add_argument(self, *names: Any, **settings: Any) -> argparse.Action:
-        """As usual; what options there are is known to the answer to a wrong one."""
-        self.options += [name for name in names if name.startswith("-")]
-        return super().add_argument(*names, **settings)
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of exiting."""
@@ -47,7 +41,8 @@ class Parser(argparse.ArgumentParser):
         if self.takes_rest:
             found.rest, unknown = unknown, []
         if unknown:
-            hints = dict.fromkeys(_resembling(w.split("=")[0], self.options) for w in unknown if w.startswith("-"))
+            options = list(self._option_string_actions)
+            hints = dict.fromkeys(_resembling(w.split("=")[0], options) for w in unknown if w.startswith("-"))
             raise ConfigurationError(f"unknown: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
         return found, unknown
 
@@ -59,11 +54,13 @@ class Parser(argparse.ArgumentParser):
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
-        for arguments in (*(groups[group] for group in table.get("groups", ())), table.get("arguments", {})):
+        for group in (*table.get("groups", ()), ""):
+            arguments = groups[group] if group else table.get("arguments", {})
+            to = added.add_mutually_exclusive_group() if group in ALTERNATIVES else added
             for names, settings in arguments.items():
                 metavar = settings.get("metavar")
                 several = {"metavar": tuple(metavar)} if isinstance(metavar, list) else {}
-                added.add_argument(*names.split(), **{**settings, **several})
+                to.add_argument(*names.split(), **{**settings, **several})
         if "run" in table:
             added.set_defaults(run=table["run"])
         if "actions" in table:
@@ -123,6 +120,19 @@ LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for 
 MOST_DB = 200.0
 
 
+def _inline(kind: str) -> Callable[[str], str]:
+    """A type of argument: a bearing by its numbers, as `load_bearing` takes it among the names."""
+
+    def bearing_of(text: str) -> str:
+        from srbval.bearing import load_bearing
+
+        name = f"{kind} {text.replace(' ', '')}"
+        load_bearing(name)
+        return name
+
+    return bearing_of
+
+
 def _tolerance(text: str) -> float:
     """Per cent, or a ratio of amplitudes in dB."""
     if not text.endswith("dB"):
@@ -132,7 +142,10 @@ def _tolerance(text: str) -> float:
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
 
+ALTERNATIVES = ("bearing",)  # groups of which one option may be given
 TYPES = {
+    "elements": _inline("elements"),
+    "orders": _inline("orders"),
     "finite": _between(float, -LARGEST, LARGEST),
     "positive": _between(float, SMALLEST, LARGEST),
     "count": _between(int, 1, 10**9),

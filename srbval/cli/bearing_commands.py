@@ -3,8 +3,9 @@
 import argparse
 import dataclasses
 import math
+from collections import Counter
 
-from srbval.bearing import Bearing, fault_frequencies, find_bearings, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.output import answer, print_table
 from srbval.models.hierarchy import models_of
 
@@ -14,17 +15,23 @@ COLUMNS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "mo
 
 def kinematics(options: argparse.Namespace) -> int:
     """Print the kinematic frequencies and orders."""
-    bearing = load_bearing(options.bearing)
+    bearing = load_bearing(options.bearing or DEFAULT_BEARING)
     frequencies = fault_frequencies(bearing, rpm=options.rpm)
 
     def show() -> None:
         print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
-        rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in LINES]
-        print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
+        rows = [("shaft", frequencies.shaft_hz, 1.0, 0.0)]
+        rows += [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n),
+                  getattr(bearing.orders_u95_pct, n, 0.0)) for n in LINES]  # fmt: skip
+        columns = ("line", "Hz", "order", "± % (95 %)")[: 4 if bearing.estimated else 3]
+        print_table(columns, [row[: len(columns)] for row in rows])
+        if bearing.estimated:
+            print(f"\n{bearing.source}: ask the maker for the orders before lines are looked for.")
 
     document = dataclasses.asdict(frequencies) | {
         "orders": bearing.orders, "bearing": bearing.name,
         "rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source,
+        "estimated": bearing.estimated, "orders_u95_pct": bearing.orders_u95_pct,
     }  # fmt: skip
     return answer(options, document, show)
 
@@ -34,14 +41,22 @@ def known(options: argparse.Namespace) -> int:
     found = find_bearings(options.search or "")
 
     def show() -> None:
+        if options.search is None:
+            kinds = [one.title.split(" (")[0].partition(", ")[2] for one in found]
+            rows = [(kind, count, found[kinds.index(kind)].name) for kind, count in Counter(kinds).most_common()]
+            print_table(("kind", "bearings", "for example"), rows)
+            print(f"\n{len(found)} bearings; list them with --search WORDS, for example --search 222")
+            return
         print_table(COLUMNS, [_row(bearing) for bearing in found])
-        print(f"\n{len(found)} bearings; --json has the source of each. Your own is a TOML file: --bearing mine.toml")
+        print(f"\n{len(found)} bearings; --json has the source of each. Your own: --elements, --orders or a TOML file")
 
     return answer(options, {"count": len(found), "bearings": [_document(bearing) for bearing in found]}, show)
 
 
 def _document(bearing: Bearing) -> dict[str, object]:
-    names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
+    names = (
+        "name", "title", "source", "estimated", "rolling_elements", "orders", "orders_u95_pct", "elements", "geometry",
+    )  # fmt: skip
     return {name: getattr(bearing, name) for name in names} | {"models": models_of(bearing)}
 
 

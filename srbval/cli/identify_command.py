@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, check_orders_are_known, load_bearing
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table
 from srbval.diagnosis.baseline import load_healthy
@@ -64,7 +64,9 @@ def _records(options: argparse.Namespace, file: str) -> tuple[Recording, Recordi
     elif options.defect:
         fault = dataclasses.replace(fault, state=Fault(options.defect))
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
-    return fault, healthy, options.bearing or fault.bearing or DEFAULT_BEARING
+    bearing = options.bearing or fault.bearing or DEFAULT_BEARING
+    check_orders_are_known(load_bearing(bearing))
+    return fault, healthy, bearing
 
 
 def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:

@@ -70,14 +70,16 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
-    settings = recording_settings(options)
+    settings, band_hz = recording_settings(options), (options.band[0], options.band[1]) if options.band else None
+    asked: dict[str, Any] = {
+        "bearing": options.bearing, "largest_slip_pct": options.cage_slip, "band_hz": band_hz
+    }  # fmt: skip
     files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
     failed: list[FailedFile] = []
     if files != options.files or len(files) > MOST_SECTIONS:
         request = RecordRequest(
-            file="", settings=settings, bearing=options.bearing, largest_slip_pct=options.cage_slip,
-            band_hz=(options.band[0], options.band[1]) if options.band else None, auto_band_if_undeclared=True,
-            healthy=options.healthy, healthy_scale=options.healthy_scale,
+            settings=settings, auto_band_if_undeclared=True, healthy=options.healthy,
+            healthy_scale=options.healthy_scale, **asked,
         )  # fmt: skip
         documents, failed = read_records([replace(request, file=file) for file in files], jobs=options.jobs,
                                          progress=progress)  # fmt: skip
@@ -97,15 +99,13 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
     report, written = report_recordings(
         [*map(read, files, channels), *failed],
         folder,
-        bearing=options.bearing,
         healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
-        band_hz=(options.band[0], options.band[1]) if options.band else None,
         all_channels=options.channel is None and not is_open,
         others=documents[len(shown) :],
-        largest_slip_pct=options.cage_slip,
         formats=_formats(options),
         appendix=options.appendix,
         command=own_command(),
         progress=progress,
+        **asked,
     )
     return written, to_json(report.data)

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
 def _run(name: str, command: str, options: argparse.Namespace) -> int:
     study = load_study(name)
     parser = Parser(prog=command, description=study.question)
-    study.options(parser)
+    study.add_options(parser)
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
     parser.add_argument("-o", "--output", metavar="FILE", help=told)

@@ -9,8 +9,7 @@ from typing import Any
 from srbval.campaign.folder import PLAN, CampaignFolder
 from srbval.cli.analyse_command import read_many, report_failed, write_csv
 from srbval.cli.output import answer, own_command, print_table
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, machine_classes, record_times, trend_of
-from srbval.errors import ConfigurationError
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, record_times, trend_of, zone_boundaries
 from srbval.storage.files import check_suffix
 
 MOST_ROWS = 10  # of a channel, for people
@@ -21,10 +20,7 @@ def run(options: argparse.Namespace) -> int:
     for name, kind, ending in ((options.csv, "CSV", ".csv"), (options.plot, "HTML", ".html")):
         if name:
             check_suffix(Path(name), kind, (ending,))
-    if options.machine_class and options.machine_class not in machine_classes():
-        raise ConfigurationError(
-            f"--machine-class {options.machine_class!r} is not known. Known: {', '.join(machine_classes())}."
-        )
+    zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
     cases: dict[str, float] = {}
     if len(options.files) == 1 and (Path(options.files[0]) / PLAN).is_file():
         campaign = CampaignFolder(Path(options.files[0]))
@@ -36,8 +32,9 @@ def run(options: argparse.Namespace) -> int:
         files, Path(options.times) if options.times else None
     )  # fmt: skip
     trend = trend_of(
-        documents, times, time_from=time_from, baseline=options.baseline, machine_class=options.machine_class
-    )
+        documents, times, time_from=time_from, baseline=options.baseline, machine_class=options.machine_class,
+        zones_mm_s=options.zones_mm_s,
+    )  # fmt: skip
     write_csv(options.csv, [
         {"channel": one.channel, "time": point.time_text, "file": point.file, "rpm": point.rpm,
          **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},

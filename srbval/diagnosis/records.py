@@ -14,7 +14,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, load_bearing
+from srbval.bearing import DEFECTS, check_orders_are_known, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
@@ -45,7 +45,7 @@ class RecordRequest:
     With `auto_band_if_undeclared` a band is chosen on the record where neither the request nor a data set has one.
     """
 
-    file: str
+    file: str = ""
     settings: RecordingSettings = field(default_factory=RecordingSettings)
     bearing: str | None = None
     largest_slip_pct: float | None = None
@@ -97,25 +97,36 @@ def read_record(request: RecordRequest) -> RecordReading:
 
     What a file leaves open is asked for all at once (`LeftOpenError`, `ConfigurationError`).
     """
-    settings = request.settings
     recording = _load(request)
-    healthy = load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None
+    healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     if request.background:
         if healthy is not None:
             raise ConfigurationError(
                 "--background and --healthy exclude each other: the background is a healthy record's own, so an "
                 "increment over one means nothing."
             )
-        recording = on_background(recording, load_healthy(request.background, settings, request.healthy_scale))
+        recording = on_background(recording, load_healthy(request.background, request.settings, request.healthy_scale))
+    return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
+
+
+def read_recording(
+    recording: Recording, request: RecordRequest, *, healthy: Recording | None = None, all_channels: bool = False
+) -> RecordReading:
+    """The same of a recording that is loaded, and of a `healthy` one, whatever files `request` names.
+
+    `all_channels`: see `fault_verdict`.
+    """
     _ask_at_once(recording, request)
+    bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
+    check_orders_are_known(bearing)
     analysis = analyse(
-        recording, bearing=bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct),
+        recording, bearing=bearing,
         band_hz=request.band_hz, band_filter=request.band_filter, healthy=healthy,
         choose_on_record=request.auto_band
-        or (request.auto_band_if_undeclared and request.band_hz is None and not band_is_declared(recording)),
+        or (request.auto_band_if_undeclared and request.band_hz is None and not _band_is_declared(recording)),
     )  # fmt: skip
     baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
-    verdict = fault_verdict(analysis, baseline, all_channels=settings.channel is None)
+    verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
     return RecordReading(analysis=analysis, baseline=baseline, verdict=verdict, cautions=cautions)
 
 
@@ -280,7 +291,7 @@ def _content(request: RecordRequest, register: str) -> str:
     return json.dumps([to_json(request), str(Path(request.file).resolve()), hashes, bearing, register])
 
 
-def band_is_declared(recording: Recording) -> bool:
+def _band_is_declared(recording: Recording) -> bool:
     """Whether the recording or its data set says in which band to look."""
     try:
         declared_band(recording, None)
@@ -301,7 +312,7 @@ def _load(request: RecordRequest) -> Recording:
 
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
-    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or band_is_declared(recording)
+    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
     missing = [
         asked
         for asked, known in (

@@ -28,7 +28,7 @@ from scipy.stats import t
 
 from srbval.bearing import DEFECTS
 from srbval.diagnosis.baseline import SAME_SHARE
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, UnknownNameError
 from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
 
@@ -146,6 +146,13 @@ def machine_classes() -> dict[str, tuple[float, ...]]:
     return {name: tuple(values) for name, values in tomllib.loads(text)["boundaries_mm_s"].items()}
 
 
+def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
+    """Those of a class, none without one; `ConfigurationError` for a class that is not known."""
+    if machine_class is not None and machine_class not in machine_classes():
+        raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
+    return machine_classes()[machine_class] if machine_class else ()
+
+
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """When each file was recorded, and where that is from: a table with the columns `file` and `time`, or the names.
 
@@ -189,12 +196,13 @@ def _time(text: str) -> datetime | float:
 
 def trend_of(
     documents: Sequence[Mapping[str, Any]], times: Mapping[str, datetime | float], *, time_from: str = "",
-    baseline: int | None = None, machine_class: str | None = None,
+    baseline: int | None = None, machine_class: str | None = None, zones_mm_s: Sequence[float] = (),
 ) -> Trend:  # fmt: skip
     """The trend of the `documents` of `read_records`, each channel's for itself.
 
     `baseline` is how many of the first records show the machine's own scatter (default: a third, from `LEAST_BASELINE`
-    to `MOST_BASELINE`), `machine_class` one of `machine_classes`. `ConfigurationError` for a baseline too short.
+    to `MOST_BASELINE`), `machine_class` one of `machine_classes`, in whose place
+    `zones_mm_s` are the velocities from which zones B, C and D begin. `ConfigurationError` for a baseline too short.
     """
     by_channel: dict[str | None, list[Mapping[str, Any]]] = {}
     for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
@@ -203,7 +211,7 @@ def trend_of(
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))
     if count < LEAST_BASELINE:
         raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} show their scatter.")
-    boundaries = machine_classes()[machine_class] if machine_class else ()
+    boundaries = zones_mm_s or zone_boundaries(machine_class)
     series = {channel: _points(found, times, count, boundaries) for channel, found in by_channel.items()}
     names = (*(fault.line or "" for fault in DEFECTS), RMS)
     comparisons = sum(

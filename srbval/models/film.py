@@ -17,15 +17,15 @@ import math
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.models.full.film_kernel import ASPERITY, ASPERITY_EXPONENT, SPEED_EXPONENT
+from srbval.models.full.oil_kernel import thermal_share
 from srbval.scene import Oil
 
 # steel, 207 GPa and 0.3: contact modulus E / (2 (1 - nu^2)) of two bodies, after Hertz, and Dowson's E', twice that
 CONTACT_MODULUS_PA = 207e9 / (2 * (1 - 0.3**2))
 REDUCED_MODULUS_PA = 2 * CONTACT_MODULUS_PA
-SPEED_EXPONENT, LOAD_EXPONENT = 0.69, -0.10  # of Dowson & Toyoda's film
+LOAD_EXPONENT = -0.10  # of Dowson & Toyoda's film
 ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT = 0.648, 0.246
-THERMAL, THERMAL_EXPONENT = 3.94, 0.62
-ASPERITY, ASPERITY_EXPONENT = 1.8, 1.2
 
 
 def line_film_m(oil: Oil, rolling_m_s: float, load_n_m: float, radius_m: float) -> float:
@@ -61,8 +61,12 @@ def thermal_factor(oil: Oil, rolling_m_s: float) -> float:
 
     L = beta eta_0 u^2 / k, with the share beta by which the viscosity falls per degree.
     """
-    loading = oil.thinning_1_k * oil.viscosity_pa_s * rolling_m_s**2 / oil.conductivity_w_mk
-    return float(THERMAL / (THERMAL + loading**THERMAL_EXPONENT))
+    return float(thermal_share(inlet_heating_s2_m2(oil), rolling_m_s))
+
+
+def inlet_heating_s2_m2(oil: Oil) -> float:
+    """L of the inlet's shear heating over the square of the speed [s2/m2]; see `thermal_factor`."""
+    return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk
 
 
 def asperity_share(film_m: float, roughness_m: float) -> float:

@@ -18,6 +18,7 @@ import numpy as np
 from srbval.models.film import (
     CONTACT_MODULUS_PA,
     REDUCED_MODULUS_PA,
+    inlet_heating_s2_m2,
     line_film_m,
     line_load_n_m,
     rolling_force_n,
@@ -70,7 +71,7 @@ def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
         eyring=oil.eyring_stress_pa,
         roughness=oil.roughness_m,
         boundary=oil.boundary_friction,
-        heating=_heating(oil),
+        heating=inlet_heating_s2_m2(oil),
     )
 
 
@@ -84,11 +85,7 @@ def oil_law(oil: Oil, shapes: list[ContactShape], roller_m: float) -> OilLaw:
     area = 2 * roller_m * shapes[0].roller_length_m
     return OilLaw(
         rolling=rolling,
-        heating=_heating(oil),
+        heating=inlet_heating_s2_m2(oil),
         drag=0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area,
         pocket=oil.pocket_friction,
     )
-
-
-def _heating(oil: Oil) -> float:
-    return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk

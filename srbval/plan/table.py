@@ -90,10 +90,6 @@ class CalibrationScene:
         }
         return load_scene(self.base, merge(changes, base.finest) if finer > 1 else changes)
 
-    def reference(self, *, seconds: float, finer: int) -> Scene:
-        """The same for the base's reference model."""
-        return self.scene(BASES[self.base].reference, seconds=seconds, finer=finer)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Answered:
@@ -189,20 +185,14 @@ def _entry(table: Mapping[str, Any]) -> Entry:
     known = Fault(case.kind) in KINDS and case.fit in FITS
     if not known or not math.isfinite(case.rpm + case.radial_kn + case.height_mm):
         raise ValueError(f"no scene: {case}")
-    return Entry(
-        case=case,
-        reference=read_answers(table["reference"]),
-        levels={
-            model: LevelEntry(
-                **level
-                | {
-                    "answers": read_answers(level["answers"]),
-                    "error_pct": {Question(q): e for q, e in level["error_pct"].items()},
-                }
-            )
-            for model, level in table["rungs"].items()
-        },
-    )
+    levels = {
+        model: LevelEntry(**level | {
+            "answers": read_answers(level["answers"]),
+            "error_pct": {Question(q): e for q, e in level["error_pct"].items()},
+        })
+        for model, level in table["rungs"].items()
+    }  # fmt: skip
+    return Entry(case=case, reference=read_answers(table["reference"]), levels=levels)
 
 
 def read_answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:

@@ -7,14 +7,3 @@ from its module.
 from srbval.recordings.load import load_recording, recording_from_run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.settings import RecordingSettings
-
-__all__ = [
-    "Origin",
-    "Recording",
-    "RecordingSettings",
-    "ShaftSpeed",
-    "SpeedSignal",
-    "SpeedSource",
-    "load_recording",
-    "recording_from_run",
-]

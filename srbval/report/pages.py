@@ -1,6 +1,6 @@
 """What stored results add to the report: pages, which studies bring along and the report only arranges."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
@@ -9,24 +9,12 @@ from srbval.report.blocks import Section
 from srbval.storage.stored_result import StoredResult, newest_result
 
 
-@dataclass(frozen=True, kw_only=True)
-class StoredResults(Mapping[str, StoredResult]):
+class StoredResults(dict[str, StoredResult]):
     """The newest stored result of each name."""
-
-    stored: Mapping[str, StoredResult]
-
-    def __getitem__(self, name: str) -> StoredResult:
-        return self.stored[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.stored)
-
-    def __len__(self) -> int:
-        return len(self.stored)
 
     def content(self, name: str) -> Mapping[str, Any]:
         """The content of a result; empty where there is none."""
-        return self.stored[name].content if name in self.stored else {}
+        return self[name].content if name in self else {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +35,7 @@ class Page:
 def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
     """The newest results that `pages` are made of, and those of further `names`."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
-    return StoredResults(stored={name: result for name in wanted if (result := newest_result(name)) is not None})
+    return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
 def in_order(placed: Iterable[tuple[float, Section]]) -> tuple[Section, ...]:

@@ -5,14 +5,11 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.diagnosis.baseline import Baseline
-from srbval.diagnosis.fault_verdict import FaultVerdict
-from srbval.diagnosis.records import FailedFile, summary_of
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, summary_of
 from srbval.diagnosis.trend import Trend
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
-from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
 from srbval.report.blocks import Document, Report
 from srbval.report.figures.plot import plot
@@ -65,31 +62,30 @@ def report_recordings(
     recordings: Sequence[Recording | FailedFile],
     folder: Path,
     *,
-    bearing: str | None = None,
     healthy: Recording | None = None,
-    band_hz: tuple[float, float] | None = None,
     model: bool = True,
     all_channels: bool = False,
     others: Sequence[dict[str, Any]] = (),
-    largest_slip_pct: float | None = None,
     formats: tuple[str, ...] = FORMATS,
     appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
+    **asked: Any,
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    Recordings that cannot be read or analysed are listed in it with the reason; `others`, documents of `read_records`,
-    have a row in its overview and no section. See `gather_user_records` for
-    `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and `make_report` for the rest.
-    Raises what they raise.
+    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; without a band that is stated anywhere one is
+    chosen on each record, with its trials counted. Recordings that cannot be read or analysed are listed in the report
+    with the reason; `others`, documents of `read_records`, have a row in its overview and no section. See
+    `gather_user_records` for `healthy`, `model` and `all_channels`, and `make_report` for the rest. Raises what they
+    raise.
     """
     if "pdf" in formats:
         require_typst()
     with one_thread():
         records, failed, facts = gather_user_records(
-            recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
-            largest_slip_pct=largest_slip_pct, progress=progress,
+            recordings, RecordRequest(auto_band_if_undeclared=True, **asked), healthy=healthy, model=model,
+            all_channels=all_channels, progress=progress,
         )  # fmt: skip
         report = assemble_user_report(
             records, failed=failed, others=others, other_rows=[*map(summary_of, others)], command=command,
@@ -104,14 +100,12 @@ def check_plot(path: Path) -> None:
         raise ConfigurationError(f"{path}: a picture is one of {', '.join(PLOTS)}; end its name with one of them.")
 
 
-def write_plot(
-    analysis: Analysis, path: Path, *, verdict: FaultVerdict, baseline: Baseline | None = None,
-    command: str = "srbval analyse",
-) -> None:  # fmt: skip
-    """One picture of an analysis as PNG or SVG (see `plot`), or with its table of lines as a page."""
+def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval analyse") -> None:
+    """One picture of a record that was read, as PNG or SVG (see `plot`), or with its table of lines as a page."""
     check_plot(path)
+    analysis, baseline = reading.analysis, reading.baseline
     if path.suffix.lower() == ".html":
-        record = user_record(analysis, verdict, baseline)
+        record = user_record(reading)
         _write_page(assemble_user_report([record], command=command, provenance={}, brief=True), path)
         return
     with atomic_write(path) as part, figure_style():

@@ -31,37 +31,3 @@ from srbval.scene.read import (
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface
-
-__all__ = [
-    "BANDS_HZ",
-    "SENSOR_ANGLE_RAD",
-    "Bodies",
-    "Contact",
-    "Defect",
-    "DefectShape",
-    "Housing",
-    "LineContact",
-    "Load",
-    "LoadPath",
-    "LoadProfile",
-    "Oil",
-    "RigInput",
-    "RollerFit",
-    "Scene",
-    "SensorPath",
-    "SolverSettings",
-    "SpeedProfile",
-    "Surface",
-    "Traction",
-    "changes_at",
-    "draws",
-    "load_scene",
-    "load_sensor_path",
-    "merge",
-    "paper_scene",
-    "parts_along_sensor",
-    "rig_inputs",
-    "scene_table",
-    "sobol",
-    "values_at",
-]

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -107,6 +108,7 @@ class Oil(Limited):
         return scale * ((1 + pressure_pa / ROELANDS_PA) ** self.roelands_exponent - 1)
 
 
+@cache
 def viscosities_100_mm2_s() -> dict[int, float]:
     """Kinematic viscosity at 100 degrees C by class of ISO 3448, of ``oil.toml``."""
     table = read_toml(Path(str(resources.files("srbval.scene") / "oil.toml")))["viscosity_100_mm2_s"]

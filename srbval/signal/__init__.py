@@ -34,11 +34,3 @@ from srbval.signal.spectrum import (
     power_density,
     prewhitened,
 )
-
-__all__ = [
-    "LEAST_SNR", "NORMAL_95", "BandFilter", "Kurtogram", "LineReading", "Periodogram", "Phasors", "Scalogram",
-    "ShaftAngle", "Spectrum", "amplitude_spectrum", "analytic_signal", "bandpass", "butterworth_gain", "check_band",
-    "drop_ends", "end_s", "envelope", "envelope_spectrum", "frequency_error_hz", "is_improbable", "kurtogram",
-    "kurtosis", "morlet_scalogram", "normalise", "peak_snr", "phase_randomised", "power_density", "prewhitened",
-    "read_comb", "rotate_axes", "squared_envelope", "squared_envelope_one_pass",
-]  # fmt: skip

@@ -23,6 +23,7 @@ from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
 from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, file_sha256
+from srbval.storage.tables import build, read_toml
 from srbval.studies.machine import this_machine
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
@@ -51,16 +52,28 @@ class StudyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A question that takes minutes or hours to answer, and whose answer is stored.
+    """A question that takes minutes or hours to answer, and whose answer is stored: what its ``study.toml`` says.
 
-    `minutes` is about what it takes on two cores. `options` adds the study's own options to a parser, with the types
-    that `srbval.cli.arguments.TYPES` names; ``--jobs``, ``--json`` and ``-o`` are there already.
+    `minutes` is about what it takes on two cores. `options`: its own, as arguments stand in the commands' file; what
+    they leave out is a constant of ``study.py``, on which the result depends.
     """
 
+    name: str
     question: str
     minutes: float
-    run: Callable[[argparse.Namespace, Progress], StudyResult]
-    options: Callable[[argparse.ArgumentParser], None] = lambda _: None
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add them to a parser that knows the types of `srbval.cli.arguments`; the options of all are there already."""
+        for names, settings in self.options.items():
+            parser.add_argument(*names.split(), **settings)
+
+    @property
+    def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
+        """The function of its ``study.py``, imported only when it is asked for."""
+        function: Callable[[argparse.Namespace, Progress], StudyResult]
+        function = importlib.import_module(f"srbval.studies.{self.name}.study").run
+        return function
 
 
 def study_names() -> tuple[str, ...]:
@@ -72,8 +85,7 @@ def load_study(name: str) -> Study:
     """The study of this name; `ConfigurationError` where there is none."""
     if name not in study_names():
         raise ConfigurationError(f"no study is called {name!r}. There are: {', '.join(study_names())}.")
-    study: Study = importlib.import_module(f"srbval.studies.{name}.study").STUDY
-    return study
+    return build(Study, read_toml(FOLDER / name / "study.toml") | {"name": name}, f"{name}/study.toml")
 
 
 def pages() -> tuple[Page, ...]:
@@ -99,7 +111,7 @@ def run_study(
     study, parser = load_study(name), argparse.ArgumentParser()
     for kind in TYPES:
         parser.register("type", kind, lambda value: value)  # values from Python are what they are
-    study.options(parser)
+    study.add_options(parser)
     known = vars(parser.parse_args([]))
     unknown = [option for option in options if option not in known]
     if unknown:

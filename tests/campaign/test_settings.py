@@ -1,6 +1,7 @@
 """Campaign files: axes, sampling, presets; what is refused and why."""
 
 import re
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -148,3 +149,18 @@ def test_unknown_campaigns_are_named() -> None:
         load_campaign("table6")
     with pytest.raises(DataError, match="no such file"):
         load_campaign("nowhere.toml")
+
+
+def test_the_plan_of_ten_thousand_cases_is_small() -> None:
+    planned, limit_bytes = 500, 150e6  # half of what the coordinating process may take, the rest being the program
+    scene = {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}}
+    tiny = [small(scene=scene, axes=[{"kind": "grid", "values": {"seed": list(range(n))}}]) for n in (1, planned)]
+    plan_cases(tiny[0])  # what is read once is not counted
+    tracemalloc.start()
+    try:
+        cases = plan_cases(tiny[1])
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len({case.key for case in cases}) == planned
+    assert 10_000 / planned * held < limit_bytes

@@ -95,6 +95,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     labels = re.search(r"```\n(file;.*?)```", TEXTS["guide/your_data.md"], flags=re.DOTALL)
     assert labels is not None
     Path("labels.csv").write_text(labels[1].replace(".tdms", ".npy"), encoding="utf-8")
+    Path("machine.toml").write_text(blocks("guide/your_data.md", "toml")[0], encoding="utf-8")
     scene, _ = blocks("guide/commands.md", "toml")
     Path("scene.toml").write_text(scene, encoding="utf-8")
     return tmp_path

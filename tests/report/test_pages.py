@@ -15,7 +15,7 @@ PAGES = {page.name: page for page in pages()}
 
 @pytest.mark.parametrize("name", [name for name, page in PAGES.items() if page.results])
 def test_without_a_result_a_page_says_how_to_make_one(name: str) -> None:
-    section = PAGES[name].section(StoredResults(stored={}))
+    section = PAGES[name].section(StoredResults())
     remarks = [block for block in section.all_blocks if isinstance(block, Callout)]
     assert section.all_blocks == () or any("`srbval " in remark.text for remark in remarks)
 

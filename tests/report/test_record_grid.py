@@ -12,6 +12,7 @@ import pytest
 import scipy.signal
 
 from srbval.bearing import Fault, load_bearing
+from srbval.diagnosis.records import RecordRequest
 from srbval.errors import DataError
 from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import LEAST_REVOLUTIONS
@@ -44,7 +45,8 @@ def outer_race(fs_hz: float, seconds: float, rpm: float, *, strength: float = 1.
 
 
 def gathered(recording: Recording, healthy: Recording | None = None) -> UserRecord:
-    records, *_ = gather_user_records([recording], bearing=BEARING.name, healthy=healthy, model=False)
+    request = RecordRequest(bearing=BEARING.name, auto_band_if_undeclared=True)
+    records, *_ = gather_user_records([recording], request, healthy=healthy, model=False)
     return records[0]
 
 
@@ -76,7 +78,7 @@ def test_page_and_pictures_of_an_extreme_record(made: tuple[float, float, float]
     report_recordings([record], tmp_path, bearing=BEARING.name, model=False, formats=formats, appendix=True)
     own = gathered(record)
     for name in ("one.png", "one.html"):
-        write_plot(own.analysis, tmp_path / name, verdict=own.verdict)
+        write_plot(own, tmp_path / name)
     assert {"report.html", "report.json", "one.png", "one.html"} <= {path.name for path in tmp_path.iterdir()}
 
 

@@ -12,6 +12,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.diagnosis.fault_verdict import Finding
+from srbval.diagnosis.records import RecordRequest
 from srbval.reading.lines import NotDetected
 from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed
@@ -35,8 +36,9 @@ def healthy(**changes):
     return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
 
 
-def gathered(*recordings: Recording, **options: Any) -> tuple[UserRecord, ...]:
-    return gather_user_records(recordings, bearing=BEARING.name, **options)[0]
+def gathered(*recordings: Recording, healthy: Recording | None = None, **asked: Any) -> tuple[UserRecord, ...]:
+    request = RecordRequest(bearing=BEARING.name, auto_band_if_undeclared=True, **asked)
+    return gather_user_records(recordings, request, healthy=healthy)[0]
 
 
 @functools.cache
@@ -137,6 +139,6 @@ def test_a_published_record_in_five_pages(
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")])
 def test_one_picture_in_each_format(suffix: str, start: bytes, tmp_path: Path) -> None:
     own, path = compared(), tmp_path / f"picture{suffix}"
-    write_plot(own.analysis, path, verdict=own.verdict, baseline=own.baseline)
+    write_plot(own, path)
     assert path.read_bytes().startswith(start)
     assert [found.name for found in tmp_path.iterdir()] == [path.name]

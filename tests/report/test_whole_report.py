@@ -10,17 +10,13 @@ from typing import Any
 
 import pytest
 
-from srbval.bearing import load_bearing
 from srbval.errors import DataError
-from srbval.reading.analyse import analyse
-from srbval.recordings import load_recording
 from srbval.report.blocks import Callout, Listing
 from srbval.report.findings import findings as gathering
 from srbval.report.findings.findings import Findings, cautions
-from srbval.report.findings.records import record_kurtogram
 from srbval.report.pages import StoredResults
 from srbval.report.sections.assemble import assemble
-from srbval.report.sections.records import MOST_NAMED, records_section, two_combs
+from srbval.report.sections.records import MOST_NAMED, records_section
 from tests.readme_table import in_readme, readme_table
 
 from .made import FILES, HOSTILE, PANELS, TEXT, Made
@@ -125,7 +121,7 @@ def test_what_is_not_known_follows_from_what_was_compared(with_rig: Made) -> Non
     assert "No record compared here was unknown" in limits(found)
     assert "no open record of the rig can be blind any more" in limits(found)
     matrix = dataclasses.replace(found.matrix, cells=(dataclasses.replace(found.matrix.cells[0], comparisons=(row,)),))
-    text = limits(dataclasses.replace(found, matrix=matrix, results=StoredResults(stored={})))
+    text = limits(dataclasses.replace(found, matrix=matrix, results=StoredResults()))
     assert "Unknown to the project before they were compared: OR_353.mat." in text
     assert "Predictions" not in text
 
@@ -195,15 +191,3 @@ def test_problems_of_the_data_are_named_and_counted(with_rig: Made) -> None:
     titles, items = problems(changed(with_rig.findings, cautions=cautioned))
     assert titles == ["Recordings used with a caution: 1"]
     assert items == ["**a.mat**: clipped: 3 of 9", "**a.mat**: held: 5"]
-
-
-@pytest.mark.recordings
-def test_the_outer_race_record_holds_two_combs_and_the_inner_one_does_not(recordings_dir: Any) -> None:
-    def remarks(name: str, line: str) -> list[Any]:
-        recording = load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat")
-        return list(two_combs(record_kurtogram(analyse(recording, bearing=load_bearing("skf-22240")), line)))
-
-    (remark,) = remarks("OR", "BPFO")
-    assert remarks("IR", "BPFI") == []
-    assert "BPFO reads 8.185" in remark.text
-    assert "but 8.14" in remark.text

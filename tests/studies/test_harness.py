@@ -1,7 +1,6 @@
 """Studies stand on their own: each says what it asks, and the rest does without any of them."""
 
 import argparse
-import dataclasses
 import hashlib
 import os
 import shutil
@@ -39,7 +38,8 @@ def test_every_study_says_what_it_asks_and_has_options_that_parse(name: str) -> 
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0
     parser = Parser(prog=name)
-    study.options(parser)
+    study.add_options(parser)
+    assert callable(study.run)
     required = [action.option_strings[0] for action in parser._actions if action.required]
     parser.parse_args([word for option in required for word in (option, "x")])
 
@@ -56,8 +56,7 @@ def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     for name, output, stored in (("fake", None, True), (None, None, False), (None, str(tmp_path / "own.json"), True)):
         result = StudyResult(name=name, content={"rows": [1]}, text="", inputs={"torino/a.mat": "f00"})
-        study = Study(question="?", minutes=1, run=lambda *_, result=result: result)
-        monkeypatch.setattr("srbval.studies.harness.load_study", lambda _, study=study: study)
+        monkeypatch.setattr(Study, "run", property(lambda _, result=result: lambda *_: result))
         options = argparse.Namespace(output=output)
         _, content = make_result("noise", options, silent, command="srbval study run fake")
         assert ("file" in content) is stored
@@ -96,7 +95,7 @@ def test_the_report_is_without_the_page_of_a_study_that_is_not_there(
     assert [page.name for page in left] == [one for one in of_all if one != name]
     for page in left:
         gone = of_all[name].results if name in of_all else ()
-        own = dataclasses.replace(everything, stored={n: one for n, one in everything.items() if n not in gone})
+        own = StoredResults({n: one for n, one in everything.items() if n not in gone})
         assert page.section(own).title
 
 

@@ -160,7 +160,7 @@ def test_command(
 def test_a_page_shows_failed_runs(result: dict[str, Any], tmp_path: Path) -> None:
     """The map alone: every failure has a sign of its own, and the words count it."""
     stored = StoredResult(path=tmp_path / "stability.json", content=result | {"made_utc": "2026-01-01T00:00:00+00:00"})
-    section = PAGE.section(StoredResults(stored={"stability": stored}))
+    section = PAGE.section(StoredResults({"stability": stored}))
     (figure, *_) = (block for block in section.blocks if getattr(block, "draw", None))
     drawn = figure.draw(tmp_path, "map")  # type: ignore[union-attr]
     statuses = {line.split(",")[3].strip('"') for line in drawn.data.read_text(encoding="utf-8").splitlines()[1:]}

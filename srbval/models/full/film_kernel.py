@@ -22,7 +22,7 @@ LEAST_M_S = 1e-6  # added to slips; a thousandth of Eyring's
 BOUNDARY_M_S = 1e-3  # slip to which asperities' friction is taken as a slope
 LEAST_GPA, MOST_GPA = 1e-6, 4.0  # of the mean pressure; the curve ends there
 MOST_S_M, MOST_SINE = 1e8, 1e15  # far beyond any film's; squares of more are none in single precision
-SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # see `film`
+SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # of Dowson & Toyoda, and of Zhou & Hoeprich
 # Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, 0 at 1.
 EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
     1.4142136691396427, 0.9802211666369074, 0.33972390019397863, 0.07908570124787076, 0.013683982893831248,

@@ -13,7 +13,7 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.jit import kernel_part
 
-THERMAL, THERMAL_EXPONENT = 3.94, 0.62  # of Murch & Wilson, see `film.thermal_factor`
+THERMAL, THERMAL_EXPONENT = 3.94, 0.62  # of Murch & Wilson
 LEAST_RAD_S = 1e-6
 
 
@@ -39,7 +39,7 @@ def rolling_speed(slices, cage, shaft):
 
 @kernel_part
 def thermal_share(heating, rolling):
-    """`film.thermal_factor`."""
+    """3.94 / (3.94 + L^0.62) with L = `heating` u^2, see `film.thermal_factor`."""
     return THERMAL / (THERMAL + (heating * rolling * rolling) ** THERMAL_EXPONENT)
 
 

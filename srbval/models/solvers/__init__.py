@@ -1,5 +1,3 @@
 """Time integration; `METHODS` maps the names a scene may use."""
 
 from srbval.models.solvers.methods import FAMILIES, METHODS, SOLVERS, Coefficients, Method
-
-__all__ = ["FAMILIES", "METHODS", "SOLVERS", "Coefficients", "Method"]

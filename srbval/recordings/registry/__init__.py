@@ -19,27 +19,3 @@ from srbval.recordings.registry.manifest import (
     without_copies,
 )
 from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, files_under, listing, remove, verify
-
-__all__ = [
-    "RIG_DATASETS",
-    "RIG_EXCERPTS",
-    "Coverage",
-    "FileStatus",
-    "RegisterListing",
-    "RegisteredRecording",
-    "add",
-    "fetch",
-    "files_under",
-    "find_recording",
-    "healthy_baseline",
-    "listing",
-    "load_entry",
-    "load_registered",
-    "registered_settings",
-    "remove",
-    "rig_of",
-    "rig_recordings",
-    "unopened",
-    "verify",
-    "without_copies",
-]

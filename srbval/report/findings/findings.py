@@ -239,11 +239,8 @@ def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
 
 def _kurtograms(model: Side, rig: Side, progress: Progress) -> Iterator[RecordKurtogram]:
     """Model and rig, outer race and inner race."""
-    wanted = [(fault, side[fault]) for fault in RACE_DEFECTS for side in (model, rig)]
-    for number, (fault, analysis) in enumerate(wanted):
-        progress("Look for impulsive bands", number / len(wanted))
-        yield record_kurtogram(analysis, fault.line or "")
-    progress("Look for impulsive bands", 1.0)
+    with stage(progress, "Look for impulsive bands"):
+        yield from (record_kurtogram(side[fault]) for fault in RACE_DEFECTS for side in (model, rig))
 
 
 def cautions(records: Iterable[Any]) -> list[dict[str, str]]:

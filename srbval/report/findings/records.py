@@ -12,7 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
@@ -262,50 +262,26 @@ def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordKurtogram:
-    """How impulsive each band of a record is; `line` is its state's.
-
-    `second_comb` is the record in its most impulsive band, where the line stands there at another frequency than in the
-    band used by more than both intervals allow; None elsewhere and for records that were not measured.
-    """
+    """How impulsive each band of a record is."""
 
     analysis: Analysis
-    line: str
     kurtogram: Kurtogram
-    second_comb: Analysis | None
 
     def to_dict(self) -> dict[str, Any]:
         """Its entry in ``report.json``."""
-        recording, picture, second = self.analysis.recording, self.kurtogram, self.second_comb
+        recording, picture = self.analysis.recording, self.kurtogram
         return {
             "file": recording.file,
             "origin": recording.origin,
             "state": recording.state,
-            "line": self.line,
             "band_hz": self.analysis.processed.band_hz,
             "most_impulsive_hz": picture.best_hz,
             "kurtosis_less_2": float(picture.kurtosis.max()),
             "bands": picture.kurtosis.size,
-            "second_comb": None if second is None else second.line(self.line),
         }
 
 
-def record_kurtogram(analysis: Analysis, line: str) -> RecordKurtogram:
-    """Kurtogram of the signal that is analysed, and the comb of its most impulsive band."""
+def record_kurtogram(analysis: Analysis) -> RecordKurtogram:
+    """Kurtogram of the signal that is analysed."""
     picture = band_kurtogram(analysis.recording, analysis.bearing, analysis.speed)
-    measured = analysis.recording.origin is Origin.MEASURED
-    second = _second_comb(analysis, line, picture) if measured else None
-    return RecordKurtogram(analysis=analysis, line=line, kurtogram=picture, second_comb=second)
-
-
-def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis | None:
-    low, high = picture.best_hz
-    margin = 0.01 * analysis.recording.fs_hz  # clear of zero and of half the sampling rate, where no filter reaches
-    other = analyse(
-        analysis.recording, bearing=analysis.bearing, speed=analysis.speed,
-        band_hz=(max(low, margin), min(high, analysis.recording.fs_hz / 2 - margin)),
-    )  # fmt: skip
-    ours, theirs = analysis.line(line), other.line(line)
-    if not (ours.detected and theirs.detected) or ours.found_hz is None or theirs.found_hz is None:
-        return None
-    apart = abs(ours.found_hz - theirs.found_hz)
-    return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
+    return RecordKurtogram(analysis=analysis, kurtogram=picture)

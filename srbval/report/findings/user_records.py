@@ -9,13 +9,18 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.baseline import Baseline, baseline_of, registered_baseline
-from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
-from srbval.diagnosis.records import FailedFile, band_is_declared, only_error, summary_of
+from srbval.diagnosis.records import (
+    FailedFile,
+    RecordReading,
+    RecordRequest,
+    only_error,
+    read_recording,
+    summary_of,
+)
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
-from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.findings.provenance import provenance
@@ -73,16 +78,13 @@ class ModelSide:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class UserRecord:
+class UserRecord(RecordReading):
     """One recording with all that the report says of it.
 
     `view` is its envelope spectrum with that of the healthy record; `marked` the line whose harmonics are marked there,
     None where there is none to mark. `model` is a text where the model's run failed, None where there is no model.
     """
 
-    analysis: Analysis
-    verdict: FaultVerdict
-    baseline: Baseline | None
     view: SpectrumView
     marked: Line | None
     model: ModelSide | str | None
@@ -95,11 +97,7 @@ class UserRecord:
     def to_dict(self) -> dict[str, Any]:
         """The record's entry in ``report.json``: all numbers; arrays that figures draw lie in their data files."""
         baseline, model = self.baseline, self.model
-        return self.analysis.to_dict() | {
-            "fault": self.verdict,
-            "verdict": self.verdict.sentence,
-            "declared_state": self.analysis.recording.state,
-            "channel": self.analysis.recording.channel,
+        return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
@@ -109,46 +107,33 @@ class UserRecord:
 
 def gather_user_records(
     recordings: Sequence[Recording | FailedFile],
+    request: RecordRequest,
     *,
-    bearing: str | None = None,
     healthy: Recording | None = None,
-    band_hz: tuple[float, float] | None = None,
     model: bool = True,
     all_channels: bool = False,
-    largest_slip_pct: float | None = None,
     progress: Progress = silent,
 ) -> tuple[tuple[UserRecord, ...], tuple[FailedFile, ...], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
-    Returns the records, what could not be read or analysed, and the provenance.
-    `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
-    the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
-    model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises the error of the records
-    where none can be analysed; a model's run that fails is only said.
+    Returns the records, what could not be read or analysed, and the provenance. For `request`, `healthy` and
+    `all_channels` see `read_recording`. The model is compared with a measured record where the bearing's dimensions
+    are known and `model` is left True. Raises the error of the records where none can be analysed; a model's run that
+    fails is only said.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
-
-    def gather_one(recording: Recording) -> UserRecord:
-        with stage(progress, f"Analyse {recording.name}"):
-            chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
-            unknown = band_hz is None and not band_is_declared(recording)
-            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown, healthy=healthy)
-            other = healthy if healthy is not None else registered_baseline(analysis)
-            baseline = None if other is None else baseline_of(analysis, other)
-        name = bearing or recording.bearing
-        verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
-        compared = _model_side(analysis, verdict.part, name, progress) if model else None
-        return user_record(analysis, verdict, baseline, compared)
-
     records, failed = list[UserRecord](), list[FailedFile]()
     for recording in recordings:
         if isinstance(recording, FailedFile):
             failed.append(recording)
             continue
         try:
-            records.append(gather_one(recording))
+            with stage(progress, f"Analyse {recording.name}"):
+                reading = read_recording(recording, request, healthy=healthy, all_channels=all_channels)
+            bearing = request.bearing or recording.bearing
+            compared = _model_side(reading.analysis, reading.verdict.part, bearing, progress) if model else None
+            records.append(user_record(reading, compared))
         except SrbvalError as error:
             failed.append(FailedFile(file=recording.file or recording.name, error=error))
     if not records:
@@ -163,20 +148,16 @@ def gather_user_records(
     return tuple(records), tuple(failed), facts
 
 
-def user_record(
-    analysis: Analysis, verdict: FaultVerdict, baseline: Baseline | None, model: ModelSide | str | None = None
-) -> UserRecord:
-    """What the report says of one analysis, beside a healthy record and a model where there are any."""
+def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
+    """What the report says of one reading, beside a model where there is any."""
+    analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
+    view = spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked)
     return UserRecord(
-        analysis=analysis,
-        verdict=verdict,
-        baseline=baseline,
-        view=spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked),
-        marked=marked,
+        analysis=analysis, baseline=baseline, verdict=verdict, cautions=reading.cautions, view=view, marked=marked,
         model=model,
-    )
+    )  # fmt: skip
 
 
 def _model_side(

@@ -85,12 +85,11 @@ def _assumptions(findings: Findings) -> Section:
 def _limits(findings: Findings) -> Section:
     """What nothing in this report says anything about."""
     missed = [one for one in findings.headline.stated if one.verdict is Answer.MISSED]
-    second = [record.analysis.recording for record in findings.kurtograms if record.second_comb]
     passing = findings.data["point_passing"]
     rows = findings.matrix.comparisons
     return LIMITS.section(
         LIMITS.listing(
-            "limits", passing=passing, second=second, missed=missed,
+            "limits", passing=passing, missed=missed, combs=findings.results.content("rig_bands").get("combs", ()),
             blind=list(dict.fromkeys(Path(row.record).name for row in rows if row.used_for == "blind")),
             outcome=findings.results.content("prediction_outcome"),
             axial=any(cell.axial_kn for cell in findings.matrix.cells if cell.comparisons),

@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.reading.analyse import Analysis
-from srbval.report.blocks import Block, Figure, Listing, Paragraph, Section, Tone
+from srbval.report.blocks import Block, Figure, Listing, Section, Tone
 from srbval.report.figures.images import kurtogram_panel
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordKurtogram
@@ -63,7 +62,7 @@ def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
 
 
 def band_section(findings: Findings) -> Section:
-    """Kurtograms with the bands used, and records that hold two combs."""
+    """Kurtograms with the bands used."""
     panels = [_kurtogram(letter, shown) for letter, shown in zip("abcd", findings.kurtograms, strict=True)]
     chains = {"model_chain": findings.analyses["paper"][Fault.OUTER].processed.chain,
               "rig_chain": findings.analyses["rig"][Fault.OUTER].processed.chain}  # fmt: skip
@@ -71,26 +70,8 @@ def band_section(findings: Findings) -> Section:
         appendix=(
             BANDS.paragraph("intro", **chains),
             BANDS.grid("grid", panels, "Kurtograms"),
-            *(remark for shown in findings.kurtograms for remark in two_combs(shown)),
         )
     )
-
-
-def two_combs(shown: RecordKurtogram) -> Iterator[Paragraph]:
-    """Says so where a record's most impulsive band shows its line at another frequency than the band used."""
-    if shown.second_comb is not None:
-        ours, theirs = (_comb(analysis, shown.line) for analysis in (shown.analysis, shown.second_comb))
-        state = shown.analysis.recording.state
-        yield BANDS.paragraph("two-combs", state=state, line=shown.line, ours=ours, theirs=theirs)
-
-
-def _comb(analysis: Analysis, name: str) -> str:
-    """The line in orders with its interval, its band, and its further harmonics that show."""
-    further = [line for line in analysis.lines if line.name == name and line.harmonic > 1 and line.detected]
-    return BANDS.text(
-        "comb", first=analysis.line(name), further=further, shaft_hz=analysis.speed.value_hz,
-        band_hz=analysis.processed.band_hz,
-    )  # fmt: skip
 
 
 def _kurtogram(letter: str, shown: RecordKurtogram) -> Figure:

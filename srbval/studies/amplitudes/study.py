@@ -55,7 +55,7 @@ from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.registry import listing, load_entry
 from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import (
     BEARING,
     FAST,
@@ -408,15 +408,10 @@ def study(progress: Progress) -> Row:
     }  # fmt: skip
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     content = study(progress)
     text = "\n\n".join(text_rows(content[part]) for part in ("bands", "level_and_pattern", "worth"))
     states = itertools.product((FAST, SLOW), (Fault.HEALTHY, *FAULTS))
     inputs = input_hashes(*(measured_entry(state, speed) for speed, state in states))
     return StudyResult(name="amplitudes", content=content, text=text, inputs=inputs)
-
-
-STUDY = Study(
-    question="How near are the rig scene's amplitudes to the rig's, and what is each part of it worth?",
-    minutes=12, run=_run,
-)  # fmt: skip

@@ -13,7 +13,7 @@ scatter its standard deviation.
 import math
 import re
 import statistics
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -37,7 +37,7 @@ from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing, load_entry, without_copies
 from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.open_inputs import drawn, open_inputs
 
 SETS = ("cwru", "mfpt", "hit-sm")
@@ -150,11 +150,8 @@ def summary_of(rows: Sequence[Row]) -> Iterator[Row]:
         }  # fmt: skip
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--only", metavar="TEXT", default="", help="part of the files' names")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     rows, trend, read = list[Row](), list[Row](), list[RegisteredRecording]()
     whole = [one for one in listing().recordings if one.status is FileStatus.OK and one.origin is Origin.MEASURED]
     known = without_copies(one for one in whole if one.dataset in SETS and one.state in RACE_DEFECTS)
@@ -174,9 +171,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         name=None if options.only else "ball_records", content={"rows": rows, "summary": summary, "trend": trend},
         text="\n\n".join(tables), inputs=input_hashes(*read),
     )  # fmt: skip
-
-
-STUDY = Study(
-    question="How near is the ball bearing model to the records of CWRU, MFPT and HIT-SM?", minutes=5, run=_run,
-    options=_options,
-)  # fmt: skip

@@ -26,7 +26,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.scene import RigInput, Scene, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol, values_at
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 from srbval.studies.open_inputs import BAND, OpenInput, drawn, open_inputs
 
 TURNS = 3.0  # of the shaft: the ratio differs from that of thirty by less than 1e-5 of it
@@ -196,7 +196,8 @@ def summary_rows(variant: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         }  # fmt: skip
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     found = [
         run_variant(
             one, records(), power=POWERS.get((one.scene, one.form), OTHER_POWER), jobs=options.jobs, progress=progress
@@ -205,9 +206,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     ]  # fmt: skip
     text = "\n\n".join(text_rows(list(summary_rows(one))) for one in found)
     return StudyResult(name="cage_draws", content={"turns": TURNS, "variants": found}, text=text)
-
-
-STUDY = Study(
-    question="What does the model's cage ratio do over its inputs, drawn together and alone, at every record?",
-    minutes=20, run=_run,
-)  # fmt: skip

@@ -24,7 +24,7 @@ from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import load_scene
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import BEARING, measured, measured_entry
 
 SLOTS = BEARING.rolling_elements
@@ -97,12 +97,8 @@ def sides() -> Iterator[tuple[str, Recording]]:
             yield f"scene rig, {1e3 * offset:g} mm", recording_from_run(stored_run(load_scene("rig", own)))
 
 
-def _run(_: Namespace, __: Progress) -> StudyResult:
+def run(_: Namespace, __: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     found = [row(*one) for one in sides()]
     inputs = input_hashes(*(measured_entry(Fault.OUTER, rpm) for rpm in RPM))
     return StudyResult(name="cage_pockets", content={"rows": found}, text=text_rows(found), inputs=inputs)
-
-
-STUDY = Study(
-    question="Do the hole's passages tell the cage's pockets apart, and what would these do?", minutes=1, run=_run
-)

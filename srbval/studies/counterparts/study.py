@@ -13,10 +13,11 @@ from srbval.progress import Progress
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import load_entry
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     records, bearing = [one for one in shipped_recordings() if one.state in DEFECTS], load_bearing(DEFAULT_BEARING)
     of_records = [counterpart_cases(analyse(load_entry(one), bearing=bearing)) for one in records]
     cases = {start_key(one, bearing): one for _, *others in of_records for one in others}
@@ -27,6 +28,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     )  # fmt: skip
     text = f"{len(starts)} further starts of the counterparts of {len(records)} records"
     return StudyResult(name=COUNTERPARTS, content={"starts": starts}, text=text, inputs=input_hashes(*records))
-
-
-STUDY = Study(question="What does the model show at the speeds of the rig's records?", minutes=1, run=_run)

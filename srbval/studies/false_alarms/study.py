@@ -18,7 +18,7 @@ import dataclasses
 import itertools
 import math
 import os
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -43,7 +43,7 @@ from srbval.reading.pipeline import periodogram_of, process
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording
 from srbval.signal import Periodogram, read_comb
 from srbval.signal.false_alarm import APART, GRID, ORDERS, PlaceboRank, joint_false_alarm, rank_among_placebos
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 
 IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
 # Rig, file, channel and bearing of every healthy record; IMS: the first hours of a run to failure, four bearings.
@@ -56,7 +56,7 @@ HEALTHY: tuple[tuple[str, str, str | None, str], ...] = (
     ("torino", "torino/H_353rpm_sample.mat", None, "skf-22240"),
     ("torino", "torino/H_877rpm_sample.mat", None, "skf-22240"),
 )
-COMBS_PER_FAMILY, SEED = 40, 1
+COMBS_PER_FAMILY, RECORDS, SEED = 40, 334, 1
 LEVELS = (0.005, 0.01, 0.02, 0.05)
 # Fundamentals that a placebo's lines come from, the design's own first. One: a whole comb; five: each line by itself.
 DESIGNS = (ORDERS, 1, 3, 5)
@@ -329,13 +329,9 @@ def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -
     }  # fmt: skip
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--combs", metavar="N", type="count", default=COMBS_PER_FAMILY, help="per family and record")
-    parser.add_argument("--noise", metavar="N", type="count", help="only what N noises per record give by chance")
-    parser.add_argument("--records", metavar="N", type="count", default=334, help="of each background (default: 334)")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
+    combs, records = options.combs or COMBS_PER_FAMILY, options.records or RECORDS
     folder = os.environ.get("SRBVAL_RECORDINGS")
     if not folder:
         raise DataError("SRBVAL_RECORDINGS names no folder of recordings; this study reads those of known data sets.")
@@ -344,25 +340,19 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         files.append(file)
         analyses.append((rig, analysis))
     if options.noise:
-        rows = list(by_chance(analyses, options.noise, options.combs))
+        rows = list(by_chance(analyses, options.noise, combs))
         return StudyResult(content={"by_chance": rows}, text=text_rows(rows))
     tried = list[Row]()
     for number, (rig, analysis) in enumerate(analyses):
         progress("combs at meaningless orders", number / len(analyses))
-        tried += tried_combs(rig, analysis, DESIGNS, options.combs)
+        tried += tried_combs(rig, analysis, DESIGNS, combs)
     progress("combs at meaningless orders", 1.0)
     content = placebos(tried)
     with ProcessPoolExecutor(options.jobs) as pool:
-        of_kind = partial(placebo_lines, count=min(options.records, PLACEBO_RECORDS))
+        of_kind = partial(placebo_lines, count=min(records, PLACEBO_RECORDS))
         rows = list(itertools.chain.from_iterable(pool.map(of_kind, BACKGROUNDS)))
         content["placebo_lines"] = [*rows, *of_all_kinds(rows)]
         progress("placebo lines", 1.0)
-        content["naming"] = list(pool.map(partial(alarms, count=options.records), BACKGROUNDS))
+        content["naming"] = list(pool.map(partial(alarms, count=records), BACKGROUNDS))
     text = "\n\n".join(f"{name.replace('_', ' ')}\n{text_rows(rows)}" for name, rows in content.items())
     return StudyResult(name="false_alarms", content=content, text=text, inputs=input_hashes(*dict.fromkeys(files)))
-
-
-STUDY = Study(
-    question="Are placebo probabilities uniform on healthy records, and is a fault named where there is none?",
-    minutes=7, run=_run, options=_options,
-)  # fmt: skip

@@ -6,7 +6,7 @@ the prediction states for being a bound, `tolerances_pct` those of `TOLERANCES_P
 enough, `broken_pct` those of them at which it was not, `chosen_pct` those at which it was the planner's choice.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -23,7 +23,7 @@ from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
 from srbval.studies.calibration_runs import drawn, measure_cases
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 
 SEED = 5  # of the scenes, not that of those between the calibration's
 # Tolerances at which each prediction is put to the test.
@@ -124,11 +124,8 @@ def tallies(checks: Sequence[Row]) -> list[dict[str, Any]]:
     return rows
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--judge-again", action="store_true", help="predict again, keep the stored measured errors")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     calibration, kept, ran = shipped_calibration(), newest_result("held_out"), dict[str, Any]()
     if options.judge_again and kept is not None:
         checks = checks_again(kept.content["checks"], calibration)
@@ -138,9 +135,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     rows = tallies(checks)
     content = {"seconds": calibration.seconds, "reference": calibration.reference, "tallies": rows, "checks": checks}
     return StudyResult(name="held_out", content=ran | to_json(content), text=text_rows(rows))
-
-
-STUDY = Study(
-    question="Do the planner's predicted errors hold on scenes that it was not calibrated with?",
-    minutes=30, run=_run, options=_options,
-)  # fmt: skip

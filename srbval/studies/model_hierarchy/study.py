@@ -1,6 +1,6 @@
 """Run every model on every calibration scene and compare it with the base's reference model at half its step."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
@@ -16,7 +16,7 @@ from srbval.studies.calibration_runs import (
     quick_grid,
     summary,
 )
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 
 
@@ -50,25 +50,14 @@ def measure_models(
     )
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="few scenes: a first impression, not for publication")
-    parser.add_argument("--base", choices=["paper", "rig"], default="paper", help="scene that the calibration varies")
-    parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="of each run")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
     """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
     quick, base = options.quick, options.base
     table = measure_models(
-        quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base, seconds=options.seconds,
-        jobs=options.jobs, progress=progress,
+        quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base,
+        seconds=options.seconds or SECONDS, jobs=options.jobs, progress=progress,
     )  # fmt: skip
     rows = summary(table)
     text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"
     printed = printed_columns(__package__, "summary", rows)
     return StudyResult(content=to_json(table) | {"ladder": rows}, text=f"{text}\n{printed}")
-
-
-STUDY = Study(
-    question="How far is every model from the full one, or from slices?", minutes=40, run=_run, options=_options
-)

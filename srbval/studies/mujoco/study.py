@@ -17,7 +17,7 @@ import importlib
 import math
 import statistics
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator
 from typing import Any
 
@@ -34,11 +34,11 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.scene import Scene, paper_scene
 from srbval.storage.installation import MissingLibraryError
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 
 STEP_S = 1 / 61440  # the paper's, section 2.3
 DURATION_S = 2.0  # of the runs here
-KINDS = ("wall", "cpu")
+KINDS, PAIRS = ("wall", "cpu"), 10
 SHARE_S = 0.05  # simulated by MuJoCo in each pair
 POINT_M = 1e-6  # radius of a point; a roller's spheres are smaller by it
 IMPEDANCE = 0.1
@@ -217,13 +217,10 @@ def compare(scene: Scene, pairs: int, progress: Progress) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--pairs", metavar="N", type="count", default=10, help="pairs of timed runs (default: 10)")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     scene = paper_scene(defect={"kind": Fault.OUTER}, solver={"step_s": STEP_S}, duration_s=DURATION_S)
-    found = compare(scene, options.pairs, progress)
+    found = compare(scene, options.pairs or PAIRS, progress)
     ratios = [one["cpu_ratio"] for one in found["pairs"]]
     (cage, own_cage), (ring_m, own_ring_m) = (found[name].values() for name in ("cage_ratio", "ring_m"))
     text = (
@@ -232,8 +229,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         f"{own_cage:.5f} here; ring displaced by {1e6 * ring_m:.2f} um there, {1e6 * own_ring_m:.2f} um here."
     )
     return StudyResult(name="mujoco", content=found, text=text)
-
-
-STUDY = Study(
-    question="What does the same scene cost in MuJoCo at the same step?", minutes=2, run=_run, options=_options
-)

@@ -11,7 +11,7 @@ band after cepstrum prewhitening.
 
 import dataclasses
 import itertools
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -41,7 +41,7 @@ from srbval.signal import (
     squared_envelope_one_pass,
 )
 from srbval.storage.json_files import to_json
-from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
+from srbval.studies.harness import StudyResult, input_hashes, printed_columns
 from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, known_records, specimen
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
 
@@ -234,12 +234,6 @@ NUMBERS = ("slope", "onset", "hidden", "roller_hidden")
 HEAD = "# What the features of a record say; written by srbval study run naming --evidence FILE\n"
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument(
-        "--evidence", metavar="FILE", help="write what faults are named by: srbval/diagnosis/evidence.toml"
-    )
-
-
 def see_all(
     records: Sequence[KnownRecord], registered: Sequence[RegisteredRecording], progress: Progress = silent
 ) -> list[Seen]:
@@ -252,7 +246,7 @@ def see_all(
     return found
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
     """`DataError` where no record of known state is registered."""
     registered = listing().recordings
     records = known_records(registered)
@@ -270,9 +264,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     )
     inputs = input_hashes(*(record.entry for record in records))
     return StudyResult(name="naming", content=content, text=_text(content), inputs=inputs)
-
-
-STUDY = Study(
-    question="How often are faults in the registered recordings named correctly, beside how it is commonly done?",
-    minutes=2, run=_run, options=_options,
-)  # fmt: skip

@@ -5,7 +5,7 @@ noise spectrum and ratio `snr_db`, None without added noise: in how many `draws`
 over noise, and the largest deviation of a found line from its frequency without noise, None where none was found.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
@@ -86,19 +86,9 @@ def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: 
     }  # fmt: skip
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--noise", metavar="white|RECORDING", nargs="+", default=[WHITE], help="colours of the noise")
-    parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="duration of the runs")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
-    rows = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
+    seconds = options.seconds or SECONDS
+    rows = noise_study(noises=options.noise, seconds=seconds, progress=progress)
     inputs = input_hashes(*(Path(noise) for noise in options.noise if noise != WHITE))
-    return StudyResult(
-        name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows), inputs=inputs
-    )
-
-
-STUDY = Study(
-    question="How does the detection of fault lines degrade with added noise?", minutes=1, run=_run, options=_options
-)
+    return StudyResult(name="noise", content={"rows": rows, "seconds": seconds}, text=text_rows(rows), inputs=inputs)

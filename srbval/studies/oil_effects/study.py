@@ -15,7 +15,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress
 from srbval.progress.tables import text_table
 from srbval.scene import Oil, load_scene
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
 SPEEDS_RPM = (127.0, 340.074, 600.0, 858.94, 1000.0)
@@ -93,7 +93,8 @@ def row(effects: str, rpm: float, radial_kn: float) -> OilRow:
     )  # fmt: skip
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     cases = [(name, rpm, 124.8) for name in EFFECTS for rpm in RECORDS_RPM]
     cases += [("all", rpm, 124.8) for rpm in SPEEDS_RPM if rpm not in RECORDS_RPM]
     cases += [("all", RECORDS_RPM[1], load) for load in (*LIGHT_KN, *LOADS_KN) if load != 124.8]
@@ -109,6 +110,3 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
         ("cage ratio, 340 less 859 rpm", "%"), [(n, f"{t:+.4f}") for n, t in trend.items()]
     )
     return StudyResult(name="oil_effects", content={"rows": rows, "trend_pct": trend}, text=text)
-
-
-STUDY = Study(question="What does the oil do to power, slip and the trend of the cage ratio?", minutes=2, run=_run)

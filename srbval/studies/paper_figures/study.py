@@ -26,7 +26,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import recording_from_run
 from srbval.scene import LoadPath, RollerFit, Scene, paper_scene
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 
 HEIGHTS_MM = (0.05, 0.1, 0.2, 0.3)
 PAPER_HEIGHT_MM = 0.2
@@ -50,7 +50,8 @@ def _case(model: str, fit: RollerFit, height_mm: float, path: LoadPath = LoadPat
     return SimulationCase(id=name, purpose="the paper's figures", state=Fault.OUTER, scene=scene)
 
 
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     patterns = dict.fromkeys([*BY_LEVEL, *BY_HEIGHT])
     trains = {(fit, path): _case("full", fit, PAPER_HEIGHT_MM, path) for fit, path in READINGS}
     cases = {case.id: case for case in (*(_case(*key) for key in patterns), *trains.values())}
@@ -147,9 +148,3 @@ def missing_harmonic(heights: Sequence[float]) -> float | None:
             return i + 1 + here / (here + after)
         return i + before / (before + here)
     return None
-
-
-STUDY = Study(
-    question="What do the paper's Figures 11c, 12 and 14c show in each reading of what it leaves open?",
-    minutes=2, run=_run,
-)  # fmt: skip

@@ -10,7 +10,7 @@ import functools
 import multiprocessing
 import operator
 import re
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from srbval.processes.machine import one_thread, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.content_store import ContentStore
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import chain_errors
@@ -126,13 +126,8 @@ def _kept(work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Se
     return found  # type: ignore[return-value]
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
-    parser.add_argument("--records", metavar="N", type="count", help="per cell; records of noise in proportion")
-    parser.add_argument("--table", action="store_true", help="only make srbval/signal/slip_interval.toml again")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     jobs = options.jobs or usable_cores()
     if options.table:
         text = f"{intervals.slip_table()}\n{intervals.weak_table(jobs)}"
@@ -143,9 +138,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     result = run_reading_bench(settings, jobs=jobs, progress=progress)
     text = "\n\n".join(text_rows(rows) for rows in result.values() if rows)
     return StudyResult(name=None if options.quick else "reading_accuracy", content=result, text=text)
-
-
-STUDY = Study(
-    question="How well are frequencies read, against the Cramer-Rao bound, and do the intervals cover the truth?",
-    minutes=30, run=_run, options=_options,
-)  # fmt: skip

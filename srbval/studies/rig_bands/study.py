@@ -28,7 +28,7 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import load_entry, rig_recordings
 from srbval.scene import load_scene
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import measured, measured_entry
 
 RIG_BAND_HZ = (1400.0, 2800.0)  # the paper's for the rig, section 5
@@ -108,7 +108,8 @@ def combs() -> Iterator[Row]:
                 }  # fmt: skip
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     rows, power_w = list[Row](), dict[str, float]()
     for number, state in enumerate(STATES):
         progress("run and read", number / len(STATES))
@@ -126,6 +127,3 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     inputs = input_hashes(*(measured_entry(state, RIG_RPM) for state in STATES), *rig_recordings(nominal_rpm=RIG_RPM))
     text = f"{text_rows(rows)}\n{power_w} {sides}\n\n{text_rows(found)}"
     return StudyResult(name="rig_bands", content=content, text=text, inputs=inputs)
-
-
-STUDY = Study(question="Does one band serve model and rig, and which combs do the records carry?", minutes=3, run=_run)

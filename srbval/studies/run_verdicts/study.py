@@ -9,7 +9,7 @@ import math
 import random
 import tempfile
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -26,7 +26,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.scene.similar import is_length, similar_parts
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 from srbval.studies.machine import machine_before
 from srbval.studies.outcomes import RunOutcome, outcomes
 from srbval.studies.scenes import PAPER_STEP_S, RPM, bench_scene
@@ -280,25 +280,10 @@ def _text(result: Mapping[str, Any]) -> str:
     return f"{text}\n{text_table(columns, rows)}" if rows else text
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="one run in forty")
-    parser.add_argument(
-        "--random", metavar="N", type="count", help="instead N scenes from wide ranges, against an eighth of the step"
-    )
-    parser.add_argument(
-        "--seed", metavar="N", type="seed", help="seed of the half that is drawn (default: from the clock)"
-    )
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     share = QUICK_SHARE if options.quick else 1.0
     result = judge_runs(seed=options.seed, share=share, scenes=options.random, jobs=options.jobs, progress=progress)
     name, number = None if options.quick or options.random else "run_verdicts", result["counts"]
     sound = number["falsely_ok"] <= MOST_FALSE * max(1, number["says_ok"]) and number["falsely_failed"] == 0
     return StudyResult(name=name, content=result, text=_text(result), sound=sound)
-
-
-STUDY = Study(
-    question="How often are runs that report ok wrong? 2,090 runs, half of them drawn, against converged ones",
-    minutes=26, run=_run, options=_options,
-)  # fmt: skip

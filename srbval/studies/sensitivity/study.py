@@ -1,6 +1,6 @@
 """What open inputs, starts and numerics do to every compared quantity of the paper's scene, or of a user's."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -8,21 +8,14 @@ from srbval.comparison.budget import STUDY as SIZE
 from srbval.progress import Progress
 from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import StudyResult, printed_columns
 from srbval.studies.input_effects import measure
 
 FEW_DRAWS = 16  # of the open inputs with --quick
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="few draws: a first impression, not for publication")
-    parser.add_argument("--scene", metavar="FILE", help="this scene in place of the paper's; takes minutes for full")
-    parser.add_argument(
-        "--inputs", metavar="FILE", help="these ranges in place of the paper's; format as in comparison/budget.toml"
-    )
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     found = measure(
         scene=load_scene(options.scene) if options.scene else None,
         inputs=Path(options.inputs) if options.inputs else None,
@@ -43,9 +36,3 @@ def _most_by(shares: Mapping[str, float]) -> str:
     """The two inputs that settle most of the variance on their own."""
     most = sorted(shares, key=lambda name: -shares[name])[:2]
     return ", ".join(f"{name} {100 * shares[name]:.0f} %" for name in most)
-
-
-STUDY = Study(
-    question="What do the uncertain inputs and the numerics do to each compared quantity?", minutes=30, run=_run,
-    options=_options,
-)  # fmt: skip

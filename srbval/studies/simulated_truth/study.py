@@ -13,7 +13,7 @@ known path and over a background. Counted as resolved are sizes whose interval i
 
 import itertools
 import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -32,11 +32,11 @@ from srbval.progress.tables import text_rows
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import StudyResult
 from srbval.studies.rig_amplitudes import STEP_S
 from srbval.studies.simulated_rig import BEARING, RATIO, TRUE, background, record_of, rough_run, simulated_rig
 
-PARTS = ("paths", "rough", "sizes")
+RIGS = 40  # of `paths` and of `rough`
 FIRST_SEED, NOISE, MISSED_DB = 3000, 0.05, 0.0  # of `paths`; the background [m/s2], also of `rough`
 WAVES_NM = 28.0
 CASES = ((Fault.OUTER, 859.0), (Fault.INNER, 859.0))  # of `sizes`
@@ -149,15 +149,11 @@ def counted(found: list[tuple[Fault, float, DefectSize]]) -> Iterator[Row]:
         }  # fmt: skip
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--part", choices=PARTS, help="only this part, not stored without -o")
-    parser.add_argument("--rigs", metavar="N", type="count", default=40, help="of known path (default: 40)")
-    parser.add_argument("--rough-rigs", metavar="N", type="count", default=40, help="with waves (default: 40)")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     runs = {
-        "paths": lambda: paths(options.rigs, progress), "rough": lambda: rough(options.rough_rigs, progress),
+        "paths": lambda: paths(options.rigs or RIGS, progress),
+        "rough": lambda: rough(options.rough_rigs or RIGS, progress),
         "sizes": lambda: sizes(progress),
     }  # fmt: skip
     content = {part: run() for part, run in runs.items() if options.part in (part, None)}
@@ -167,9 +163,3 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     ]
     name = None if options.part else "simulated_truth"
     return StudyResult(name=name, content=content, text="\n\n".join(texts))
-
-
-STUDY = Study(
-    question="How biased are identified paths and sizes of simulated rigs, and do their intervals cover the truth?",
-    minutes=10, run=_run, options=_options,
-)  # fmt: skip

@@ -2,23 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from srbval.models.run import USABLE
-from srbval.report.figures.style import (
-    BLUE,
-    GREEN,
-    INK,
-    ORANGE,
-    PURPLE,
-    SOFT,
-    VERMILION,
-    PanelFiles,
-    figure_style,
-    new_figure,
-    save_panel,
-)
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
 
 # Shape and colour tell the methods apart, each alone.
 MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")
@@ -28,38 +15,31 @@ COST = "wall_per_simulated_s"
 Row = Mapping[str, Any]
 
 
+@panel
 def speed_accuracy_plot(
-    folder: Path,
-    name: str,
-    *,
-    runs: Sequence[Row],
-    panels: Mapping[str, str],
-    fronts: Mapping[str, str],
-    floors: Mapping[str, float | None],
-) -> PanelFiles:
-    """Draw one panel for each of `panels` (value's name, axis label); write picture and CSV.
+    runs: Sequence[Row], *, panels: Mapping[str, str], fronts: Mapping[str, str], floors: Mapping[str, float | None]
+) -> Drawn:
+    """One panel for each of `panels` (value's name, axis label).
 
     `runs` are rows of the stored bench with the `marks` that they are shown with; a value of None was not measured. The
     default solver at its default step has a ring. `fronts` names for values the flag of the runs on their front, a
     line; `floors`: what the converged run itself vouches for, dashed. A failed run without a cost stands at the left.
     """
     solvers = list(dict.fromkeys(run["solver"] for run in runs))
-    with figure_style():
-        figure = new_figure(SIZE_INCHES)
-        rows = figure.subplots(2, len(panels), height_ratios=(1, 8), sharex="col", squeeze=False)
-        for place, (value, label) in enumerate(panels.items()):
-            above, ax = rows[0][place], rows[1][place]
-            _failed(above, runs, solvers, first=place == 0)
-            _panel(ax, runs, solvers, value, fronts.get(value, ""))
-            _floor(ax, floors.get(value))
-            ax.set(xlabel="Wall s per simulated s", ylabel=label)
-            ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
-            _ticks(ax.xaxis, ax.get_xlim())
-            _ticks(ax.yaxis, ax.get_ylim())
-        _legend(figure, solvers)
-        names = ("solver", "dt_s", COST, *panels, "status")
-        columns = {key: [math.nan if run[key] is None else run[key] for run in runs] for key in names}
-        return save_panel(figure, folder, name, columns)
+    figure = new_figure(SIZE_INCHES)
+    rows = figure.subplots(2, len(panels), height_ratios=(1, 8), sharex="col", squeeze=False)
+    for place, (value, label) in enumerate(panels.items()):
+        above, ax = rows[0][place], rows[1][place]
+        _failed(above, runs, solvers, first=place == 0)
+        _panel(ax, runs, solvers, value, fronts.get(value, ""))
+        _floor(ax, floors.get(value))
+        ax.set(xlabel="Wall s per simulated s", ylabel=label)
+        ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
+        _ticks(ax.xaxis, ax.get_xlim())
+        _ticks(ax.yaxis, ax.get_ylim())
+    _legend(figure, solvers)
+    names = ("solver", "dt_s", COST, *panels, "status")
+    return figure, {key: [math.nan if run[key] is None else run[key] for run in runs] for key in names}
 
 
 def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, front: str) -> None:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE
@@ -23,6 +22,7 @@ PANELS = {
     "band_rms_error": "500-1500 Hz RMS error",
     "noise_floor": "Envelope noise floor",
 }
+FLOORS = {"cage_error": "own_cage_error", "band_rms_error": "own_band_rms_error", "noise_floor": "noise_floor"}
 FRONTS = {"cage_error": "pareto", "band_rms_error": "pareto_band"}
 PAPER_SOLVER = "ode4"
 MAIN_SCENES = ("interference-outer", "play0-outer", "rig-outer")  # of the short table; the chart shows the first
@@ -30,7 +30,7 @@ MOST_ROWS = 10  # of that table
 
 
 def section(results: StoredResults) -> Section:
-    """One chart and the rows that matter most; in the appendix the other charts, all such rows and targets.
+    """One chart and the rows that matter most; in the appendix the other charts and all such rows.
 
     A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
     """
@@ -57,7 +57,6 @@ def section(results: StoredResults) -> Section:
             origin_of(result),
             *blocks,
             TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown))),
-            TEXTS.table("speed-accuracy-targets", content["targets"]),
         ),
     )
 
@@ -92,15 +91,9 @@ def _few(rows: Sequence[Row]) -> list[Row]:
 def _charts(content: Mapping[str, Any], every: Sequence[Row]) -> Iterator[Figure]:
     for scene, reference in content["reference"].items():
         if rows := [row for row in every if row["scene"] == scene]:
-            floors = {
-                "cage_error": "own_cage_error",
-                "band_rms_error": "own_band_rms_error",
-                "noise_floor": "noise_floor",
-            }
-            plot = partial(
-                speed_accuracy_plot, runs=rows, panels=PANELS, fronts=FRONTS,
-                floors={panel: reference[key] for panel, key in floors.items()},
-            )  # fmt: skip
+            plot = speed_accuracy_plot(
+                rows, panels=PANELS, fronts=FRONTS, floors={panel: reference[key] for panel, key in FLOORS.items()}
+            )
             yield TEXTS.figure(
                 "speed-accuracy", plot, id=f"speed-accuracy-{scene}", badge=Badge.SIMULATED, scene=scene,
                 runs=len(rows), rows=_shown(rows),

@@ -40,8 +40,8 @@ class BenchSettings:
     """Durations in simulated seconds, and how often things are repeated.
 
     `timing_s` of each timed run, after `timing_settle_s`; `accuracy_s` of each run that is compared with the converged
-    one, after `accuracy_settle_s`; `memory_s` of the run whose memory is read; `reference_budget_s` wall time that one
-    converged run may take; `steps` step sizes, as divisors of a second.
+    one, after `accuracy_settle_s`; `reference_budget_s` wall time that one converged run may take; `steps` step sizes,
+    as divisors of a second.
     """
 
     timing_s: float
@@ -49,8 +49,6 @@ class BenchSettings:
     repeats: int
     accuracy_s: float
     accuracy_settle_s: float
-    memory_s: float
-    starts: int
     reference_budget_s: float
     steps: tuple[int, ...]
 

@@ -3,12 +3,11 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from srbval.report.figures.style import INK, SOFT, PanelFiles, figure_style, new_figure, save_panel
+from srbval.report.figures.style import INK, SOFT, Drawn, new_figure, panel
 
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {
@@ -34,36 +33,36 @@ COLUMNS = ("dt_s", "rpm", "status", "predicted_elastic_limit_dt_s", "predicted_l
 Block = tuple[str, Sequence[Sequence[Mapping[str, Any]]]]
 
 
-def stability_map(folder: Path, name: str, *, blocks: Sequence[Sequence[Block]]) -> PanelFiles:
-    """Draw `blocks`, rows of them (the last one may be shorter); write picture and CSV.
+@panel
+def stability_map(blocks: Sequence[Sequence[Block]]) -> Drawn:
+    """`blocks`, rows of them (the last one may be shorter).
 
     A block is a title and its cells as they are stored, [steps (short to long), speeds], all with the same axes. The
     predicted limits of its speeds are drawn as lines: solid elastic, dashed whole.
     """
     first = blocks[0][0][1]
     steps_per_s, rpm = [round(1 / line[0]["dt_s"]) for line in first], [cell["rpm"] for cell in first[0]]
-    with figure_style():
-        height = min(TALLEST_INCHES, HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES))
-        figure = new_figure((WIDTH_INCHES, height))
-        axes = figure.subplots(len(blocks), len(blocks[0]), squeeze=False)
-        for line, row in zip(axes, blocks, strict=True):
-            for ax, block in zip(line, row, strict=False):
-                _draw(ax, block, steps_per_s)
-            for ax in line[len(row) :]:
-                ax.set_visible(False)
-        for ax in axes[:, 0]:
-            ax.set_yticks(_middles(steps_per_s), labels=[f"1/{n}" for n in steps_per_s], fontsize=6.5)
-        for ax in axes[-1]:
-            size = 7 if len(blocks[0]) <= WIDE_BLOCKS else 5
-            ax.set_xticks(_middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=size)
-            ax.set_xlabel("Shaft speed, rpm")
-        figure.supylabel("Step, s", fontsize=8.5)
-        cells = [(title, cell) for row in blocks for title, lines in row for line in lines for cell in line]
-        _legend(figure, Counter(cell["status"] for _, cell in cells))
-        columns: dict[str, list[Any]] = {
-            key: [math.nan if cell[key] is None else cell[key] for _, cell in cells] for key in COLUMNS
-        }
-        return save_panel(figure, folder, name, {"block": [title for title, _ in cells], **columns})
+    height = min(TALLEST_INCHES, HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES))
+    figure = new_figure((WIDTH_INCHES, height))
+    axes = figure.subplots(len(blocks), len(blocks[0]), squeeze=False)
+    for line, row in zip(axes, blocks, strict=True):
+        for ax, block in zip(line, row, strict=False):
+            _draw(ax, block, steps_per_s)
+        for ax in line[len(row) :]:
+            ax.set_visible(False)
+    for ax in axes[:, 0]:
+        ax.set_yticks(_middles(steps_per_s), labels=[f"1/{n}" for n in steps_per_s], fontsize=6.5)
+    for ax in axes[-1]:
+        size = 7 if len(blocks[0]) <= WIDE_BLOCKS else 5
+        ax.set_xticks(_middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=size)
+        ax.set_xlabel("Shaft speed, rpm")
+    figure.supylabel("Step, s", fontsize=8.5)
+    cells = [(title, cell) for row in blocks for title, lines in row for line in lines for cell in line]
+    _legend(figure, Counter(cell["status"] for _, cell in cells))
+    columns: dict[str, list[Any]] = {
+        key: [math.nan if cell[key] is None else cell[key] for _, cell in cells] for key in COLUMNS
+    }
+    return figure, {"block": [title for title, _ in cells], **columns}
 
 
 def _middles(values: Sequence[float]) -> list[float]:

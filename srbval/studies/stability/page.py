@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
@@ -12,6 +11,7 @@ from srbval.report.section_texts import Texts
 from srbval.scene import SolverSettings, paper_scene
 from srbval.studies.appendix_page import missing, origin_of
 from srbval.studies.scenes import RIG_SCENES
+from srbval.studies.stability.claims import claims
 from srbval.studies.stability.figure import stability_map
 
 TEXTS = Texts.of_study(__package__)
@@ -29,7 +29,10 @@ def section(results: StoredResults) -> Section:
     if result is None:
         return TEXTS.section(missing(NAMES[0]))
     content = result.content
-    cells, grid, references, claims = (content[name] for name in ("cells", "grid", "references", "claims"))
+    cells, grid, references = (content[name] for name in ("cells", "grid", "references"))
+    tested: list[dict[str, Any]] = [
+        {"claim": claim, "counted": TEXTS.text("counted", claim=claim)} for claim in claims(cells)
+    ]
     velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
     abreast = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
     main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
@@ -47,14 +50,14 @@ def section(results: StoredResults) -> Section:
             "how", grid=grid, reference_error=max(max(r["own_cage_error"], r["own_load_error"]) for r in references)
         ),
     ]
-    blocks += [TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim) for claim in claims]
+    blocks += [TEXTS.callout("claim", tone=CLAIM_TONE[one["claim"]["borne_out"]], **one) for one in tested]
     blocks += [*_maps(content, "stability-limits"), outcomes]
     if rig is not None:
         blocks += [TEXTS.paragraph("rig", counts=rig.content["counts"]), origin_of(rig)]
         blocks += _maps(rig.content, "rig-stability-limits")
     return TEXTS.section(
         TEXTS.paragraph("intro", grid=grid, counts=content["counts"]),
-        Listing(items=tuple(TEXTS.text("claim", claim=claim) for claim in claims)),
+        Listing(items=tuple(TEXTS.text("claim", **one) for one in tested)),
         _map(content, main_scene, "stability-map", [[(solver, velocity) for solver in row] for row in abreast]),
         appendix=blocks,
     )
@@ -89,7 +92,7 @@ def _map(content: Row, scene: str, name: str, wanted: Sequence[Sequence[tuple[st
         for row in blocks for title, lines in row
     ]  # fmt: skip
     return TEXTS.figure(
-        "stability", partial(stability_map, blocks=blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
+        "stability", stability_map(blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
         steps=steps, speeds=len(rpm),
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ by `BETWEEN_PCT`. What is read goes through the report's own functions: `cage_me
 records' samples and how a line is read in them.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -27,7 +27,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.recordings.registry import load_entry, rig_recordings
 from srbval.storage.stored_result import newest_result
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 
 RIGS, SEED = 1000, 36
 PLANTED_PCT = (0.0, 0.05, 0.1, 0.2)
@@ -88,28 +88,17 @@ def verdict_on(endpoint: int, variant: Mapping[str, Any], read: Sequence[CageRea
     return verdict(list(endpoints(read, means))[endpoint], variant, read, means.means[-1]).verdict
 
 
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--rigs", metavar="N", type="count", default=RIGS, help="simulated for each row")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
+def run(options: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     stored, bearing = newest_result("cage_draws"), load_bearing(DEFAULT_BEARING)
     if stored is None:
         raise DataError("no stored draws of the model's cage ratio; srbval study run cage_draws makes them.")
     variant = next(v for v in stored.content["variants"] if (v["scene"], v["form"]) == ("rig", STATED))
     entries = rig_recordings()
     readings = cage_readings([load_entry(one) for one in entries], bearing)
-    rows = list(rates(variant, readings, rigs=options.rigs, progress=progress))
+    rows = list(rates(variant, readings, rigs=options.rigs or RIGS, progress=progress))
     return StudyResult(
-        name="verdict_power" if options.rigs == RIGS else None, text=text_rows(rows),
+        name="verdict_power" if options.rigs in (None, RIGS) else None, text=text_rows(rows),
         content={"between_pct": BETWEEN_PCT, "records": [one.record for one in readings], "rows": rows},
         inputs=input_hashes(stored, *entries),
     )  # fmt: skip
-
-
-STUDY = Study(
-    question="How often do the verdicts on the cage ratio find a planted error, and how often are they wrong?",
-    minutes=6,
-    run=_run,
-    options=_options,
-)  # fmt: skip

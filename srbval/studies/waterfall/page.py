@@ -2,12 +2,10 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 from srbval.report.blocks import Badge, Section
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelFiles, figure_style, new_figure, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, new_figure, panel
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.studies.appendix_page import missing, origin_of
@@ -29,13 +27,18 @@ def section(results: StoredResults) -> Section:
     steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
     ends = {measure: [_text(found[0]), _text(found[-1])] for measure in measures
             if (found := [row for row in rows if row["measure"] == measure])}  # fmt: skip
-    plot = partial(waterfall_plot, rows=rows)
     units = {row["measure"]: row["unit"] for row in rows}
     table = TEXTS.table("waterfall-table", _lines(rows), measures=measures, units=units)
     return TEXTS.section(
         TEXTS.paragraph("intro", steps=steps),
         TEXTS.figure(
-            "waterfall", plot, id="waterfall-chart", badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends
+            "waterfall",
+            waterfall_plot(rows),
+            id="waterfall-chart",
+            badge=Badge.MEASURED,
+            steps=steps,
+            measures=measures,
+            ends=ends,
         ),
         appendix=[origin_of(result), table],
     )
@@ -58,19 +61,21 @@ def _text(row: Mapping[str, Any]) -> str:
     return f"{row['error']:{FORMAT[row['unit']]}} [{row['uncertainty']:{FORMAT[row['unit']][1:]}}]{of}"
 
 
-def waterfall_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
-    """Draw error and uncertainty over the steps, top to bottom; write picture and CSV."""
+@panel
+def waterfall_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
+    """Error and uncertainty over the steps, top to bottom."""
     steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
-    with figure_style():
-        figure = new_figure(WATERFALL_INCHES)
-        grid = figure.subplots(math.ceil(len(measures) / PANELS_ACROSS), PANELS_ACROSS, squeeze=False, sharey=True)
-        for axes, measure in zip(grid.flat, measures, strict=False):
-            _waterfall_panel(axes, [row for row in rows if row["measure"] == measure], steps)
-            axes.set_title(measure)
-        for axes in grid[:, 0]:
-            axes.set_yticks(range(len(steps)), labels=steps)
-        grid[0, 0].set_ylim(len(steps) - 0.5, -0.5)
-        return save_panel(figure, folder, name, _waterfall_columns(rows))
+    figure = new_figure(WATERFALL_INCHES)
+    grid = figure.subplots(math.ceil(len(measures) / PANELS_ACROSS), PANELS_ACROSS, squeeze=False, sharey=True)
+    for axes, measure in zip(grid.flat, measures, strict=False):
+        _waterfall_panel(axes, [row for row in rows if row["measure"] == measure], steps)
+        axes.set_title(measure)
+    for axes in grid[:, 0]:
+        axes.set_yticks(range(len(steps)), labels=steps)
+    grid[0, 0].set_ylim(len(steps) - 0.5, -0.5)
+    texts = {key: [row[key] for row in rows] for key in ("step", "record", "used_for", "measure", "unit")}
+    numbers = {key: [math.nan if row[key] is None else row[key] for row in rows] for key in ("error", "uncertainty")}
+    return figure, texts | numbers
 
 
 def _waterfall_panel(axes: Any, rows: Sequence[Mapping[str, Any]], steps: Sequence[str]) -> None:
@@ -87,12 +92,6 @@ def _waterfall_panel(axes: Any, rows: Sequence[Mapping[str, Any]], steps: Sequen
                 elinewidth=1.0, capsize=2.0, zorder=5,
             )  # fmt: skip
     axes.set_xlabel(f"Error, {unit}")
-
-
-def _waterfall_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    texts = {key: [row[key] for row in rows] for key in ("step", "record", "used_for", "measure", "unit")}
-    numbers = {key: [math.nan if row[key] is None else row[key] for row in rows] for key in ("error", "uncertainty")}
-    return texts | numbers
 
 
 PAGE = Page(

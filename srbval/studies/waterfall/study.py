@@ -35,7 +35,7 @@ from srbval.reading.locked import without_passage_lines
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.tables import read_toml
-from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.rig_amplitudes import (
     BEARING,
     NUMERICS,
@@ -190,7 +190,8 @@ def _rms(values: Sequence[float]) -> float | None:
     return math.sqrt(statistics.fmean(value * value for value in values)) if values else None
 
 
-def _run(_: Namespace, progress: Progress) -> StudyResult:
+def run(_: Namespace, progress: Progress) -> StudyResult:
+    """Answer the question; see `harness.StudyResult`."""
     healthy = without_passage_lines(measured(Fault.HEALTHY, 877.0), BEARING, None, WHOLE_HZ)
     rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
     found, summary = list[Comparison](), list[dict[str, Any]]()
@@ -212,9 +213,3 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     }  # fmt: skip
     inputs = input_hashes(*(measured_entry(state, 877.0) for state in STATES))
     return StudyResult(name="waterfall", content=content, text=text_rows(summary), inputs=inputs)
-
-
-STUDY = Study(
-    question="What does each change from the paper's scene to the rig's buy in frequency, level and pattern?",
-    minutes=12, run=_run,
-)  # fmt: skip

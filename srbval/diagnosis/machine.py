@@ -1,0 +1,163 @@
+"""A machine's file: what is the same for all records of one machine, stated once and taken by every command.
+
+A TOML file with a `title` and any of these: `bearing`, which is a known name, a file, or a table as in a bearing's own
+file; `[set_point]`, `[sensor]`, `[baseline]` and `[limits]` with the fields of the classes below. Paths are relative to
+its folder. Each value stands for an option of the command line; an option that is given there goes over it.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import load_bearing
+from srbval.diagnosis.trend import zone_boundaries
+from srbval.errors import ConfigurationError
+from srbval.recordings import RecordingSettings
+from srbval.storage.tables import SI_SUFFIX, UNITS, Limited, build, limited, quantity, read_toml
+
+OPTIONS = {  # the option, and its unit, that a field stands for where it is called otherwise
+    "speed_rad_s": ("rpm", "rpm"),
+    "speed_tolerance_pct": ("rpm_tolerance", ""),
+    "radial_n": ("radial_kn", "kN"),
+    "axial_n": ("axial_kn", "kN"),
+    "rate_hz": ("fs", "Hz"),
+    "sensitivity_mv_per_g": ("sensitivity", ""),
+    "records": ("baseline", ""),
+    "band_hz": ("band", "Hz"),
+    "cage_slip_pct": ("cage_slip", ""),
+    "zones_m_s": ("zones_mm_s", "mm/s"),
+}
+BELONGS_TO = {  # an option that, once given, does without the machine's value
+    "rpm_tolerance": "rpm", "scale": "unit", "sensitivity": "unit", "pulses_per_rev": "tacho",
+    "healthy_scale": "healthy", "band": "auto_band", "zones_mm_s": "machine_class",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetPoint(Limited):
+    """Speed and load that the machine is set to; without a tolerance the speed counts as measured."""
+
+    speed_rad_s: float | None = quantity("speed", above=0, default=None)
+    speed_tolerance_pct: float | None = limited(above=0, most=10, default=None)
+    radial_n: float | None = quantity("force", default=None)
+    axial_n: float | None = quantity("force", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor(Limited):
+    """Channel, rate and unit of the samples; see `RecordingSettings`."""
+
+    channel: str | None = None
+    rate_hz: float | None = quantity("frequency", above=0, default=None)
+    unit: str | None = None
+    scale: float | None = limited(above=0, default=None)
+    sensitivity_mv_per_g: float | None = limited(above=0, default=None)
+    tacho: str | None = None
+    pulses_per_rev: float | None = limited(above=0, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaselineRecords(Limited):
+    """The healthy record and its own scale, for comparison; of a trend, how many of the first records are healthy."""
+
+    healthy: Path | None = None
+    healthy_scale: float | None = limited(above=0, default=None)
+    records: int | None = limited(least=1, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MachineLimits(Limited):
+    """Where lines are looked for, and how severe a velocity is.
+
+    `zones_m_s`: the RMS velocities from which zones B, C and D begin, in place of those of a `machine_class`.
+    """
+
+    band_hz: tuple[float, float] | None = quantity("frequency", above=0, default=None)
+    cage_slip_pct: float | None = limited(above=0, most=5, default=None)
+    machine_class: str | None = None
+    zones_m_s: tuple[float, float, float] | None = quantity("velocity", above=0, default=None)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        zone_boundaries(self.machine_class)
+        for name, values in (("band", self.band_hz), ("zones", self.zones_m_s)):
+            if values is not None and list(values) != sorted(set(values)):
+                raise ConfigurationError(f"limits {name} = {list(values)} in SI: each must be above the one before.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Machine:
+    """What a machine's file states."""
+
+    title: str
+    bearing: str | Mapping[str, Any] | None = None
+    set_point: SetPoint = field(default_factory=SetPoint)
+    sensor: Sensor = field(default_factory=Sensor)
+    baseline: BaselineRecords = field(default_factory=BaselineRecords)
+    limits: MachineLimits = field(default_factory=MachineLimits)
+
+
+def machine_options(path: str | Path) -> dict[str, Any]:
+    """The options that a machine's file stands for, by their names in the parsed command line.
+
+    Raises `ConfigurationError`, with the file's name, for an unknown key, a value beyond its limits or of a wrong type
+    or unit; `DataError` where it cannot be read.
+    """
+    file = Path(path)
+    try:
+        machine = build(Machine, read_toml(file), str(file))
+        found = {name: _in_unit(getattr(getattr(machine, table), key), key, unit)
+                 for table, key, name, unit in _fields()}  # fmt: skip
+        options = {name: value for name, value in found.items() if value is not None}
+        if machine.bearing is not None:
+            name = machine.bearing if isinstance(machine.bearing, str) else file.name
+            options["bearing"] = str(file.parent / name) if name.endswith(".toml") else name
+            load_bearing(options["bearing"])
+        if "healthy" in options:
+            options["healthy"] = str(file.parent / options["healthy"])
+        RecordingSettings(unit=options.get("unit"))
+    except ConfigurationError as error:
+        said = str(error)
+        raise type(error)(said if said.startswith(str(file)) else f"{file}: {said}") from None
+    return options
+
+
+def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
+    """The text of a machine's file in `folder` that stands for these options; what is None is left out."""
+    stated = {"title": title} | {name: value for name, value in options.items() if value is not None}
+    for name in ("bearing", "healthy"):
+        if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
+            stated[name] = os.path.relpath(stated[name], folder)
+    tables = {"": [f"{name} = {json.dumps(stated[name])}" for name in ("title", "bearing") if name in stated]}
+    for table, key, name, unit in _fields():
+        if (value := stated.get(name)) is not None:
+            if unit:
+                key, _ = _shorter(key, unit)
+                value = [f"{x:.12g} {unit}" for x in value] if isinstance(value, list) else f"{value:.12g} {unit}"
+            tables.setdefault(f"\n[{table}]", []).append(f"{key} = {json.dumps(value)}")
+    return "\n".join(line for head, rows in tables.items() for line in (head, *rows) if line) + "\n"
+
+
+def _fields() -> Iterator[tuple[str, str, str, str]]:
+    """Table, field, option and its unit of all that a machine's file may state beside the bearing."""
+    for table in fields(Machine):
+        if isinstance(table.default_factory, type):
+            for one in fields(table.default_factory):
+                yield table.name, one.name, *OPTIONS.get(one.name, (one.name, ""))
+
+
+def _shorter(key: str, unit: str) -> tuple[str, float]:
+    """A field's name without its SI unit, as its value is written with `unit`, and that unit in SI."""
+    dimension = next(d for d, end in SI_SUFFIX.items() if key.endswith(end) and unit in UNITS[d])
+    return key.removesuffix(SI_SUFFIX[dimension]), UNITS[dimension][unit]
+
+
+def _in_unit(value: Any, key: str, unit: str) -> Any:
+    """A field's value, in `unit` where it has one, without the last digits, which the change of units leaves."""
+    if value is None or not unit:
+        return value
+    found = [float(f"{x / _shorter(key, unit)[1]:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
+    return found if isinstance(value, tuple) else found[0]
