@@ -153,7 +153,7 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs, each compiled apart: model, what it does, cages, oil, free rollers.
+    """Names of the kernels that the scene's run needs: model, what the kernel does, cages, oil, free rollers.
 
     Of those with the full model's equations: their ``rates``, and the steps of the family of the scene's solver.
     """

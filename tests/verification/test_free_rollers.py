@@ -1,7 +1,7 @@
 """Rollers that tilt and slide along their axes: each in balance, power closed, against an independent static solver.
 
 Reason: a wrong sign of tilt, shift or of what follows from them would move load from row to row or make power. Source:
-ISO/TS 16281, laminae fixed to the roller, q = c_L / L (approach of both contacts)^(10/9), half of the approach for each;
+ISO/TS 16281, laminae fixed to the roller, q = c_L / L (approach of both contacts)^(10/9), half of the approach each;
 slide, shift and tilt of every roller from its two forces and its moment by SciPy's root finding, nothing closed.
 """
 
@@ -45,11 +45,11 @@ class Pose(NamedTuple):
 class StaticRoller:
     """One roller of a scene at its angle in the bearing, between races whose outer one is displaced by `ring_m` [3]."""
 
-    def __init__(self, model: Parameters, number: int, ring_m: FloatArray) -> None:
+    def __init__(self, model: Parameters, number: int, ring_m: FloatArray, inner_osculation: float = 0.965) -> None:
         g, angle = geometry(), model.slot_angle[number]
         side = 1.0 if number < len(model.slot_angle) // 2 else -1.0
         alpha, self.profile = g.tilt_rad, 0.97 * g.raceway_radius_m
-        self.middle, self.radii = model.law.roller_radius, (g.raceway_radius_m, self.profile / 0.965)
+        self.middle, self.radii = model.law.roller_radius, (g.raceway_radius_m, self.profile / inner_osculation)
         distance = g.pitch_radius_m / np.cos(alpha)
         radial, along = ring_m[0] * np.cos(angle) + ring_m[1] * np.sin(angle), side * ring_m[2]
         slot, axis = np.array([np.cos(alpha), np.sin(alpha)]), np.array([-np.sin(alpha), np.cos(alpha)])
@@ -94,7 +94,7 @@ class StaticRoller:
 
 @cache
 def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
-    """The model, every roller's pose under the ring that loads a row (0: both), and the model's state there, at rest."""
+    """The model, every roller's pose under the ring that loads a row (0: both), the model's state there, at rest."""
     model = slices_model(paper_scene(**SCENE))
     poses = [StaticRoller(model, number, RINGS_M[row]).balance() for number in range(len(model.slot_angle))]
     where = layout_of(np.zeros(4 * len(poses) + 12))

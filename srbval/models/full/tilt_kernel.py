@@ -4,7 +4,7 @@ Without friction a contact's force acts on the line through the centres of the t
 balance both contacts have one line (moment equilibrium, as ISO/TS 16281 asks of every roller): that through the centres
 of the races' arcs in the slot's meridian, o of the outer one and i of the inner one, slot axes. With it along x',
 
-    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt) along z' = -x sin(tilt) + z cos(tilt)
+    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt)  along  z'
 
 turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae stay
 where they are along the roller. The columns' frames are then the roller's. Rolling without skew, friction has no part
@@ -13,8 +13,6 @@ holds a roller, so that its skew moment acts on the cage. Nothing happens where 
 """
 
 import math
-
-import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.jit import inlined, kernel_part
@@ -96,7 +94,7 @@ def force_in_slot(space, j, c, s, shift):
 
 @kernel_part
 def tilt_on_cages(free, model, slots, relative, on_cages):
-    """Torque on the angle between both cages and on the cages, with what tilted rollers' skew has about the slots' z."""
+    """Torque on the angle between both cages and on the cages, with tilted rollers' skew about the slots' z [N m]."""
     if free is None:
         return relative, on_cages
     space = model.scratch.space
