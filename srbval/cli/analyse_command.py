@@ -1,21 +1,21 @@
 """``srbval analyse``: recordings and simulated runs through the one signal pipeline, the answer first."""
 
 import argparse
-import csv
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
-from srbval.cli.output import answer, own_command, print_table
+from srbval.cli.output import answer, own_command, print_table, print_wrapped
 from srbval.diagnosis.machine import machine_toml
 from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
     RecordRequest,
+    feature_table,
     machine_of,
     read_record,
     read_records,
@@ -25,6 +25,7 @@ from srbval.diagnosis.records import (
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_rows, uncertain
+from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.signal import BandFilter
@@ -32,8 +33,7 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
 DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
-COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz, ± 95 %", "deviation %", "times noise", "false alarm",
-           "identity %", "detected")  # fmt: skip
+COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
 RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault", "probability %": "probability",
            "alarm": "alarm"}  # fmt: skip
 ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained. Probability by the record alone."
@@ -64,9 +64,8 @@ def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[Recor
 
 def run(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
-    for name, kind, ending in ((options.csv, "CSV", ".csv"), (options.write_machine, "TOML", ".toml")):
-        if name:
-            check_suffix(Path(name), kind, (ending,))
+    if options.write_machine:
+        check_suffix(Path(options.write_machine), "TOML", (".toml",))
     many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
@@ -91,8 +90,8 @@ def _run_one(options: argparse.Namespace) -> int:
     document = to_json(reading)
     for rows in ("lines", "families"):
         document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
-    write_csv(options.csv, document["lines"])
-    return answer(options, document, lambda: _show(reading, line, whole=options.all or part is not None))
+    tables = {"lines": document["lines"], "features": document["feature_table"]}
+    return answer(options, document, lambda: _show(reading, line, whole=options.all or part is not None), tables=tables)
 
 
 def _run_many(options: argparse.Namespace) -> int:
@@ -101,7 +100,6 @@ def _run_many(options: argparse.Namespace) -> int:
     documents, failed, other = read_many(options)
     machine = {"machine": machine_of(documents)} if options.one_machine else {}
     rows = [summary_of(document) for document in documents]
-    write_csv(options.csv, rows)
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
     names = short_names(files)
 
@@ -119,7 +117,8 @@ def _run_many(options: argparse.Namespace) -> int:
 
     code = report_failed(failed, other)
     document = {"records": documents, "summary": rows, "failed": failed, "left_out": other} | machine
-    return answer(options, document, show, code=code, status="incomplete" if failed else "")
+    tables = {"records": rows, "failed": failed}
+    return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
@@ -144,16 +143,6 @@ def short_names(files: Iterable[str]) -> dict[str, str]:
     alike = Counter(Path(file).name for file in files)
     parts = {file: Path(file).parts[-2 if alike[Path(file).name] > 1 else -1 :] for file in files}
     return {file: printable("/".join(part), LONGEST_FILE) for file, part in parts.items()}
-
-
-def write_csv(path: str | None, rows: Sequence[Mapping[str, Any]]) -> None:
-    """A table as a CSV file with the keys as its header; nothing where no path is given."""
-    if path is None:
-        return
-    with atomic_write(Path(path)) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, rows[0] if rows else (), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
@@ -184,33 +173,35 @@ def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
     for caution in recording.cautions[:MOST_CAUTIONS]:
         print(f"caution: {caution}")
     more = len(recording.cautions) - MOST_CAUTIONS
-    print(f"{f'{more} more cautions, ' if more > 0 else ''}every line and the reasons: --all, --csv FILE, --json")
+    print(f"{f'{more} more cautions, ' if more > 0 else ''}every line, features, reasons: --all, --export FILE, --json")
 
 
 def _show_all(reading: RecordReading, wanted: str) -> None:
     result, verdict = reading.analysis, reading.verdict
     recording, shown = result.recording, result.processed
-    print(f"{result.bearing.title}")
-    print(f"band {shown.chain}; {result.band.why}")
-    print(f"lines searched in {result.search}")
-    print(f"that is {', '.join(f'{name} {low:.2f} to {high:.2f} Hz' for name, (low, high) in result.windows.items())}")
-    print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
-    print(f"{shown.tracking.why}\n")
-    for caution in recording.cautions:
-        print(f"caution: {caution}")
+    print_wrapped(
+        result.bearing.title,
+        f"band {shown.chain}; {result.band.why}",
+        f"lines searched in {result.search}",
+        f"that is {', '.join(f'{name} {low:.2f} to {high:.2f} Hz' for name, (low, high) in result.windows.items())}",
+        f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})",
+        f"{shown.tracking.why}",
+        *(f"caution: {caution}" for caution in recording.cautions),
+    )
+    print()
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
         p = x.false_alarm if x.detected else None  # of a peak that is not the line it says nothing
         rows.append((
-            x.name, x.harmonic, f"{x.kinematic_hz:.3f}", uncertain(x.found_hz, x.ci95_hz),
-            uncertain(x.deviation_pct, x.deviation_ci95_pct), None if x.snr is None else float(f"{x.snr:.3g}"),
-            None if p is None else float(f"{p:.2g}"),
+            x.name if x.is_first else f"{x.harmonic} x {x.name}", f"{x.kinematic_hz:.3f}",
+            uncertain(x.found_hz, x.ci95_hz), None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}",
+            None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}"),
             None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}",
             "yes" if x.detected else f"no: {x.not_detected}",
         ))  # fmt: skip
     print_table(COLUMNS, rows)
-    print("\n".join(("", *verdict.reasons)))
+    print(f"\n{text_rows(feature_table(features_of(result)))}\n")
+    print_wrapped(*verdict.reasons)
     if declared := verdict.beside(recording.state):
         print(declared)
-    for note in recording.notes:
-        print(f"  - {note}")
+    print_wrapped(*(f"  - {note}" for note in recording.notes))

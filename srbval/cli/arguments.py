@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Any, NoReturn
 
 from srbval import __version__
+from srbval.cli.output import export_file
 from srbval.errors import ConfigurationError, nearest
 from srbval.storage.tables import parse_quantity
 
@@ -47,13 +48,15 @@ class Parser(argparse.ArgumentParser):
         return found, unknown
 
     def add_command(self, commands: Any, name: str, table: Table, groups: Table) -> None:
-        """Add a command or an action below this parser, with its own actions; each of them takes ``--json``."""
+        """Add a command or an action below this parser, with its own actions; each takes ``--json``, ``--export``."""
         added: Parser = commands.add_parser(
             name, help=table["help"], description=table["help"], takes_rest=table.get("rest", False)
         )
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
+        added.add_argument("--export", "--csv", metavar="OUT.csv|xlsx", type="table", default=default or None,
+                           help="write the tables to this file too")  # fmt: skip
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_mutually_exclusive_group() if group in ALTERNATIVES else added
@@ -144,6 +147,7 @@ def _tolerance(text: str) -> float:
 
 ALTERNATIVES = ("bearing",)  # groups of which one option may be given
 TYPES = {
+    "table": export_file,
     "elements": _inline("elements"),
     "orders": _inline("orders"),
     "finite": _between(float, -LARGEST, LARGEST),

@@ -20,7 +20,7 @@ from srbval.storage.installation import MissingLibraryError, package_folder, pip
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
-OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "shtab", "distributed", "sphinx", "pytest")
+OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "openpyxl", "shtab", "distributed", "sphinx", "pytest")
 MEGABYTE = 1e6  # [bytes]
 PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of what are paths
 

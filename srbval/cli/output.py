@@ -3,25 +3,34 @@
 import argparse
 import shlex
 import sys
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
 from srbval.progress.tables import text_table
+from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import json_text, to_json
 
+WIDTH = 99  # characters of a line for people
 SCHEMA_VERSION = 1
 STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # by exit code
 
 
 def answer(
-    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "", code: int = 0
-) -> int:
+    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "", code: int = 0,
+    tables: Mapping[str, Any] | None = None,
+) -> int:  # fmt: skip
     """What every command ends with: the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
-    Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`.
+    Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`. With ``--export``
+    the `tables` (lists of rows by name; without them all lists of rows in the document) are written to a file.
     """
+    if options.export:
+        write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
     if options.json:
         print_json(to_json(document), status=status or STATUS[code])
     elif isinstance(show, str):
@@ -38,6 +47,38 @@ def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     print(json_text(whole, ascii_only=ascii_only), end="")
 
 
+def export_file(text: str) -> str:
+    """The name of a file for tables, as an argument: CSV, or Excel where the library for it is there."""
+    check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
+    if text.endswith(".xlsx") and find_spec("openpyxl") is None:
+        raise MissingLibraryError("an Excel file", "openpyxl")
+    return text
+
+
+def write_tables(path: Path, document: Mapping[str, Any]) -> None:
+    """Write all lists of rows, or where there are none the values: one sheet each, or one CSV file each.
+
+    The first CSV file has the name of `path`, the others that with the table's name added. Rows within rows become
+    columns with a dot in their names.
+    """
+    import pandas as pd
+
+    tables = {name: rows for name, rows in document.items()
+              if isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)}  # fmt: skip
+    frames = {
+        name: pd.json_normalize(rows).map(lambda x: " ".join(map(str, x)) if isinstance(x, list) else x)
+        for name, rows in (tables or {"result": [dict(document)]}).items()
+    }
+    if path.suffix == ".xlsx":
+        with atomic_write(path) as part, part.open("wb") as file, pd.ExcelWriter(file, engine="openpyxl") as book:
+            for name, frame in frames.items():
+                frame.to_excel(book, sheet_name=name[:31], index=False)
+        return
+    for number, (name, frame) in enumerate(frames.items()):
+        with atomic_write(path.with_stem(f"{path.stem}-{name}") if number else path) as part:
+            frame.to_csv(part, index=False, lineterminator="\n")
+
+
 def print_failure(message: str, code: int, *, as_json: bool) -> None:
     """Say what failed on standard error, and as JSON on standard output where that was asked for."""
     print(f"srbval: {message}", file=sys.stderr)
@@ -48,6 +89,12 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print aligned columns; numbers to the right."""
     print(text_table(columns, rows))
+
+
+def print_wrapped(*texts: str) -> None:
+    """Print sentences, each beginning a line of its own, at most `WIDTH` characters wide."""
+    for text in texts:
+        print(textwrap.fill(text, WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def own_command() -> str:

@@ -41,7 +41,7 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
-    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
+    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     with ProgressDisplay() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.folder import PLAN, CampaignFolder
-from srbval.cli.analyse_command import read_many, report_failed, write_csv
+from srbval.cli.analyse_command import read_many, report_failed
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, record_times, trend_of, zone_boundaries
 from srbval.storage.files import check_suffix
@@ -17,9 +17,8 @@ MOST_ROWS = 10  # of a channel, for people
 
 def run(options: argparse.Namespace) -> int:
     """Read all records and print the trend; exit code 3 where some could not be read."""
-    for name, kind, ending in ((options.csv, "CSV", ".csv"), (options.plot, "HTML", ".html")):
-        if name:
-            check_suffix(Path(name), kind, (ending,))
+    if options.plot:
+        check_suffix(Path(options.plot), "HTML", (".html",))
     zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
     cases: dict[str, float] = {}
     if len(options.files) == 1 and (Path(options.files[0]) / PLAN).is_file():
@@ -35,19 +34,20 @@ def run(options: argparse.Namespace) -> int:
         documents, times, time_from=time_from, baseline=options.baseline, machine_class=options.machine_class,
         zones_mm_s=options.zones_mm_s,
     )  # fmt: skip
-    write_csv(options.csv, [
+    rows = [
         {"channel": one.channel, "time": point.time_text, "file": point.file, "rpm": point.rpm,
          **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},
          "velocity_rms_mm_s": point.velocity_rms_mm_s, "zone": point.zone, "risen": " ".join(point.risen)}
         for one in trend.channels for point in one.points
-    ])  # fmt: skip
+    ]  # fmt: skip
     if options.plot:
         from srbval.report.reports import write_trend  # needs the report's room
 
         write_trend(trend, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": trend, "failed": failed, "left_out": other}
-    return answer(options, document, lambda: _print(trend), code=code, status="incomplete" if failed else "")
+    status, tables = "incomplete" if failed else "", {"trend": rows}
+    return answer(options, document, lambda: _print(trend), code=code, status=status, tables=tables)
 
 
 def _print(trend: Trend) -> None:

@@ -4,7 +4,8 @@ After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U f
 of squares. Where |E| exceeds U the model's error is resolved. It agrees only where its error is surely below a margin
 fixed before: |E| + U below it (two one-sided tests, Schuirmann 1987; with U in place of 1.645 u they hold whatever the
 distribution, and that of an input is as good as uniform). Between the two nothing is decided. Verdicts on single
-quantities are exploratory: see `srbval.comparison.verdicts` for the cage ratio, `level_and_pattern` for bands.
+quantities are exploratory: see `srbval.comparison.verdicts` for the cage ratio,
+`srbval.studies.level_and_pattern` for bands.
 """
 
 import enum
@@ -98,12 +99,6 @@ class Comparison:
         return self.model.present and self.rig.present
 
     @property
-    def within_margin(self) -> bool:
-        """Whether the error is surely below the margin."""
-        known = self.uncertainty is not None and self.margin is not None and self.both_present
-        return known and abs(self.error) + (self.uncertainty or 0.0) < (self.margin or 0.0)
-
-    @property
     def verdict(self) -> ComparisonVerdict:
         """What error and uncertainty allow to be said."""
         if self.verdict_override is not None:
@@ -113,7 +108,8 @@ class Comparison:
             return ComparisonVerdict.INSUFFICIENT
         if abs(self.error) > uncertainty:
             return ComparisonVerdict.RESOLVED
-        return ComparisonVerdict.AGREES if self.within_margin else ComparisonVerdict.UNDECIDED
+        surely_below = self.margin is not None and abs(self.error) + uncertainty < self.margin
+        return ComparisonVerdict.AGREES if surely_below else ComparisonVerdict.UNDECIDED
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""

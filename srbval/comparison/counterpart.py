@@ -17,7 +17,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.comparison.compared_quantities import mean_of_starts, values_of_model
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.runs import side_by_side
-from srbval.errors import NumericsError, SrbvalError
+from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_content
 from srbval.models.run_store import run_content, stored_run
@@ -90,9 +90,7 @@ def run_case(
     """One run, see `stored_run`; `progress` gets it as a task. A failed one is a `NumericsError` naming it."""
     make = stored_run if store else simulate
     run = make(case.scene, step=step, progress=lambda _, fraction: progress(f"Simulate {case.id}", fraction))
-    if not run.status.usable:
-        raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
-    return run
+    return run.require_usable(f"case {case.id}: run")
 
 
 def run_cases(

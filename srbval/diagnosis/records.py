@@ -24,16 +24,18 @@ from srbval.errors import ConfigurationError, DataError, NoRecordingError, Srbva
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
-from srbval.reading.features import features_of
+from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 
 BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
+SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
 
@@ -72,7 +74,8 @@ class RecordReading:
         recording, verdict = self.analysis.recording, self.verdict
         return self.analysis.to_dict() | {
             "channel": recording.channel,
-            "features": features_of(self.analysis),
+            "features": (features := features_of(self.analysis)),
+            "feature_table": feature_table(features),
             "fault": verdict,
             "verdict": verdict.sentence,
             "answer": verdict.answer,
@@ -208,8 +211,20 @@ def without_other_files(
     return [one for one in failed if one.file not in other], other
 
 
+def feature_table(found: Features) -> list[dict[str, Any]]:
+    """The features as rows of name, value and unit; accelerations in g too."""
+    low, high = found.velocity_band_hz
+    scales = {found.unit: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found.unit == ACCELERATION else {})
+    levels = {"RMS": found.rms, "peak": found.peak, "RMS in the band": found.band_rms}
+    rows: list[tuple[str, float | None, str]]
+    rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]
+    rows += [("crest factor", found.crest, ""), ("kurtosis", found.kurtosis, ""),
+             (f"velocity RMS, {low:g} to {high:g} Hz", found.velocity_rms_mm_s, "mm/s")]  # fmt: skip
+    return [{"feature": name, "value": value, "unit": unit} for name, value, unit in rows]
+
+
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """A document in a row: verdict, most probable fault by the record alone and its probability, alarm.
+    """A document in a row: verdict, most probable fault by the record alone and its probability, alarm, features.
 
     The alarm is "yes" where a fault is named, "check" where something strong stays unexplained, else "no"; with "-" for
     what is not measured.
@@ -226,6 +241,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
         "strongest_fault": part if shares[part] else None,
         "probability": shares[part],
         "alarm": ALARMS[fault["verdict"]],
+        **{name: document["features"][name] for name in SUMMARY_FEATURES},
     }
 
 

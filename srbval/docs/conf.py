@@ -4,7 +4,7 @@ A page ``api/ROOM.md`` says what a room of the package is for; the reference of 
 `MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers,
 `COMMANDS` for every command with its options and `SCENE_KEYS` for every key of a scene file. A page `notebooks/NAME.md`
 shows the notebook of that name as it is stored, with its output. A line `PICTURE alt text` in the guide becomes what
-the command with `--plot` before it draws of the shipped recordings. Formulas become MathML, which browsers show without
+the command or the Python before it draws of the shipped recordings. Formulas become MathML, which browsers show without
 a network.
 """
 
@@ -48,7 +48,9 @@ exclude_patterns = ["__pycache__"]
 PACKAGE = Path(srbval.__file__).parent
 html_math_renderer = "mathml"
 DRAWN = re.compile(
-    r"(?P<before>(?P<command>srbval [^\n]* --plot \S+\.png).*?)^PICTURE (?P<alt>[^\n]+)$", re.DOTALL | re.M
+    r"(?P<before>^```(?P<kind>sh|python)\n(?P<code>[^`]*?(?P<file>[\w-]+\.png)[^`]*?)```(?:(?!```(?:sh|python)).)*?)"
+    r"^PICTURE (?P<alt>[^\n]+)$",
+    re.DOTALL | re.M,
 )
 PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 LITERAL = re.compile(r"(``.*?``)")
@@ -90,18 +92,24 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
     if folder == "notebooks" and name != "index":
         source[0] = notebook(name)
     if folder == "guide":
-        source[0] = DRAWN.sub(lambda found: found["before"] + drawn(found["command"], found["alt"]), source[0])
+        source[0] = DRAWN.sub(lambda found: found["before"] + drawn(**found.groupdict()), source[0])
 
 
-def drawn(command: str, alt: str) -> str:
-    """The picture that a command with ``--plot`` draws where the shipped recordings lie."""
+def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
+    """The picture `file` that a command with ``--plot`` or a piece of Python draws where the shipped recordings lie."""
+    import matplotlib
+
     from srbval.cli import main
 
+    matplotlib.use("agg")
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
         shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", folder, dirs_exist_ok=True)
-        words = shlex.split(command)
-        assert main(words[1:]) == 0, command
-        return PICTURE.format(alt, base64.b64encode(Path(words[words.index("--plot") + 1]).read_bytes()).decode())
+        if kind == "python":
+            with matplotlib.rc_context():
+                exec(code, {})
+        for command in code.splitlines() if kind == "sh" else ():
+            assert main(shlex.split(command)[1:]) == 0, command
+        return PICTURE.format(alt, base64.b64encode(Path(file).read_bytes()).decode())
 
 
 def notebook(name: str) -> str:

@@ -1,4 +1,4 @@
-"""The hierarchy of models, cheapest first: one entry for each level of fidelity, one interface.
+"""The hierarchy of models, cheapest first: one entry of ``levels.toml`` for each level of fidelity, one interface.
 
 A level is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
 the number of their first; the first `settle` of the `whole` are not recorded. It keeps the statistics' `wall_s` and
@@ -8,12 +8,14 @@ the number of their first; the first `settle` of the `whole` are not recorded. I
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing, SphericalRollerGeometry
 from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models import outputs as col
 from srbval.scene import Scene
+from srbval.storage.tables import read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,60 +108,13 @@ def _imported(place: str) -> Callable[..., Any]:
     return function
 
 
-VIBRATION = (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED)
-PLANAR = tuple(range(col.DEEPEST + 1))
-NO_NOISE = "nothing in it rattles or chatters"
-NO_SLIP = "its cage turns as in pure rolling"
-LEVELS = (
-    FidelityLevel(
-        name="kinematic",
-        title="clicks at the passages of pure rolling",
-        place="srbval.models.kinematic:run",
-        columns=VIBRATION,
-        own_solver="closed form",
-        needs="orders",
-        lacks={
-            "noise-floor": NO_NOISE,
-            "slip": NO_SLIP,
-            **dict.fromkeys(("harmonics", "harmonic-levels", "depth", "kurtosis"), "its clicks have no shape"),
-            **dict.fromkeys(("sidebands", "sideband-levels"), "its clicks know no load zone"),
-            **dict.fromkeys(("amplitude", "levels", "third-octaves"), "its clicks have no strength"),
-        },
-    ),
-    FidelityLevel(
-        name="impulse",
-        title="force pulses with random slip and load zone into one resonance",
-        place="srbval.models.impulse:run",
-        columns=VIBRATION,
-        own_solver="linear filter",
-        needs="orders",
-        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
-    ),
-    FidelityLevel(
-        name="planar",
-        title="planar ring on kinematic rollers, 2 free coordinates",
-        place="srbval.models.planar.ring:run",
-        columns=PLANAR,
-        own_solver="ode4, own step",
-        needs="elements",
-        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
-    ),
-    FidelityLevel(
-        name="line",
-        title="the full model with continuous contacts instead of points",
-        parameters="srbval.models.line:line_parameters",
-        coarser=3,
-    ),
-    FidelityLevel(
-        name="full",
-        title="point clouds against barrel rollers, 82 free coordinates",
-        parameters="srbval.models.full.parameters:make_parameters",
-    ),
-    FidelityLevel(
-        name="slices",
-        title="the full model with contacts cut into slices along the roller, profile radii of their own",
-        parameters="srbval.models.slices:slice_parameters",
-    ),
+COLUMNS = {
+    "vibration": (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED),
+    "plane": tuple(range(col.DEEPEST + 1)),
+}
+LEVELS = tuple(
+    FidelityLevel(**table | ({"columns": COLUMNS[table["columns"]]} if "columns" in table else {}))
+    for table in read_toml(Path(__file__).with_name("levels.toml"))["level"]
 )
 MODELS = tuple(level.name for level in LEVELS)
 AUTO = "auto"  # no model: leave the choice to the planner, where there is one

@@ -6,13 +6,13 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
-from srbval.errors import SrbvalError
+from srbval.errors import NumericsError, SrbvalError
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
@@ -102,6 +102,12 @@ class RunSummary:
     film_um: Mapping[str, float] = field(default_factory=dict)
     lambda_min: float = math.nan
     free_rollers: Mapping[str, float] = field(default_factory=dict)
+
+    def require_usable(self, what: str) -> Self:
+        """This run; `NumericsError` that says `what` failed, and why, where it is none to read vibration from."""
+        if not self.status.usable:
+            raise NumericsError(f"{what} failed ({self.status}): {self.reason}.")
+        return self
 
     @property
     def slip_pct(self) -> float:

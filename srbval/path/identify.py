@@ -25,7 +25,7 @@ import numpy as np
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
-from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.sensor import SensorFilter
@@ -306,10 +306,7 @@ def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.in
         defect=replace(scene.defect, kind=record.state), duration_s=round(min(record.seconds, longest_s), 2),
         sensor_path=None,
     )  # fmt: skip
-    run = stored_run(own, step=Step.UNCHECKED, progress=progress)
-    if not run.status.usable:
-        raise NumericsError(f"the run that drives the path failed ({run.status}): {run.reason}.")
-    return run
+    return stored_run(own, step=Step.UNCHECKED, progress=progress).require_usable("the run that drives the path")
 
 
 def path_toml(path: SensorPath) -> str:

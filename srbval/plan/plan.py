@@ -11,7 +11,7 @@ from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.plan.table import CalibrationTable
+from srbval.plan.table import BASES, CalibrationTable
 from srbval.scene import Scene
 
 IN_THE_PLANE = ("impulse", "planar")
@@ -111,7 +111,8 @@ def _choose(
         knowing = [r.name for r in able if question.value not in r.lacks] or [r.name for r in able]
         if not knowing:
             raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
-        reference = table.reference_model if table.reference_model in knowing else knowing[-1]
+        right = BASES[table.base].reference
+        reference = right if right in knowing else knowing[-1]
         candidates = [
             Candidate(model=level.name, ok=False, why=refused[level.name]) if level.name in refused
             else _judge(level, scene, question, tolerance_pct, near, reference)

@@ -141,11 +141,6 @@ class CalibrationTable:
     between: tuple[Entry, ...]
 
     @property
-    def reference_model(self) -> str:
-        """The model that is right, at half its step."""
-        return BASES[self.base].reference
-
-    @property
     def models(self) -> tuple[str, ...]:
         """Models in the order of the hierarchy: cheapest first."""
         return tuple(self.entries[0].levels)

@@ -135,6 +135,13 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
+class Heading:
+    """The title of a part of a section; plain text."""
+
+    title: str
+
+
+@dataclass(frozen=True)
 class Listing:
     """A list of short texts with inline markup."""
 
@@ -222,7 +229,7 @@ class FigureGrid:
     label: str = ""
 
 
-Block = Paragraph | Listing | Callout | Command | KeyValues | Table | Figure | FigureGrid
+Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | Table | Figure | FigureGrid
 
 
 class Document(enum.StrEnum):
@@ -244,12 +251,16 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """One section; `id` is its anchor. `blocks` stand in the main document, those of `appendix` in the appendix."""
+    """One section; `id` is its anchor. `blocks` stand in the main document, those of `appendix` in the appendix.
+
+    A page folds it unless it is `open`.
+    """
 
     id: str
     title: str
     blocks: tuple[Block, ...] = ()
     appendix: tuple[Block, ...] = ()
+    open: bool = False
 
     def __post_init__(self) -> None:
         _check(self.id, "section")

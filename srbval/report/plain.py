@@ -11,6 +11,7 @@ import re
 from datetime import UTC
 from typing import Any
 
+from srbval import __version__
 from srbval.report.blocks import (
     Block,
     Cell,
@@ -26,6 +27,7 @@ from srbval.report.blocks import (
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
+MOST_OPEN = 3  # sections of a page that shows them open; those of a longer one are opened one by one
 MARKUP = {"caption", "headline", "items", "notes", "points", "text"}  # fields whose text may hold inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
@@ -84,12 +86,14 @@ def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendi
         "has_appendix": report.has_appendix,
         "title": printable(report.title),
         "subtitle": printable(report.subtitle),
+        "made_by": f"srbval {__version__}",
         "generated": report.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
         "verdict": _plain(report.verdict) if document is Document.MAIN else None,
         "sections": [
             {
                 "id": section.id,
                 "title": printable(section.title),
+                "open": section.open or len(report.sections) <= MOST_OPEN,
                 "blocks": [_plain(block) for block in section.part(document)],
                 "elsewhere": _counted(section.part(other)),
             }

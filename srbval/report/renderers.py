@@ -42,10 +42,13 @@ def render_html(
         loader=FunctionLoader(_template), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
-    script = _template("report.js")
+    style, script = _template("report.css"), _template("report.js")
+    if any(figure.explore for figure in report.figures(document)):
+        style += _template("uplot/uPlot.min.css")
+        script = f"/* {_template('uplot/LICENSE')} */ {_template('uplot/uPlot.iife.min.js')}{script}"
     return environment.get_template("report.html.j2").render(
         report=as_plain(report, document, with_appendix=with_appendix),
-        style=_template("report.css"),
+        style=style,
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
         carried=partial(_data_uri, folder),

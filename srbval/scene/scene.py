@@ -10,17 +10,7 @@ from dataclasses import dataclass
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.scene.oil import Oil
-from srbval.scene.parts import (
-    Bodies,
-    Contact,
-    Defect,
-    Housing,
-    LineContact,
-    Load,
-    LoadProfile,
-    SpeedProfile,
-    Traction,
-)
+from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, LoadProfile, SpeedProfile, Traction
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
 from srbval.storage.tables import Limited, limited, quantity

@@ -17,10 +17,7 @@ SAME = 1e-9  # sizes nearer than this are one
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
 # Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
 # the rig's bearing.
-NOT_SPHERICAL = IN_ITS_MACHINE | {
-    "model": "planar",
-    "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"},
-}
+NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
 WITHOUT_DIMENSIONS = {"model": "impulse"}
 

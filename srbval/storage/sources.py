@@ -74,7 +74,7 @@ def sources_of(*modules: str, package: Path = PACKAGE, lazy: bool = True) -> set
         source = waiting.pop()
         if source not in found:
             found.add(source)
-            waiting += _used_by(source, known, lazy) if source.suffix == ".py" else ()
+            waiting += _used_by(source, known, lazy)
     return found
 
 
@@ -94,12 +94,12 @@ def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
 
 
 def _used_by(source: Path, known: dict[str, Path], lazy: bool) -> list[Path]:
-    """Files that a module uses: those it imports, by a statement or, if `lazy`, as "module:name"; data beside it."""
-    text = source.read_text(encoding="utf-8")
-    files = [
-        file for name in {*(PLACE.findall(text) if lazy else ()), *_imported(text)} for file in _run_by(name, known)
-    ]
-    return files + [path for name in DATA_FILE.findall(text) if (path := source.with_name(name)).is_file()]
+    """Files that a source names as "module:name", if `lazy`, and of a module those it imports, and data beside it."""
+    text, module = source.read_text(encoding="utf-8"), source.suffix == ".py"
+    names = {*(PLACE.findall(text) if lazy else ()), *(_imported(text) if module else ())}
+    files = [file for name in names for file in _run_by(name, known)]
+    data = DATA_FILE.findall(text) if module else ()
+    return files + [path for name in data if (path := source.with_name(name)).is_file()]
 
 
 def _imported(text: str) -> Iterator[str]:

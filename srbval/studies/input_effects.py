@@ -127,10 +127,8 @@ def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progres
 def run_unchecked(scene: Scene, band_hz: tuple[float, float] | None = None) -> AnalysedRun:
     """A run and its analysis; `NumericsError` where it failed. Its step is not checked."""
     run = simulate(scene, step=Step.UNCHECKED)  # what the step does is part of the study
-    if not run.status.usable:
-        raise NumericsError(f"sensitivity: a run failed ({run.status}): {run.reason}.")
     case = SimulationCase(id="sensitivity", purpose="sensitivity", state=scene.defect.kind, scene=scene)
-    return analyse_run(case, run, load_bearing(scene.bearing), band_hz)
+    return analyse_run(case, run.require_usable("sensitivity: a run"), load_bearing(scene.bearing), band_hz)
 
 
 def values_of(run: AnalysedRun) -> Values:

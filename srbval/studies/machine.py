@@ -1,8 +1,7 @@
-"""The machine that a benchmark ran on, and how much memory a process took."""
+"""The machine that a benchmark ran on."""
 
 import os
 import platform
-import sys
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
@@ -51,21 +50,3 @@ def processor_name(listing: Path = Path("/proc/cpuinfo")) -> str:
             if key.strip() == "model name" and value.strip():
                 return value.strip()
     return platform.processor() or platform.machine()
-
-
-def peak_bytes() -> int | None:
-    """Peak resident memory of this process so far; None where the system does not tell.
-
-    On Linux the high-water mark of its own memory: `ru_maxrss` of a new process begins with its parent's.
-    """
-    status = Path("/proc/self/status")
-    if status.is_file():
-        marks = [line.split() for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM:")]
-        if marks:
-            return int(marks[0][1]) * 1024
-    try:
-        import resource
-    except ImportError:  # Windows has no such count
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024

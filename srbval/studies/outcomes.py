@@ -68,12 +68,7 @@ class RunOutcome(Ended):
 
 
 def outcomes(
-    scenes: Mapping[Key, Scene],
-    *,
-    task: str,
-    step: Step = Step.UNCHECKED,
-    jobs: int | None,
-    progress: Progress,
+    scenes: Mapping[Key, Scene], *, task: str, step: Step = Step.UNCHECKED, jobs: int | None, progress: Progress
 ) -> dict[Key, RunOutcome]:
     """The outcome of every scene: as stored, or run now and stored as soon as the run has ended."""
     content = {key: run_content(scene, step) for key, scene in scenes.items()}

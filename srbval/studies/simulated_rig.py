@@ -108,6 +108,4 @@ def rough_run(state: Fault, nm: float = 0.0, seed: int = 0) -> Run:
                "duration": f"{SECONDS} s", "seed": seed}  # fmt: skip
     if nm:
         changes["surface"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
-    run = simulate(load_scene("rig", changes), step=Step.UNCHECKED)
-    assert run.status.usable, run.reason
-    return run
+    return simulate(load_scene("rig", changes), step=Step.UNCHECKED).require_usable("a rough rig's run")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import srbval.diagnosis.records as records
@@ -53,12 +54,29 @@ def test_the_answer_comes_first(folder: Path, capsys: pytest.CaptureFixture[str]
     assert len(table) == 1 + len(document["lines"])
 
 
+def test_everything_fits_a_terminal_and_goes_to_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Lines and features, alike in the printed table, JSON, CSV and Excel; accelerations in m/s2 and g."""
+    command = ["analyse", str(folder / "run00.npy"), *GIVEN]
+    assert main([*command, "--all", "--export", str(folder / "out.xlsx")]) == 0
+    _, _, *text = capsys.readouterr().out.splitlines()
+    assert [line for line in text if len(line) >= 100] == []
+    assert main([*command, "--json", "--export", str(folder / "out.csv")]) == 0
+    document = json.loads(capsys.readouterr().out)
+    book = pd.read_excel(folder / "out.xlsx", sheet_name=None)
+    for name, key, file in (("lines", "lines", "out.csv"), ("features", "feature_table", "out-features.csv")):
+        pd.testing.assert_frame_equal(book[name], pd.read_csv(folder / file), check_dtype=False)
+        assert len(book[name]) == len(document[key])
+    values = {(row["feature"], row["unit"]): row["value"] for row in document["feature_table"]}
+    assert values["RMS", "m/s2"] == document["features"]["rms"] == pytest.approx(9.80665 * values["RMS", "g"])
+    assert any(re.match(rf"kurtosis +{values['kurtosis', '']:.4g}", line) for line in text)
+
+
 def test_what_is_printed_beside_a_line_agrees_with_yes_or_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A probability of false alarm stands beside detected lines alone."""
     assert main(["analyse", str(folder / "run05.npy"), *GIVEN, "--all"]) == 0
     rows = [re.split(r"\s{2,}", row) for row in capsys.readouterr().out.splitlines() if re.search(r"  no: ", row)]
     assert rows
-    assert {(row[3], row[4], row[6]) for row in rows} == {("-", "-", "-")}
+    assert {(row[2], row[3], row[5]) for row in rows} == {("-", "-", "-")}
 
 
 ANSWERED = records._answered

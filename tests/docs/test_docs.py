@@ -116,11 +116,14 @@ def test_every_notebook_has_its_page_with_its_picture_and_its_numbers(path: Path
     assert not re.findall(r"\b(True|False)$", shown, flags=re.MULTILINE)
 
 
-def test_the_tutorials_picture_is_drawn_when_the_pages_are_made() -> None:
-    source = [(DOCS / "guide" / "tutorial.md").read_text(encoding="utf-8")]
-    conf().fill_in(None, "guide/tutorial", source)
-    assert "PICTURE" not in source[0]
-    assert source[0].count('src="data:image/png;base64,') == 1
+@pytest.mark.parametrize(("page", "pictures"), [("tutorial", 1), ("gallery", 10)])
+def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(page: str, pictures: int) -> None:
+    source = [(DOCS / "guide" / f"{page}.md").read_text(encoding="utf-8")]
+    assert source[0].count("\nPICTURE ") == pictures
+    conf().fill_in(None, f"guide/{page}", source)
+    assert "\nPICTURE" not in source[0]
+    found = re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0])
+    assert len(set(found)) == pictures
 
 
 def test_the_picture_shows_every_room() -> None:

@@ -57,7 +57,10 @@ def test_headline_tone_points_and_data_follow_from_the_one_verdict() -> None:
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline == own.verdict.headline
     assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
-    assert list(report.verdict.points[:3]) == list(own.verdict.reasons)
+    assert own.verdict.comparison.sentence in report.verdict.points
+    assert len(report.verdict.points) == 3
+    assert report.verdict.figure.id == "spectrum-figure"
+    assert " ".join(own.verdict.reasons) in report.sections[0].blocks[0].items, "all of them, below"
     entry = report.data["records"][0].to_dict()
     assert entry["fault"] is own.verdict
     assert entry["verdict"] == own.verdict.sentence
@@ -70,7 +73,8 @@ def test_two_recordings_are_told_apart_and_the_worst_verdict_comes_first() -> No
     limits = next(section for section in both.sections if section.id == "limits")
     assert any("No healthy record was given" in item for item in limits.blocks[0].items)
     assert both.sections[0].id == "overview"
-    assert {"spectrum-1", "spectrum-2"} <= {section.id for section in both.sections}
+    assert {"record-1", "record-2"} <= {section.id for section in both.sections}
+    assert both.verdict.figure.id == "probabilities"
     assert both.verdict.tone is Tone.BAD
     assert both.verdict.headline.startswith("A fault is named in 1 of 2 recordings")
 

@@ -30,7 +30,6 @@ from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene, load_scene, scene_table
 from srbval.storage.tables import RANGES, SI_SUFFIX, UNITS
-from srbval.studies.machine import peak_bytes
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip
@@ -240,6 +239,12 @@ def outcome(folder: Path, number: int) -> dict[str, Any]:
     return {"ran": ran}
 
 
+def peak_mb() -> float:
+    """Most memory that this process has held, its own (on Linux)."""
+    status = Path("/proc/self/status")
+    return int(status.read_text().split("VmHWM:")[1].split()[0]) / 1024 if status.is_file() else 0.0
+
+
 def main(folder: Path, first: int, count: int, step: int) -> None:
     """Run the cases one after the other."""
     warnings.simplefilter("error")
@@ -247,7 +252,7 @@ def main(folder: Path, first: int, count: int, step: int) -> None:
         print(json.dumps({"case": number}), flush=True)
         started = time.perf_counter()
         found = outcome(folder, number) | {"case": number, "seconds": time.perf_counter() - started}
-        print(json.dumps(found | {"mb": (peak_bytes() or 0) / 2**20}), flush=True)
+        print(json.dumps(found | {"mb": peak_mb()}), flush=True)
 
 
 if __name__ == "__main__":

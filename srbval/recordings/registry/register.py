@@ -29,13 +29,7 @@ from srbval.recordings.registry.manifest import (
     read_manifest,
     update_manifest,
 )
-from srbval.recordings.settings import (
-    RecordingSettings,
-    apply_settings,
-    label_table,
-    open_for_analysis,
-    open_questions,
-)
+from srbval.recordings.settings import RecordingSettings, apply_settings, label_table, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.installation import shipped_folder
 

@@ -9,8 +9,12 @@ from srbval.report.figures.style import (
     BLUE,
     GREEN,
     INK,
+    ORANGE,
+    PURPLE,
+    SOFT,
     VERMILION,
     Drawn,
+    legend_above,
     new_axes,
     new_figure,
     panel,
@@ -36,6 +40,31 @@ def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
 
 def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
+
+
+# How each state is called and drawn; what is none of them stands last.
+STATES = {"outer": VERMILION, "inner": PURPLE, "roller": ORANGE, "other": SOFT, "healthy": "#9fd3bd"}
+LONGEST_NAME = 34  # characters of a recording's name
+
+
+@panel
+def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn:
+    """Of each recording, by its name, the probabilities of all states as one bar, faults from the left."""
+    figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
+    left = [0.0] * len(rows)
+    places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
+    for state, colour in STATES.items():
+        shares = [100 * shown.get(state, 0.0) for _, shown in rows]
+        label = "something else" if state == "other" else Fault(state).label
+        axes.barh(places, shares, left=left, color=colour, height=0.72, label=label)
+        left = [one + more for one, more in zip(left, shares, strict=True)]
+        columns |= {f"{state}_pct": shares}
+    names = [name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}" for name, _ in rows]
+    axes.set_yticks(places, labels=names, parse_math=False)
+    axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability by the record alone, %")
+    axes.grid(False, axis="y")
+    legend_above(axes)
+    return figure, columns
 
 
 SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}

@@ -34,13 +34,7 @@ from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
 from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, load_entry, rig_recordings
 from srbval.report.findings.cage_ratios import cage_data
-from srbval.report.findings.load_zone import (
-    LoadZone,
-    load_sharing,
-    load_zone,
-    load_zone_case,
-    point_passing,
-)
+from srbval.report.findings.load_zone import LoadZone, load_sharing, load_zone, load_zone_case, point_passing
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
     RecordKurtogram,
@@ -97,11 +91,7 @@ class Findings:
 
 
 def gather(
-    *,
-    seconds: float,
-    pages: Iterable[Page] = (),
-    jobs: int | None = None,
-    progress: Progress = silent,
+    *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
 ) -> Findings:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 

@@ -9,14 +9,7 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.records import (
-    FailedFile,
-    RecordReading,
-    RecordRequest,
-    only_error,
-    read_recording,
-    summary_of,
-)
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, only_error, read_recording, summary_of
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage

@@ -24,6 +24,7 @@ BEARING, ASSUMPTIONS, LIMITS, GLOSSARY = Texts("bearing"), Texts("assumptions"),
 FAILURES, RUNS, SCENE = Texts("failures"), Texts("runs"), Texts("scene")
 PROVENANCE, REFERENCES = Texts("provenance"), Texts("references")
 PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds per day
+MAIN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance, in the main document
 SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a conversion of units
 
 
@@ -121,10 +122,14 @@ def _runs(findings: Findings) -> Section:
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
-    """The command that makes the report again; in the appendix versions, machine, seeds and recordings."""
+    """The command that makes the report again and what it was made with; in the appendix libraries, machine, hashes."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     command = str(flat.pop("command"))
-    return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), appendix=(KeyValues(pairs=flat),))
+    brief = {key: flat[key] for key in MAIN_FACTS if key in flat} | {
+        "recordings": ", ".join(origin.get("recordings", ()))
+    }
+    shown = KeyValues(pairs={key: value for key, value in brief.items() if value})
+    return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), shown, appendix=(KeyValues(pairs=flat),))
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:

@@ -66,12 +66,7 @@ def band_section(findings: Findings) -> Section:
     panels = [_kurtogram(letter, shown) for letter, shown in zip("abcd", findings.kurtograms, strict=True)]
     chains = {"model_chain": findings.analyses["paper"][Fault.OUTER].processed.chain,
               "rig_chain": findings.analyses["rig"][Fault.OUTER].processed.chain}  # fmt: skip
-    return BANDS.section(
-        appendix=(
-            BANDS.paragraph("intro", **chains),
-            BANDS.grid("grid", panels, "Kurtograms"),
-        )
-    )
+    return BANDS.section(appendix=(BANDS.paragraph("intro", **chains), BANDS.grid("grid", panels, "Kurtograms")))
 
 
 def _kurtogram(letter: str, shown: RecordKurtogram) -> Figure:

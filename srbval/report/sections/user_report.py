@@ -1,7 +1,6 @@
 """The report on a user's recordings: the answer, spectra, lines, what was not seen, a healthy record, the model."""
 
 import dataclasses
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -13,13 +12,13 @@ from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
-from srbval.report.blocks import Block, Figure, Listing, Report, Section, Tone, VerdictBox
+from srbval.report.blocks import Block, Figure, Heading, Listing, Report, Section, Tone, VerdictBox
+from srbval.report.figures.comparison import probabilities_plot
 from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
 from srbval.report.findings.user_records import ModelSide, UserRecord
-from srbval.report.plain import literal
 from srbval.report.section_texts import Texts, badge_of
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
@@ -27,7 +26,8 @@ from srbval.signal import LEAST_SNR
 
 TEXTS = Texts("user_report")
 SCHEMA_VERSION = 1
-BRIEF_SECTIONS = 2
+BRIEF = ("answer", "lines")
+MOST_BARS = 24  # recordings in the picture of all
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 TONES = {
     Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD,
@@ -48,21 +48,29 @@ def assemble_user_report(
 
     `others` are the documents of records that have a row here and no section, `other_rows` these rows (`summary_of`).
 
-    If `brief`, of the first record the envelope spectrum and the table of lines alone.
+    If `brief`, of the first record the answer, what it rests on and the table of lines alone.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
-    summaries = (*(record.summary for record in records), *other_rows) if several else ()
-    if brief:
-        sections = list(itertools.islice(_sections(records[0], ""), BRIEF_SECTIONS))
-    else:
+    if several:
+        summaries = (*(record.summary for record in records), *other_rows)
+        faults = [*(record.verdict.to_dict() for record in records), *(one["fault"] for one in others)]
         with_channel = len({row["name"] for row in summaries}) < len(summaries)
+        names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
+        bars = [(name, one["probabilities"]) for name, one in zip(names, faults, strict=True) if one["probabilities"]]
+        verdict = _verdict_of_all(summaries, bars, len(failed))
         table = TEXTS.table("overview-table", summaries, sections=len(records), with_channel=with_channel)
-        sections = [_section("overview", "", table)] if several else []
-        sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
-        sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
-    verdict = _verdict_of_all(summaries) if several else _verdict(records[0])
-    missing = TEXTS.each("failed", failed)
-    verdict = dataclasses.replace(verdict, points=(*missing, *verdict.points))
+        sections = [_section("overview", table, open=True)]
+        sections += [
+            _of_record(record, number, f"{name}: {row['state']}")
+            for number, (record, name, row) in enumerate(zip(records, names, summaries, strict=False), start=1)
+        ]
+    else:
+        verdict = _verdict(records[0])
+        sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF]
+    if failed:
+        sections.insert(1, _section("failed", Listing(TEXTS.each("failed", failed)), open=True))
+    if not brief:
+        sections += [_section("limits", TEXTS.listing("limits", records=records)), provenance_section(origin)]
     text = " ".join(verdict.headline.replace("**", "").split())
     return Report(
         title=TEXTS.text("title", names=[r.analysis.recording.name for r in records], more=len(others)),
@@ -79,45 +87,51 @@ def assemble_user_report(
 
 
 def _verdict(record: UserRecord) -> VerdictBox:
-    verdict, recording = record.verdict, record.analysis.recording
-    said = [literal(one) for one in (*verdict.reasons, verdict.beside(recording.state)) if one]
-    cautions = TEXTS.listing("cautions", cautions=recording.cautions).items
-    return VerdictBox(tone=TONES[verdict.finding], headline=literal(verdict.headline), points=(*said, *cautions))
+    verdict = record.verdict
+    values = {"verdict": verdict, "recording": record.analysis.recording, "summary": record.analysis.summary}
+    return TEXTS.verdict(TONES[verdict.finding], "-of-one", figure=_spectrum(record, ""), **values)
 
 
-def _verdict_of_all(summaries: Sequence[Mapping[str, Any]]) -> VerdictBox:
+def _verdict_of_all(
+    summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
+) -> VerdictBox:
+    """Of all `summaries`; `bars` are names and probabilities of those that are measured."""
     by = {alarm: [row for row in summaries if row["alarm"] == alarm] for alarm in ("yes", "check", "-", "no")}
     tone = next(tone for tone, rows in zip(TONES.values(), by.values(), strict=True) if rows)
-    return TEXTS.verdict(tone, "-of-all", records=summaries, by=by)
+    shown = bars[:MOST_BARS]
+    figure = TEXTS.figure("probabilities", probabilities_plot(shown), shown=shown, bars=bars) if shown else None
+    return TEXTS.verdict(tone, "-of-all", figure=figure, records=summaries, by=by, failed=failed)
 
 
-def _section(about: str, suffix: str, *blocks: Block, appendix: tuple[Block, ...] = (), **values: Any) -> Section:
-    title = TEXTS.text(f"title-{about}", **values)
-    return Section(id=about + suffix, title=title, blocks=blocks, appendix=appendix)
+def _section(about: str, *blocks: Block, appendix: tuple[Block, ...] = (), open: bool = False) -> Section:
+    return Section(id=about, title=TEXTS.text(f"title-{about}"), blocks=blocks, appendix=appendix, open=open)
+
+
+def _of_record(record: UserRecord, number: int, title: str) -> Section:
+    """One section for one of several records, its parts with headings of their own."""
+    suffix = f"-{number}"
+    parts = list(_sections(record, suffix))
+    blocks = [block for part in parts for block in (Heading(part.title), *part.blocks)]
+    return Section(
+        id=f"record{suffix}", title=title,
+        blocks=(_spectrum(record, suffix), *blocks), appendix=tuple(block for part in parts for block in part.appendix),
+    )  # fmt: skip
 
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
-    """The sections of one record; `suffix` tells its ids from another's."""
-    name = record.analysis.recording.name if suffix else ""
-    yield _section("spectrum", suffix, *_facts(record, bool(suffix)), _spectrum(record, suffix), name=name)
+    """The sections of one record; `suffix` tells the ids of its figures and tables from another's."""
+    recording = record.analysis.recording
+    reasons = TEXTS.listing("reasons", verdict=record.verdict, recording=recording)
+    yield _section("answer", reasons, TEXTS.listing("facts", analysis=record.analysis, recording=recording))
     further = (_all_lines(record, suffix),)
-    yield _section("lines", suffix, _lines(record, suffix), *_not_detected(record), appendix=further, name=name)
-    yield _section("signal", suffix, _band(record, suffix), *_times(record, suffix), name=name)
+    yield _section("lines", _lines(record, suffix), *_not_detected(record), appendix=further)
+    yield _section("signal", _band(record, suffix), *_times(record, suffix))
     if record.baseline is not None:
-        yield _section(
-            "baseline", suffix, TEXTS.listing("baseline", record=record, baseline=record.baseline), name=name
-        )
+        yield _section("baseline", TEXTS.listing("baseline", record=record, baseline=record.baseline))
     if isinstance(record.model, str):
-        yield _section("model", suffix, TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model), name=name)
+        yield _section("model", TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
     elif record.model is not None:
-        yield _section("model", suffix, *_model(record, record.model, suffix), name=name)
-
-
-def _facts(record: UserRecord, with_answer: bool) -> Iterator[Block]:
-    if with_answer:
-        verdict = _verdict(record)
-        yield TEXTS.callout("answer", tone=verdict.tone, headline=verdict.headline, points=verdict.points)
-    yield TEXTS.listing("facts", analysis=record.analysis, recording=record.analysis.recording)
+        yield _section("model", *_model(record, record.model, suffix))
 
 
 def _spectrum(record: UserRecord, suffix: str) -> Figure:

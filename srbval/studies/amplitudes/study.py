@@ -32,7 +32,6 @@ from srbval.comparison.bias import biases
 from srbval.comparison.budget import PRIOR, VERDICT
 from srbval.comparison.comparison import DATA_PARTS, MOUNTING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
 from srbval.comparison.second_look import holm_adjusted
 from srbval.models.run import Run
 from srbval.path.amplitudes import (
@@ -56,6 +55,7 @@ from srbval.recordings.registry import listing, load_entry
 from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import StudyResult, input_hashes
+from srbval.studies.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
 from srbval.studies.rig_amplitudes import (
     BEARING,
     FAST,

@@ -7,15 +7,7 @@ from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
-from srbval.studies.calibration_runs import (
-    REFINEMENT,
-    SECONDS,
-    between,
-    grid,
-    measure_cases,
-    quick_grid,
-    summary,
-)
+from srbval.studies.calibration_runs import REFINEMENT, SECONDS, between, grid, measure_cases, quick_grid, summary
 from srbval.studies.harness import StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.export import WHITE, NoiseSpectrum, add_noise, noise_spectrum
-from srbval.errors import NumericsError
 from srbval.models.run_store import stored_run
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
@@ -49,9 +48,7 @@ def noise_study(
     for number, fault in enumerate(RACE_DEFECTS):
         progress("detection under noise", number / len(RACE_DEFECTS))
         run = stored_run(paper_scene(defect={"kind": fault}, duration_s=seconds))
-        if not run.status.usable:
-            raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
-        record = recording_from_run(run)
+        record = recording_from_run(run.require_usable(f"noise study: the {fault} run"))
         clean = _line(record, fault)
         rows.append(_row(fault, clean, [clean], NO_NOISE, None))
         for spectrum in spectra:

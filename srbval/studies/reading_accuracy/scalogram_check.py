@@ -9,14 +9,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal import Scalogram, morlet_scalogram
-from srbval.signal.spectrum import (
-    BANDWIDTH,
-    COLUMNS,
-    ROWS,
-    SCALOGRAM_ERROR,
-    SCALOGRAM_HZ,
-    SCALOGRAM_TRANSFORM,
-)
+from srbval.signal.spectrum import BANDWIDTH, COLUMNS, ROWS, SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 
 # Positions of the impulse, as shares of the record: none the middle of a column, all clear of the ends.
 PLACES = (0.4137, 0.5003, 0.6271)
@@ -43,10 +36,7 @@ def plain_scalogram(
     return dataclasses.replace(like, frequency_hz=fs_hz / scales.ravel(), amplitude=amplitude)
 
 
-TRANSFORMS: dict[str, Transform] = {
-    SCALOGRAM_TRANSFORM: morlet_scalogram,
-    "pywt.cwt as it comes": plain_scalogram,
-}
+TRANSFORMS: dict[str, Transform] = {SCALOGRAM_TRANSFORM: morlet_scalogram, "pywt.cwt as it comes": plain_scalogram}
 
 
 def check_scalogram(name: str, *, rows: int = ROWS, places: tuple[float, ...] = PLACES) -> dict[str, Any]:

@@ -25,15 +25,7 @@ from srbval.studies.harness import StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import chain_errors
-from srbval.studies.reading_accuracy.trials import (
-    NOISES,
-    by_length,
-    cells_of,
-    chances_of,
-    rates_of,
-    summary,
-    trials_of,
-)
+from srbval.studies.reading_accuracy.trials import NOISES, by_length, cells_of, chances_of, rates_of, summary, trials_of
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50

@@ -17,7 +17,6 @@ from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
 from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_rpm
-from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
@@ -71,10 +70,7 @@ def simulated(scene: str, state: Fault) -> Run:
     """A run of a bundled scene at the mean speed of the rig's record of that state, with steps as fine as it takes."""
     rpm, _ = published_rpm(state, RIG_RPM)
     own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
-    run = stored_run(load_scene(scene, own), step=Step.AUTO)
-    if not run.status.usable:
-        raise NumericsError(f"rig bands: {scene}, {state}: the run failed ({run.status}): {run.reason}")
-    return run
+    return stored_run(load_scene(scene, own), step=Step.AUTO).require_usable(f"rig bands: {scene}, {state}: the run")
 
 
 def served(rows: Sequence[Mapping[str, Any]], side: str) -> bool:

@@ -22,7 +22,6 @@ import numpy as np
 from scipy.stats import t
 
 from srbval.bearing import Fault
-from srbval.errors import NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import locked_levels
 from srbval.path.defect_size import LEVEL_U_DB, DefectSize, defect_size, size_runs
@@ -115,9 +114,7 @@ def sizes(progress: Progress) -> Row:
             hole = {"extent": f"{extent_mm} mm", "angle": f"{angle} deg", "axial": f"{axial} mm"}
             changed = merge(own, merge(one, {"defect": hole, "solver": {"step_s": STEP_S}}))
             run = simulate(load_scene("rig", changed), step=Step.UNCHECKED)
-            if not run.status.usable:
-                raise NumericsError(f"defect size: the run of the {state} fault failed ({run.status}): {run.reason}")
-            shown = behind(run, TRUE).channels["sensor"]
+            shown = behind(run.require_usable(f"defect size: the run of the {state} fault"), TRUE).channels["sensor"]
             noise = background(np.random.default_rng([number, place]), SIZE_NOISE)[: shown.size]
             record = at_speed(rpm, "true", state, shown + noise)
             found.append((state, extent_mm, defect_size(record, runs, TRUE, bearing=BEARING)))

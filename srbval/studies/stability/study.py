@@ -43,12 +43,7 @@ BORNE_OUT = {True: "borne out", False: "not borne out", None: "not covered"}
 Row = dict[str, Any]
 
 
-def run_stability(
-    grid: StabilityGrid = FULL,
-    *,
-    jobs: int | None = None,
-    progress: Progress = silent,
-) -> Row:
+def run_stability(grid: StabilityGrid = FULL, *, jobs: int | None = None, progress: Progress = silent) -> Row:
     """Run every cell of `grid`, compare each with its converged run, predict each step limit; what is stored of it.
 
     `jobs` runs go at a time (default: one per usable core); each that has ended is stored, so that an

@@ -52,7 +52,9 @@ def rates(
             progress("Simulate rigs", (done + rig / rigs) / len(cells))
             planted = 1 + planted_pct / 100 * rng.choice([-1, 1]) * (endpoint.weights > 0)
             ratios = truth[:, rng.integers(truth.shape[1])] * planted
-            found[verdict_on(number, variant, read_again(readings, ratios, rng))] += 1
+            read = read_again(readings, ratios, rng)
+            means = cage_means(read)
+            found[verdict(list(endpoints(read, means))[number], variant, read, means.means[-1]).verdict] += 1
         shares = {one.value.replace(" ", "_"): found[one] / rigs for one in Answer}
         most = attainable(endpoint, truth, readings, planted_pct)
         yield {"endpoint": endpoint.name, "planted_pct": planted_pct, **shares, "attainable": most, "rigs": rigs}
@@ -80,12 +82,6 @@ def read_again(
     scattered = ratios * (1 + between_pct / 100 * rng.standard_normal(ratios.size))
     read = scattered + rng.multivariate_normal(np.zeros(ratios.size), covariance(readings))
     return [replace(one, ratio=ratio) for one, ratio in zip(readings, read.tolist(), strict=True)]
-
-
-def verdict_on(endpoint: int, variant: Mapping[str, Any], read: Sequence[CageReading]) -> Answer:
-    """On an endpoint, by its place among all, as the report states it."""
-    means = cage_means(read)
-    return verdict(list(endpoints(read, means))[endpoint], variant, read, means.means[-1]).verdict
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:

@@ -22,7 +22,6 @@ from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.run_store import stored_run
 from srbval.models.simulate import Step
@@ -106,11 +105,7 @@ def _run_scene(scene: Scene) -> Run:
         run = stored_run(
             replace(scene, solver=replace(scene.solver, step_s=scene.solver.step_s / 2)), step=Step.UNCHECKED
         )
-    if not run.status.usable:
-        raise NumericsError(
-            f"waterfall: {scene.model}, {scene.defect.kind}: the run failed ({run.status}): {run.reason}"
-        )
-    return run
+    return run.require_usable(f"waterfall: {scene.model}, {scene.defect.kind}: the run")
 
 
 def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> dict[str, QuantityValue]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from srbval.comparison.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
+from srbval.studies.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
 
 BANDS, COMMON_DB, OWN_DB, TRIALS = 6, 6.0, 1.0, 400
 COVARIANCE = COMMON_DB**2 * np.ones((BANDS, BANDS)) + OWN_DB**2 * np.eye(BANDS)
