@@ -24,7 +24,7 @@ RADIAL_N, OSCULATION, PLAY_MM = 124.8e3, 0.97, 0.04555
 AXIAL_N = (0.0, 12.5e3, 25e3, 49e3)
 AT_REST = {"contact": {"static_friction": 0.0, "dynamic_friction": 0.0}, "line_contact": {"traction": "dry"},
            "shaft_speed": "1e-6 rpm"}  # fmt: skip
-SHARE, LEAST_SHARE = 0.03, 1e-4  # of a row's share; the closed form leaves out that contact angles change
+SHARE, LEAST_SHARE = 0.03, 2e-3  # of a share, or of all load: the closed form leaves out that contact angles change
 STATIC = 2e-3  # of displacement, tilt and shift: a slice's mean over its width
 # What the theory states of held rollers without axial load: loads off by this, of the largest one, cage slower by this.
 LOADS, RATIO = 2e-3, 3e-4
