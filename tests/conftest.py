@@ -10,7 +10,7 @@ import pytest
 
 from srbval.models.jit import precompile
 from srbval.models.solvers import SOLVERS
-from srbval.scene import paper_scene
+from srbval.scene import load_scene, paper_scene
 
 REPORT = "tests/report"
 
@@ -18,8 +18,8 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before there are workers: two of them would do it twice."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        models = ("full", "line", "planar", "slices")
-        precompile(*(paper_scene(model=model, solver={"name": solver}) for model in models for solver in SOLVERS))
+        scenes = [paper_scene(model=model, solver={"name": name}) for model in ("full", "slices") for name in SOLVERS]
+        precompile(*scenes, paper_scene(model="line"), paper_scene(model="planar"), load_scene("rig"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -33,29 +33,3 @@ def test_nothing_says_to_install_srbval_from_an_index() -> None:
 def test_what_the_readme_points_to_exists() -> None:
     for place in re.findall(r"\]\(([\w/.]+)\)", README):
         assert (ROOT / place).exists(), place
-
-
-def test_the_scene_in_the_guide_is_a_scene(tmp_path: Path) -> None:
-    from srbval.scene import load_scene
-
-    text, _ = _toml_blocks()
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
-    assert load_scene(path).contact.roller_fit.value == "printed"
-
-
-def test_the_campaign_in_the_guide_is_a_campaign(tmp_path: Path) -> None:
-    from srbval.campaign.planning import plan_cases
-    from srbval.campaign.settings import load_campaign
-
-    _, text = _toml_blocks()
-    path = tmp_path / "campaign.toml"
-    path.write_text(text)
-    cases = plan_cases(load_campaign(str(path)))
-    assert len(cases) == 2 * 3 * 8
-    assert not any(case.refused for case in cases)
-
-
-def _toml_blocks() -> list[str]:
-    """The scene and the campaign."""
-    return re.findall(r"```toml\n(.*?)\n```", COMMANDS, flags=re.DOTALL)

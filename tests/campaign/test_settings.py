@@ -10,7 +10,7 @@ import pytest
 from srbval.campaign.planning import plan_cases, scene_of, totals
 from srbval.campaign.settings import Campaign, load_campaign, presets
 from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError
 from srbval.storage.tables import build
 from tests.campaign.campaigns import small
 
@@ -142,13 +142,6 @@ def test_presets_are_table_5_at_one_load(name: str) -> None:
     assert len({s.defect.kind for s in scenes}) == 4
     assert {s.load.radial_n for s in scenes} == {124.8e3}
     assert {s.duration_s for s in scenes} == {10.0 if name == "table5" else 0.1}
-
-
-def test_unknown_campaigns_are_named() -> None:
-    with pytest.raises(ConfigurationError, match=r"Presets: .*table5"):
-        load_campaign("table6")
-    with pytest.raises(DataError, match="no such file"):
-        load_campaign("nowhere.toml")
 
 
 def test_the_plan_of_ten_thousand_cases_is_small() -> None:

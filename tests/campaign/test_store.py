@@ -1,6 +1,5 @@
 """Folders that are in use, full, read-only or half-written; nothing is lost and nothing is run twice."""
 
-import csv
 import errno
 import os
 import signal
@@ -15,7 +14,7 @@ import pytest
 
 from srbval.campaign.case import CaseResult
 from srbval.campaign.engines.local import Job
-from srbval.campaign.folder import PLAN, TABLE, CampaignFolder, folder_lock
+from srbval.campaign.folder import PLAN, CampaignFolder, folder_lock
 from srbval.campaign.quantities import Output, quantities_of
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import load_campaign
@@ -23,30 +22,11 @@ from srbval.campaign.status import campaign_status
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
-from tests.campaign.campaigns import content, resume, run_small, six, small
+from tests.campaign.campaigns import run_small, six
 from tests.campaign.command import MANY, cluster, start
 from tests.marked import until
 
 DEVIATION_PCT = 0.1  # of a line from its kinematic frequency, for a bearing without slip in 2 s of record
-
-
-def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
-    speeds = ["400 rpm", "700 rpm", "900 rpm"]
-    ran = [
-        run_small(small(axes=[{"kind": "grid", "values": {"shaft_speed": some, "model": ["planar"]}}]), tmp_path).ran
-        for some in (speeds[:2], speeds, speeds)
-    ]
-    assert ran == [2, 1, 0]
-
-
-def test_a_case_whose_rollers_are_unloaded_has_a_result_that_says_so(tmp_path: Path) -> None:
-    played = small(axes=[{"kind": "grid", "values": {"contact.radial_play": ["0.2 mm"]}}])
-    assert run_small(played, tmp_path).failed == ()
-    rows = list(csv.DictReader((tmp_path / TABLE).read_text(encoding="utf-8").splitlines()))
-    assert rows
-    assert {row["status"] for row in rows} <= {"rollers-unloaded", "inaccurate"}
-    assert all("the housing spring the rest" in row["reason"] for row in rows)
-    assert run_small(played, tmp_path).ran == 0
 
 
 def test_a_case_file_is_a_run_file(whole: Path) -> None:
@@ -124,38 +104,6 @@ def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert run_small(six(), tmp_path).ran == 4
 
 
-def test_status_says_what_is_there(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no campaign here"):
-        campaign_status(tmp_path)
-    run_small(six(), tmp_path)
-    next((tmp_path / "cases").glob("*/*.h5")).unlink()
-    found = campaign_status(tmp_path)
-    assert (found.done, found.cases, found.running) == (5, 6, None)
-    rows = (tmp_path / TABLE).read_text().splitlines()
-    assert rows[0] == "case,key,shaft_speed,defect.kind,model,status,reason,quantity,value,unit"
-    assert len({row.split(",")[0] for row in rows[1:]}) == 5
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no resource limits here")
-def test_one_result_too_large_for_the_disk(tmp_path: Path) -> None:
-    """A real refusal to write: the operating system's limit on the size of a file."""
-    code = (
-        "import resource, signal, sys; from pathlib import Path\n"
-        "from tests.campaign import campaigns; campaigns.prepare = lambda scenes: None\n"
-        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))\n"
-        "cases = [{'model': 'planar', 'duration': '2 s'}, {'model': 'kinematic'}, {'model': 'planar'}]\n"
-        "f = campaigns.run_small(campaigns.small(axes=[{'kind': 'list', 'cases': cases}]), Path(sys.argv[1]))\n"
-        "print(f.done, [(e['case'], e['ending'], e['reason']) for e in f.failed])\n"
-    )
-    tree = Path(__file__).parents[2]
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False, cwd=tree
-    )
-    assert done.stdout.startswith("2 [(0, 'unwritten', 'the result could not be written:"), done.stderr
-    assert not list((tmp_path / "cases").glob("*/.*.srbval-part"))
-
-
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
 @pytest.mark.parametrize("engine", ["local", pytest.param("dask", marks=pytest.mark.long_form)])
 def test_ctrl_c(engine: str, tmp_path: Path) -> None:
@@ -192,12 +140,6 @@ def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_campaign(six(), tmp_path, engine=Interrupted())
     assert not list(tmp_path.rglob("*.srbval-part"))
-
-
-def test_the_same_campaign_gives_the_same_bytes(whole: Path, tmp_path: Path) -> None:
-    found, _ = resume(tmp_path)
-    assert content(tmp_path) == content(whole)
-    assert found.simulation_s > 0
 
 
 def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:

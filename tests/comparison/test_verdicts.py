@@ -11,7 +11,7 @@ from srbval.comparison.budget import STATED, TOLERANCE, Answer
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.second_look import joint_tests, second_looks
-from srbval.comparison.verdicts import Headline, Verdict, at_shares, endpoints, p_beyond, verdicts
+from srbval.comparison.verdicts import Headline, Verdict, at_shares, endpoints, verdicts
 
 LIMIT = TOLERANCE.limit_pct
 RATIO = 0.431  # of a cage over its shaft
@@ -129,11 +129,6 @@ def test_endpoints_are_those_that_the_records_allow() -> None:
     assert names([one for one in readings() if one.nominal_rpm == SPEEDS[1]]) == (NAMES[LEVEL], NAMES[RACES])
     assert names([one for one in readings() if one.state not in RACE_DEFECTS]) == NAMES[:RACES]
     assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == ()
-
-
-def test_the_chance_counts_both_sides() -> None:
-    model, rig = LIMIT * np.array([0.0, 2.0]), LIMIT * np.array([-1.5, 0.5, 2.5, 3.5])
-    assert p_beyond(model, rig) == 6 / 8  # all pairs but 0 with 0.5 and 2 with 2.5
 
 
 def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> None:

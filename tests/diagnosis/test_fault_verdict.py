@@ -14,7 +14,7 @@ import pytest
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.cli import main
-from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, baseline_of, compare_with_baseline
+from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose
 from srbval.diagnosis.fault_posterior import CLASSES, OTHER, UNDECIDED
 from srbval.diagnosis.fault_verdict import (
@@ -26,9 +26,9 @@ from srbval.diagnosis.fault_verdict import (
     smallest_seen,
     verdict_of,
 )
-from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import SHAFT, Line, read_lines
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.speed import nominal_speed
 from srbval.report.blocks import Tone
 from srbval.report.sections.user_report import TONES
@@ -209,44 +209,3 @@ def test_the_name_of_a_file_changes_nothing_that_is_found(
         del document["file"], document["name"], document["notes"]
     assert documents[0] == documents[1] == documents[2]
     assert documents[0]["fault"]["called"] == "outer"
-
-
-HEALTHY_OF = {"cwru": "97_Normal_0_48kDE.mat", "hit_sm": "Normal_1200.mat", "uestc": "N_1200_1.mat"}
-
-
-def healthy_file(file: Path, dataset: str) -> Path | None:
-    """The healthy record of the same machine, at the same speed as near as there is one."""
-    if dataset == "torino":
-        return file.with_name(f"H_{file.name.split('_')[1]}_sample.mat")
-    return file.with_name(HEALTHY_OF[dataset]) if dataset in HEALTHY_OF else None
-
-
-@pytest.mark.recordings
-def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir: Path) -> None:
-    """All recordings, alone and beside their healthy ones; labels by the manifest, which no analysis sees."""
-    findings = {}
-    for entry in json.loads((recordings_dir / "manifest.json").read_text(encoding="utf-8")):
-        path = recordings_dir / entry["file"]
-        for channel in [f"ch{n}" for n in range(1, 9)] if entry["dataset"] == "ims_test1" else [None]:
-            recording = load_recording(path, channel=channel)
-            analysis = analyse(
-                dataclasses.replace(recording, state=None),
-                bearing=bearing_of(recording, None if recording.bearing else "uc-204"),
-            )
-            alone = diagnose(analysis, all_channels=True)
-            healthy = healthy_file(path, entry["dataset"])
-            baselines: list[Baseline | None] = [None]
-            if healthy is not None and healthy != path:
-                baselines.append(baseline_of(analysis, load_recording(healthy)))
-            for baseline in baselines:
-                verdict = verdict_of(analysis, compare_with_baseline(analysis, baseline), alone)
-                assert_no_contradiction(analysis, verdict)
-                findings[entry["file"], channel, baseline is not None] = recording.state, verdict
-    crosses = [key for key, (state, v) in findings.items() if v.part and state in (None, Fault.HEALTHY)]
-    assert crosses == []
-    wrong = [key for key, (state, v) in findings.items() if v.part not in (None, state)]
-    assert wrong == []
-    for (file, channel, beside), (_, verdict) in findings.items():
-        if not beside and (file, channel, True) in findings and verdict.part:
-            assert findings[file, channel, True][1].part is verdict.part
-    assert len(findings) > 60

@@ -153,7 +153,7 @@ def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Pa
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["slurm", "dask"])
+@pytest.mark.parametrize("engine", ["slurm", pytest.param("dask", marks=pytest.mark.long_form)])
 def test_the_campaign_on_a_cluster_goes_word_for_word(engine: str, tmp_path: Path) -> None:
     """With a stand-in for SLURM; interface, address and number of jobs are this machine's."""
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}

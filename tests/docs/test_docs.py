@@ -83,12 +83,6 @@ def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(pa
         assert mathml.tex2mathml(formula.strip()).startswith("<math")
 
 
-def test_a_fraction_of_two_digits_is_a_fraction() -> None:
-    pytest.importorskip("docutils.utils.math.latex2mathml")
-    found = re.sub(r"\s", "", conf().mathml(r"\tfrac32 v_c"))
-    assert "<mn>3</mn><mn>2</mn></mfrac>" in found
-
-
 def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
     from srbval.scene import scene_table
 
@@ -102,18 +96,6 @@ def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
             assert re.search(
                 rf"^\| `{key.removesuffix('_s')}` \| .+ \| `{re.escape(str(value))}` \|$", keys, flags=re.MULTILINE
             ), key
-
-
-NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
-
-
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_every_notebook_has_its_page_with_its_picture_and_its_numbers(path: Path) -> None:
-    page = (DOCS / "notebooks" / f"{path.stem}.md").read_text(encoding="utf-8")
-    shown = conf().notebook(path.stem)
-    assert shown.startswith(page.strip())
-    assert re.search(r'<img alt="[^"]{40,}" src="data:image/png;base64,', shown)
-    assert not re.findall(r"\b(True|False)$", shown, flags=re.MULTILINE)
 
 
 @pytest.mark.parametrize(("page", "pictures"), [("tutorial", 1), ("gallery", 10)])

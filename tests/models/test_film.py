@@ -20,6 +20,7 @@ from srbval.scene import Oil, load_scene
 
 SCENE = load_scene("rig-oil")
 GEOMETRY = load_bearing("skf-22240").geometry
+MODEL = slice_parameters(SCENE, GEOMETRY)
 SHAPES = [contact.shape for contact in sliced_contacts(SCENE, GEOMETRY)]
 RADIUS_M = 0.0172  # reduced, of a roller of the 22240 on the inner race
 ROLLING_M_S = (2.45, 6.2)  # at 340 and 859 rpm
@@ -139,9 +140,8 @@ def test_length_of_a_contact_is_hertzs() -> None:
 def test_a_slice_shears_as_eyrings_law_says(race: int, pressure_gpa: float, slip_m_s: float) -> None:
     """The kernel's friction in single precision, from load and width, against the law in closed form."""
     cage, shaft = 38.75, 90.0
-    model = slice_parameters(SCENE, GEOMETRY)
-    slices, shape = model.slices, SHAPES[race]
-    law = film_at_speed(model.law, slices, slices.film, cage, shaft)
+    slices, shape = MODEL.slices, SHAPES[race]
+    law = film_at_speed(MODEL.law, slices, slices.film, cage, shaft)
     rolling = 0.5 * (slices.outer_radius * cage + slices.inner_radius * (shaft - cage))
     load = film.line_load_n_m(pressure_gpa * 1e9, shape.along_m)
     height = film.line_film_m(oil(), rolling, load, shape.along_m) * film.thermal_factor(oil(), rolling)
@@ -153,9 +153,8 @@ def test_a_slice_shears_as_eyrings_law_says(race: int, pressure_gpa: float, slip
 
 
 def test_a_slice_with_a_range_of_slips_has_their_mean() -> None:
-    model = slice_parameters(SCENE, GEOMETRY)
-    slices = model.slices
-    law = film_at_speed(model.law, slices, slices.film, 38.75, 90.0)._replace(dynamic_friction=0.0)
+    slices = MODEL.slices
+    law = film_at_speed(MODEL.law, slices, slices.film, 38.75, 90.0)._replace(dynamic_friction=0.0)
     shear, places = film_on_race(slices.film, law, 0), 1 / math.sqrt(3)
 
     def force(slip: float, more: float) -> float:
@@ -169,13 +168,12 @@ def test_a_slice_with_a_range_of_slips_has_their_mean() -> None:
 
 def test_thin_films_leave_a_share_to_asperities() -> None:
     """At rest all, at a lambda of 3 a thousandth; their friction is then the boundary's."""
-    model = slice_parameters(SCENE, GEOMETRY)
-    still = film_at_speed(model.law, model.slices, model.slices.film, 0.0, 1e-6)
+    still = film_at_speed(MODEL.law, MODEL.slices, MODEL.slices.film, 0.0, 1e-6)
     assert still.dynamic_friction == pytest.approx(oil().boundary_friction, rel=0.01)
-    fast = film_at_speed(model.law, model.slices, model.slices.film, 38.75, 90.0)
+    fast = film_at_speed(MODEL.law, MODEL.slices, MODEL.slices.film, 38.75, 90.0)
     assert fast.static_friction == pytest.approx(1.0, abs=1e-3)
     assert film.asperity_share(3.0, 1.0) == pytest.approx(1e-3, rel=0.3)
-    shear = film_on_race(model.slices.film, still, 0)
+    shear = film_on_race(MODEL.slices.film, still, 0)
     assert film_drag(shear, 22.0, 1e3, 3e-3, 1.0, 0.0) == pytest.approx(1e3 * oil().boundary_friction, rel=0.02)
 
 

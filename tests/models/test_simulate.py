@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.errors import DataError
 from srbval.models.estimates import Estimate, StepError
 from srbval.models.full_run import full_model
 from srbval.models.health import assess
@@ -147,14 +146,6 @@ def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None
         assert data["acceleration_x_m_s2"].dims == ("time_s",)
         np.testing.assert_array_equal(data["acceleration_x_m_s2"], run.acceleration_m_s2[:, 0])
         np.testing.assert_allclose(data["time_s"], (1 + np.arange(run.samples)) / 20480, rtol=ROUNDING)
-
-
-def test_a_run_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:
-    blocked = tmp_path / "a file, no folder"
-    blocked.write_text("")
-    with pytest.raises(DataError, match="cannot be written"):
-        write_run(run, blocked / "run.h5")
-    assert list(tmp_path.iterdir()) == [blocked]
 
 
 def test_load_share_follows_the_path(run: Run) -> None:

@@ -27,7 +27,7 @@ ITEMS = {
 SHOWN = 12  # differences of one entry
 HELP = """\
 Items: trajectories (24 runs, bit for bit), analyse (every recording, 1e-12), cli (help, exit codes and messages),
-hostile (damaged files), check (srbval check), report (report.json to 1e-9, text of report.html).
+hostile (damaged files), check (srbval check), report (report.json to 1e-9).
 Planted errors are a test: pytest tests/verification/test_planted_errors.py.
 SRBVAL_RECORDINGS names the folder of the recordings. Exit code 1: something differs that allowed_changes.toml does not
 list. The record is good for one machine and one set of libraries: record and compare on the same."""

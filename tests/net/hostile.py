@@ -7,11 +7,10 @@ import h5py
 import numpy as np
 from scipy.io import savemat, wavfile
 
+from tests.recordings.damage import Damage
+
 FS_HZ = 4096
 MAT_HEADER = 116  # bytes of text that open a MAT file, the date of writing among them
-SHARES = (0.0, 0.02, 0.5, 0.98)  # of a file that are left
-HEAD_BYTES = (0, 5, 60, 130, 200)  # places near a file's beginning where a byte is changed
-SPREAD = 40  # bytes changed all over a file
 
 
 def write_sample(folder: Path) -> None:
@@ -21,27 +20,13 @@ def write_sample(folder: Path) -> None:
 
 
 def write_corpus(folder: Path) -> list[str]:
-    """Sound, damaged and odd files in `folder`; their names."""
-    rng, files = np.random.default_rng(22240), {}
-    for ending, content in _sound().items():
-        name = ending.replace(".", "-")
-        files[f"sound-{name}.{ending}"] = content
-        for share in SHARES:
-            files[f"{name}-cut-{share:g}.{ending}"] = content[: int(share * len(content))]
-        for place in HEAD_BYTES:
-            files[f"{name}-byte-{place}.{ending}"] = _changed(content, np.array([place]), rng)
-        files[f"{name}-spread.{ending}"] = _changed(content, rng.integers(0, len(content), SPREAD), rng)
-        files[f"{name}-noise.{ending}"] = rng.bytes(3000)
-    files |= _odd()
-    for name, content in files.items():
-        (folder / name).write_bytes(content)
-    return list(files)
-
-
-def _changed(content: bytes, places: np.ndarray, rng: np.random.Generator) -> bytes:
-    changed = np.frombuffer(content, dtype=np.uint8).copy()
-    changed[places] ^= rng.integers(1, 256, len(places), dtype=np.uint8)
-    return changed.tobytes()
+    """The first damaged files of `tests/recordings/damage.py`, every format times every damage; their names."""
+    (folder / "whole").mkdir()
+    damage = Damage(folder / "whole", folder / "executed")
+    names = [f"damaged-{number}.mat" for number in range(len(damage.cells))]
+    for number, name in enumerate(names):
+        damage.write(number, folder / name)
+    return names
 
 
 def _signal() -> np.ndarray:
@@ -67,26 +52,4 @@ def _sound() -> dict[str, bytes]:
         "mat": b"MATLAB 5.0 MAT-file".ljust(MAT_HEADER) + mat.getvalue()[MAT_HEADER:],
         "v73.mat": v73,
         "csv": ("time_s,acceleration\n" + rows).encode(),
-    }
-
-
-def _odd() -> dict[str, bytes]:
-    """Readable files with content that is no recording."""
-    odd = {}
-    for name, values in {
-        "zeros": np.zeros(FS_HZ), "one-value": np.ones(1), "nan": np.where(np.arange(FS_HZ) == 9, np.nan, _signal()),
-        "infinite": np.where(np.arange(FS_HZ) == 9, np.inf, _signal()), "huge": 1e300 * _signal(),
-        "complex": _signal() * 1j, "words": np.array(["a", "b"]), "cube": np.zeros((8, 8, 8)),
-        "columns": np.tile(_signal(), (3, 1)).T,
-    }.items():  # fmt: skip
-        file = io.BytesIO()
-        np.save(file, values)
-        odd[f"odd-{name}.npy"] = file.getvalue()
-    return odd | {
-        "odd-latin.csv": "zeit;schwing\xb5\n1;2\n".encode("latin-1"),
-        "odd-header-only.csv": b"time_s,acceleration\n",
-        "odd-uneven.csv": b"time_s,a\n0,1\n1\n2,3,4\n",
-        "odd-backwards.csv": b"time_s,a\n" + b"".join(b"%d,1.5\n" % (500 - i) for i in range(500)),
-        "odd-ending.xyz": b"1 2 3\n",
-        "no-ending": b"1 2 3\n4 5 6\n",
     }

@@ -99,12 +99,6 @@ def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model
     assert [c.model for c in plan.candidates if c.ok] == ["full"]
 
 
-def test_a_bearing_that_only_the_planar_model_assembles_gets_it() -> None:
-    plan = make_plan(paper_scene(defect={"kind": "outer"}, bearing="skf-6205"))
-    assert plan.chosen == "planar"
-    assert any("bearing" in reason for reason in plan.outside), plan.outside
-
-
 def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: CalibrationTable) -> None:
     scene = paper("outer", shaft_speed="500 rpm", load={"radial": "100 kN"})
     near = neighbours(table, scene)

@@ -10,10 +10,8 @@ from srbval.recordings import RecordingSettings, SpeedSource, load_recording
 from srbval.recordings import speed as speed_module
 from srbval.recordings.speed import (
     SCALE_CI95,
-    nominal_speed,
     pulse_times,
     speed_from_pulses,
-    stated_speed,
     tachometer_speed,
 )
 
@@ -162,10 +160,3 @@ def test_drift_and_direction() -> None:
 def test_what_is_no_shaft_speed(signal: np.ndarray) -> None:
     with pytest.raises(DataError, match="speed signal"):
         tachometer_speed(signal)
-
-
-def test_stated_and_nominal() -> None:
-    assert stated_speed(1797, 1.0).ci95_hz == pytest.approx(1 / 60)
-    assert nominal_speed(1500, 1.5).ci95_hz == pytest.approx(0.375)
-    with pytest.raises(DataError, match="must be above 0"):
-        stated_speed(0, 1.0)

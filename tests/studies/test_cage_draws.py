@@ -1,6 +1,5 @@
 """The draws of the cage ratio: what is run, that all records share it, and the stored result."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -116,13 +115,6 @@ def stored() -> dict[tuple[str, str], dict[str, Any]]:
     if kept is None:
         pytest.skip("no stored result; srbval study run cage_draws makes one")
     return {(one["scene"], one["form"]): one for one in kept.content["variants"]}
-
-
-def test_the_stored_result_has_every_variant_and_record(stored: dict[tuple[str, str], dict[str, Any]]) -> None:
-    assert list(stored) == [(one.scene, one.form) for one in variants()]
-    for one in stored.values():
-        assert [{key: r[key] for key in records()[0]} for r in one["records"]] == records()
-        assert all(math.isfinite(value) for record in one["records"] for value in record["drawn"])
 
 
 def test_what_the_rig_scene_shares_cancels(stored: dict[tuple[str, str], dict[str, Any]]) -> None:

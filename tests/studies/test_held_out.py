@@ -16,7 +16,7 @@ SCENES = 12
 GOOD_SHARE = 11 / 12
 # Each bound states its chance, 93 to 96 %; errors of one scene go together, so that hundreds count as its 24 scenes do.
 BELOW_STATED = 3 * (0.05 * 0.95 / 24) ** 0.5
-EVERY = 3  # scene whose plans are made anew; each takes a second
+EVERY = 4  # scene whose plans are made anew; each takes a second
 ROUNDING = 1e-9  # of a bound and of the error that it was taken from
 
 

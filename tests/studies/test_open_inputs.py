@@ -30,13 +30,6 @@ def read(made, key):
     return scene
 
 
-def test_shares_are_places_in_ranges():
-    assert one().value(0.5) == 1.5
-    assert one(log=True, low=0.001, high=0.1).value(0.5) == pytest.approx(0.01)
-    factor, _ = drawn([one(relative=True)], SCENE, [0.25])
-    assert factor.load.radial_n == 1.25 * SCENE.load.radial_n
-
-
 def test_choices_come_as_often_as_their_weights():
     path = one(keys=("load.path",), choices=("housing", "bearing"), weights=(0.75, 0.25))
     shares = [i / 100 for i in range(100)]
@@ -51,16 +44,3 @@ def test_choices_come_as_often_as_their_weights():
 def test_a_range_that_is_none_is_refused(wrong):
     with pytest.raises(ConfigurationError, match="made"):
         one(**wrong)
-
-
-def test_a_key_that_no_scene_has_is_named():
-    with pytest.raises(ConfigurationError, match="lode"):
-        drawn([one(keys=("lode.radial_n",))], SCENE, [0.5])
-
-
-@pytest.mark.parametrize(("line", "said"), [("hihg = 2.0", "hihg"), ("high = 2.0\n[study]\ndraws = 9", "study")])
-def test_a_file_of_ranges_holds_nothing_else(line, said, tmp_path):
-    file = tmp_path / "own.toml"
-    file.write_text(f'[[input]]\nname = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\n{line}\n')
-    with pytest.raises(ConfigurationError, match=said):
-        open_inputs(file)

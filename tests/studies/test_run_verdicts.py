@@ -93,7 +93,7 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("share", "scenes", "count"), [(0.002, None, 4), pytest.param(1.0, 4, 4, marks=pytest.mark.long_form)]
+    ("share", "scenes", "count"), [(0.001, None, 2), pytest.param(1.0, 4, 4, marks=pytest.mark.long_form)]
 )
 def test_a_few_judged_for_real(share: float, scenes: int | None, count: int) -> None:
     result = judge_runs(seed=5, share=share, scenes=scenes, jobs=2)

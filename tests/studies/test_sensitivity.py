@@ -9,7 +9,7 @@ from srbval.comparison.budget import STUDY
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import CONVERGED_POINTS, converged, load_ensemble
 from srbval.comparison.effects import INPUTS, sensitivity_of
-from srbval.errors import ConfigurationError, NumericsError
+from srbval.errors import NumericsError
 from srbval.scene import paper_scene
 from srbval.storage.json_files import to_json
 from srbval.studies import input_effects as sensitivity
@@ -106,11 +106,6 @@ def test_stored_and_read_again_it_is_the_same(found):
     assert again.quantities == found.quantities
     names = ["2xBPFO", "cage ratio"]
     assert again.deviations(names) == pytest.approx(found.deviations(names))
-
-
-def test_a_healthy_scene_has_nothing_to_compare():
-    with pytest.raises(ConfigurationError, match="defect"):
-        measure(scene=paper_scene())
 
 
 def test_grid_convergence_index_of_a_known_order():

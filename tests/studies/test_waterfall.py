@@ -8,9 +8,8 @@ import pytest
 from srbval.bearing import Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.scene import load_scene
-from srbval.storage.stored_result import newest_result
 from srbval.studies.rig_amplitudes import NUMERICS, rows
-from srbval.studies.waterfall.study import MEASURES, SECONDS, STEP_S, measures, steps, variants
+from srbval.studies.waterfall.study import SECONDS, STEP_S, measures, steps, variants
 
 NUMERIC: dict[str, Any] = {
     "duration": f"{SECONDS} s",
@@ -50,15 +49,3 @@ def test_measures_are_root_mean_squares_of_what_both_sides_show() -> None:
     assert harmonics["error"] == pytest.approx(math.sqrt(12.5))
     assert harmonics["uncertainty"] == pytest.approx(1.0)
     assert sidebands["error"] == -2.0  # of one quantity the sign stays
-
-
-def test_the_stored_result() -> None:
-    kept = newest_result("waterfall")
-    if kept is None:
-        pytest.skip("no stored result; srbval study run waterfall makes one")
-    found = kept.content["measures"]
-    assert list(dict.fromkeys(row["step"] for row in found)) == [step.name for step in steps()]
-    assert {row["measure"] for row in found} == set(MEASURES)
-    fit = [row for row in found if row["used_for"] == "fit"]
-    assert {row["step"] for row in fit} == {step.name for step in steps()[-2:]}
-    assert all("OR" in row["record"] or row["measure"] == "healthy level" for row in fit)

@@ -1,8 +1,9 @@
 """A process that runs checks on kernels with an error planted in them, one error after the other.
 
-``python -m tests.verification.planted CHECK ...`` reads planted errors from its input, one JSON object a line, and
-answers each with a line: pytest's exit status and what it printed. Each is planted in a child that is forked off before
-any kernel is imported, so that what everything needs is imported only once and no copy of the package is made.
+``python -m tests.verification.planted`` reads planted errors from its input, one JSON object a line with the tests to
+run, and answers each with a line: pytest's exit status and what it printed. Each is planted in a child that is forked
+off before any kernel is imported, so that what everything needs is imported only once and no copy of the package is
+made.
 """
 
 import importlib
@@ -44,14 +45,13 @@ def plant(error: dict[str, str]) -> None:
     SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data  # type: ignore[method-assign]
 
 
-def main(checks: list[str]) -> None:
+def main() -> None:
     """Answer until the input ends."""
     for name in NEEDED:
         importlib.import_module(name)
     assert not any(name.startswith("srbval.models") for name in sys.modules)
     for line in sys.stdin:
         error = json.loads(line)
-        likeliest_first = sorted(checks, key=lambda check: not check.endswith(error["first"]))
         with tempfile.TemporaryFile() as printed:
             child = os.fork()
             if child == 0:
@@ -59,7 +59,7 @@ def main(checks: list[str]) -> None:
                 os.dup2(printed.fileno(), 1)
                 os.dup2(printed.fileno(), 2)
                 plant(error)
-                code = int(pytest.main([*OPTIONS, *likeliest_first]))
+                code = int(pytest.main([*OPTIONS, *error["tests"]]))
                 sys.stdout.flush()
                 os._exit(code)
             _, status = os.waitpid(child, 0)
@@ -69,4 +69,4 @@ def main(checks: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
