@@ -89,7 +89,7 @@ def run_case(
 ) -> Run:
     """One run, see `stored_run`; `progress` gets it as a task. A failed one is a `NumericsError` naming it."""
     make = stored_run if store else simulate
-    run = make(case.scene, step=step, progress=lambda _, fraction: progress(f"Simulate {case.id}", fraction))
+    run = make(case.scene, step=step, progress=lambda task, fraction: progress(f"{task} {case.id}", fraction))
     return run.require_usable(f"case {case.id}: run")
 
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import USABLE, Run, RunStatus
-from srbval.models.simulate import Step, simulate
+from srbval.models.simulate import Step, compile_for, simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
@@ -104,6 +104,7 @@ def side_by_side(
     """
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
+    compile_for(*scenes.values(), jobs=jobs, progress=progress)
     cost = {key: _cost(scene) for key, scene in scenes.items()}
     shares: dict[Key, float] = {}
     lock, stop = threading.Lock(), threading.Event()

@@ -16,13 +16,13 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.hierarchy import check_known, geometry_of, level_of
-from srbval.models.jit import WITHOUT_KERNELS
+from srbval.models.jit import WITHOUT_KERNELS, is_compiled, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import EnergyFlow, Run, RunSummary
 from srbval.models.run_file import run_writer
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
-from srbval.progress import Progress, silent
+from srbval.progress import Progress, silent, stage
 from srbval.scene import Scene
 from srbval.storage.files import check_suffix
 from srbval.storage.hdf5_files import HDF5
@@ -48,13 +48,13 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
 
     The error that the `step` leaves is estimated first, or a step is chosen for it, see `Step`; a run whose step leaves
     more than the tolerance is `INACCURATE`. `progress` gets the fraction of the task ``Simulate`` that is done,
-    settling included.
+    settling included, and what `compile_for` does.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
-    stats = _begun(scene, step)
+    stats = _begun(scene, step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         parts = list(_recorded(stats, progress))
     details: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in DETAILS}
@@ -68,7 +68,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     written, `ConfigurationError` where the file's name is that of another format than HDF5.
     """
     check_suffix(path, *HDF5)
-    stats = _begun(scene, step, path.parent)
+    stats = _begun(scene, step, progress, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for part in _recorded(stats, progress):
             writer.append(signals(part.out) | {name: getattr(part, name) for name in DETAILS})
@@ -78,7 +78,15 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     return summary
 
 
-def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
+def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
+    """See `precompile`; a task of `progress` where anything is to be compiled, which takes half a minute."""
+    if is_compiled(*scenes):
+        return 0.0
+    with stage(progress, "Compile the models, once after installation"):
+        return precompile(*scenes, jobs=jobs)
+
+
+def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
     stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
     level.check_scene(scene)
@@ -86,6 +94,7 @@ def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistic
         check_known("solver", scene.solver.name, tuple(METHODS))  # at once, before kernels are compiled
         geometry_of(stats.bearing, scene.model)
     check_room(stats, folder)
+    stats.compile_s = compile_for(scene, progress=progress)
     if step is not Step.UNCHECKED and level.parameters is not None:
         level.check_step(stats, choose=step is Step.AUTO)
     return stats

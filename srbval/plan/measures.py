@@ -12,11 +12,9 @@ from srbval.models.run import Run
 from srbval.models.sensor import band_rms, hann
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
-from srbval.signal import Spectrum
 
 FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
 HARMONICS = 5
-HARMONIC_REACH = 2.0  # resolutions either side of a harmonic in which its top is looked for
 BLOCKS = 8  # parts of a run whose cage speeds are compared
 PADDING = 4  # times the record's length
 REACH = 1.0  # resolutions either side of a line in which its top is looked for
@@ -51,7 +49,7 @@ def measure(run: Run) -> Measures:
     if run.seconds >= LEAST_SECONDS:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
         floor = noise_floor(processed.envelope, processed.fs_hz)
-        pattern = None if defect_hz is None else harmonic_pattern(processed.spectrum, defect_hz)
+        pattern = None if defect_hz is None else harmonic_pattern(processed.envelope, processed.fs_hz, defect_hz)
     return Measures(
         seconds=run.seconds,
         cage_ratio=ratio,
@@ -92,13 +90,9 @@ def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     return float(np.median(lines[inside])) * as_plain / mean
 
 
-def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
-    """Heights of the first `HARMONICS` multiples of `defect_hz` in an envelope's spectrum, over the first one's."""
-    reach = HARMONIC_REACH * spectrum.resolution_hz
-    heights = []
-    for k in range(1, HARMONICS + 1):
-        near = np.abs(spectrum.frequency_hz - k * defect_hz) <= reach
-        heights.append(float(spectrum.amplitude[near].max()))
+def harmonic_pattern(envelope: FloatArray, fs_hz: float, first_hz: float, count: int = HARMONICS) -> tuple[float, ...]:
+    """Heights of the first `count` multiples of a frequency in an envelope's spectrum, over the first one's."""
+    heights = line_heights(envelope, fs_hz, [k * first_hz for k in range(1, count + 1)])
     return tuple(height / heights[0] for height in heights)
 
 

@@ -17,7 +17,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
-from srbval.plan.measures import line_heights, measure, smooth_mean
+from srbval.plan.measures import harmonic_pattern, line_heights, measure, smooth_mean
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
@@ -25,7 +25,6 @@ from srbval.storage.tables import read_toml
 Answer = tuple[float | None, ...]  # None: it does not stand out
 
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
-HARMONICS = 5
 FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
 
@@ -170,14 +169,11 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
     if line is None or not line.detected or line.found_hz is None:
         return {}
     spacing, first = run.scene.shaft_hz, line.found_hz
-    harmonics = [k * first for k in range(1, HARMONICS + 1)]
-    heights = line_heights(analysis.processed.envelope, analysis.processed.fs_hz, harmonics)
-    sides = line_heights(
-        analysis.processed.envelope, analysis.processed.fs_hz, [first + k * spacing for k in SIDEBANDS]
-    )
+    envelope, fs_hz = analysis.processed.envelope, analysis.processed.fs_hz
+    height, *sides = line_heights(envelope, fs_hz, [first, *(first + k * spacing for k in SIDEBANDS)])
     return {
-        Question.HARMONICS: tuple(height / heights[0] for height in heights),
-        Question.SIDEBANDS: tuple(height / heights[0] for height in sides),
+        Question.HARMONICS: harmonic_pattern(envelope, fs_hz, first),
+        Question.SIDEBANDS: tuple(side / height for side in sides),
     }
 
 

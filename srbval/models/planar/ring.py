@@ -169,7 +169,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
-    stats.compile_s = precompile(scene)
+    stats.compile_s += precompile(scene)
     started = time.perf_counter()
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()

@@ -25,7 +25,6 @@ from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, pub
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.comparison.verdicts import Headline, verdicts
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
@@ -200,11 +199,6 @@ def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dic
     paper = paper_cases(seconds)
     outer = next(case for case in paper if case.state is Fault.OUTER)
     cases = [*paper, load_zone_case(outer.scene)]
-    missing = [case.scene for case in cases if not is_compiled(case.scene)]
-    if missing:
-        models = ", ".join(dict.fromkeys(scene.model for scene in missing))
-        with stage(progress, f"Compile the models ({models}), once after installation"):
-            precompile(*missing, jobs=jobs)
     runs = run_cases(cases, jobs=jobs, progress=progress)
     return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
 

@@ -19,7 +19,7 @@ from srbval.models.hierarchy import LEVELS
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.ring import make_ring
 from srbval.models.run import Run
-from srbval.plan.measures import line_heights
+from srbval.plan.measures import harmonic_pattern
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
@@ -126,10 +126,7 @@ def harmonic_heights(run: Run, band_hz: tuple[float, float]) -> list[float]:
     found = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
     line = found.line_of(run.scene.defect.kind)
     first = line.found_hz if line.found_hz is not None else line.kinematic_hz
-    heights = line_heights(
-        found.processed.envelope, found.processed.fs_hz, [k * first for k in range(1, PULSE_HARMONICS + 1)]
-    )
-    return [height / heights[0] for height in heights]
+    return list(harmonic_pattern(found.processed.envelope, found.processed.fs_hz, first, PULSE_HARMONICS))
 
 
 def missing_harmonic(heights: Sequence[float]) -> float | None:
