@@ -5,9 +5,9 @@ middle and the least of an elliptical one; shear heating of the inlet: J. F. Mur
 film's mean shear stress is Eyring's at the mean Hertzian pressure (B. Jacod, C. H. Venner & P. M. Lugt 2001, doi
 10.1115/1.1308021: all their computed contacts lie near that one curve; abstract read, formula quoted from memory). With
 asperities that touch, their share of the load follows from the film over the roughness (R. S. Zhou & M. R. Hoeprich
-1991). Rolling resistance: P. K. Goksem & R. A. Hargreaves 1978, as in Zhou & Hoeprich. Constants other than Hamrock &
-Dowson's, which were checked in open codes, are quoted from memory; the tests hold them against Grubin's inlet,
-integrated, and against other formulas.
+1991). Rolling resistance: P. K. Goksem & R. A. Hargreaves 1978, as in Zhou & Hoeprich. Hamrock & Dowson's least film
+and k were read in the abstract of their paper (J. Lubr. Technol. 99, 264), their middle film was checked in open codes;
+all other constants are quoted from memory. The tests compare them with Grubin's inlet, integrated, and other formulas.
 
 Left out: starved inlets, shear heating within the contact, the rollers' own elasticity, grease.
 """

@@ -14,7 +14,7 @@ from srbval.models import film
 from srbval.models.full.film_kernel import film_at_speed, film_drag, film_on_race
 from srbval.models.full.oil_kernel import rate_power
 from srbval.models.hierarchy import level_of
-from srbval.models.oil import ContactShape, film_law, oil_law
+from srbval.models.oil import ContactShape, oil_law
 from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import Oil, load_scene
 
@@ -186,14 +186,3 @@ def test_the_kernels_roots_are_the_formulas_powers() -> None:
                 short, full = law.rolling[race, 0] * load**0.5, law.rolling[race, 1] * load**0.25
                 expected = shape.rolling_couple_nm(oil(), rate, load, shape.length_m(load))
                 assert min(short, full) * rate_power(rate) == pytest.approx(expected, rel=0.02)
-
-
-def test_films_law_over_the_pressure() -> None:
-    law = film_law(oil(), SHAPES)
-    for pressure in (0.1e9, 0.5e9, 1e9, 2e9, 3.5e9):
-        load = film.line_load_n_m(pressure, SHAPES[1].along_m)
-        thicker = oil().log_thickening(pressure) - math.log(
-            film.line_film_m(oil(), 1.0, load, SHAPES[1].along_m) / law.thickness
-        )
-        found = np.polynomial.polynomial.polyval(pressure * 1e-9, law.curve[1]) * math.log(2)
-        assert found == pytest.approx(thicker, abs=KERNEL)

@@ -1,8 +1,8 @@
 """What the oil does to power, slip and cage ratio: over speed and load, each effect alone, over its ranges, over sizes.
 
-Power stands beside SKF's moment of a spherical roller bearing (SKF Rolling bearings, 2018: its formulas were read, the
-constants of series 222 are quoted from memory, and so is Palmgren's moment, with f_1 = 0.0005 (P_0 / C_0)^0.5, not
-sure at all, and f_0 = 5, for circulating oil).
+Power stands beside SKF's moment of a spherical roller bearing (SKF Rolling bearings: the formulas
+of table 2a were read, the constants of series 222 are quoted from memory, and so is Palmgren's moment, with f_1 =
+0.0005 (P_0 / C_0)^0.5, not sure at all, and f_0 = 5, for circulating oil).
 
 The trend is the cage ratio at 340 less that at 859 rpm, of two runs that differ in nothing else. Ranges of the oil are
 those of ``rig_inputs.toml``, which were committed before the scene was first run.
@@ -51,13 +51,13 @@ EFFECTS: Mapping[str, Mapping[str, Any]] = {
     "pockets": CURVE | {"oil": {"fill": 0, "rolling_resistance": False}},
     "all": {},
 }
-DRAWS_POWER = 3  # 8 draws of all ranges at once
+DRAWS_POWER = 4  # 16 draws of all ranges at once
 BORE_MM, OUTER_MM = 200.0, 360.0
 STATIC_N = 1.93e6
 R1, R3, S1, S3 = 1.6e-6, 2.81e-6, 3.62e-3, 8.8e-3  # radial load alone
-PITCH_MM = {"22208": 60, "22220": 140, "22240": 280, "22260": 420}  # (bore + outer) / 2
+PITCH_MM = {"22208": 60, "22216": 110, "22220": 140, "22230": 210, "22240": 280, "22260": 420}  # (bore + outer) / 2
 OF_REFERENCE = (0.2, 0.54, 1.0)  # speeds over the reference speed: 859 rpm of a 22240 in the middle
-OF_MINIMUM = (0.15, 0.25, 0.4, 0.6, 0.8, 1.2)  # loads over the catalogue's least
+OF_MINIMUM = (0.15, 0.25, 0.4, 0.6, 0.8, 1.0, 1.5)  # loads over the catalogue's least
 ONSET_PCT = 100 * LARGEST_SLIP
 OTHER_ONSETS_PCT = (0.5, 2.0)
 Row = Mapping[str, Any]
