@@ -119,7 +119,7 @@ def defect_size(
         )
     if bearing.pitch_diameter_m is None or fault.speed is None:
         raise ConfigurationError(f"{fault.name}: a size needs the speed, and a bearing whose dimensions are known.")
-    powers = record_powers(fault, bearing, (low_hz, high_hz), healthy)
+    bands, powers = record_powers(fault, bearing, (low_hz, high_hz), healthy)
     middles = list(powers)
     shown = np.array([one.value > LIMIT_U * one.u for one in powers.values()])
     level = np.array([decibels(one.value if seen else max(one.value, 0.0) + LIMIT_U * one.u)
@@ -130,7 +130,7 @@ def defect_size(
             f"{fault.name}: {len(middles)} third octaves between {low_hz:.0f} and {high_hz:.0f} Hz are wide enough for "
             f"the fault's line; a size needs {LEAST_BANDS}. Widen --band, or use a record at a lower speed."
         )
-    nominal, drawn = ([(e, locked_db(behind(run, path), bearing, middles, line_order(run, bearing))) for e, run in some]
+    nominal, drawn = ([(e, locked_db(behind(run, path), bearing, bands, line_order(run, bearing))) for e, run in some]
                       for some in runs)  # fmt: skip
     logs = np.log([extent for extent, _ in nominal])
     between = PchipInterpolator(logs, [levels for _, levels in nominal], extrapolate=True)

@@ -10,13 +10,15 @@ across it by turns, so that its sidebands tell r: it is the one for which the ru
 the record, in the band in which its data set is demodulated, or else in that of the path. A record of a fault that
 stands still tells none, and without another one r is 1.
 
-Gains reach from the lowest to the highest band in which the record's power is above its own standard deviation; a band
-between in which it is not has its neighbours' gain.
+A third octave that does not hold two spacings of the fault's line is joined with those below it until they do, and they
+have one gain, which may miss each of theirs by as much as gains scatter from band to band. Gains reach from the lowest
+to the highest band in which the record's power is above its own standard deviation; a band between in which it is not
+has its neighbours' gain.
 """
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -33,7 +35,7 @@ from srbval.models.simulate import Step
 from srbval.path.amplitudes import DB, SIDEBANDS, pattern
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
-from srbval.reading.locked import locked_powers
+from srbval.reading.locked import SPACINGS, locked_powers
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath, parts_along_sensor
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
@@ -52,7 +54,8 @@ class Identified:
     """A path and what it rests on.
 
     `record_db`: power of the record locked to its fault in each of the path's bands [dB re 1 m/s2], NaN where it is not
-    shown, and `ring_db` that of the run, along the load and across it [2, n]; empty for a measured response.
+    shown, and `ring_db` that of the run, along the load and across it [2, n]; of joined bands, what all of them have;
+    empty for a measured response.
     `sidebands_db`: of record and run behind the path, at one and two times their spacing [2, 2]; None where no
     sidebands tell the ratio.
     """
@@ -104,7 +107,7 @@ def identify(
     bearing = load_bearing(bearing)
     from scipy.special import stdtrit
 
-    powers = record_powers(pair.record, bearing, band_hz, healthy)
+    bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     shown = np.array([one.value > one.u for one in powers.values()])
     if not any(one.value > one.u * stdtrit(one.blocks - 1, 1 - CHANCE / len(powers)) for one in powers.values()):
         raise DataError(
@@ -112,32 +115,38 @@ def identify(
             "locked to the fault. Widen --band, or use a longer record."
         )
     reach = slice(int(np.argmax(shown)), shown.size - int(np.argmax(shown[::-1])))
-    middles = list(powers)[reach]
+    bands = {lowest: bands[lowest] for lowest in list(powers)[reach]}
     levels, u_db = (
         np.array([of(one) if one.value > one.u else math.nan for one in list(powers.values())[reach]])
         for of in (lambda one: decibels(one.value), lambda one: DB * one.u / one.value)
     )
     order = line_order(pair.run, bearing)
-    ring = np.array([locked_db(one, bearing, middles, order) for one in ring_parts(pair.run)])
+    ring = np.array([locked_db(one, bearing, bands, order) for one in ring_parts(pair.run)])
+    low_hz, high_hz = next(iter(bands.values()))[0], list(bands.values())[-1][1]
+    middles = [one for one in third_octaves(band_hz) if low_hz < one < high_hz]
+    place = np.searchsorted(list(bands), middles, side="right") - 1  # of each third octave among the bands read
     turning = cross or (pair if pair.record.state is Fault.INNER else None)
     used = (pair.record.name, *((f"{turning.record.name} (direction)",) if turning else ()))
     own = SensorPath(
         frequency_hz=tuple(middles), load=(1.0,) * len(middles), cross=(1.0,) * len(middles),
-        u_db=tuple(_filled(u_db).tolist()), used=used,
+        u_db=tuple(_filled(u_db)[place].tolist()), used=used,
         source=f"identified from {' and '.join(used)}, driven by {recording_from_run(pair.run).name}",
     )  # fmt: skip
 
     def behind_ratio(ratio: float) -> SensorPath:
         excited = 10 ** (ring[0] / 10) + ratio**2 * 10 ** (ring[1] / 10)
-        gains = 10 ** (_filled(levels - 10 * np.log10(excited)) / 20)
+        gains = 10 ** (_filled(levels - 10 * np.log10(excited))[place] / 20)
         return replace(own, load=tuple(gains.tolist()), cross=tuple((ratio * gains).tolist()))
 
     ratio, u, sidebands = _ratio(turning, bearing, behind_ratio) if turning else (1.0, 0.0, None)
     path = replace(behind_ratio(ratio), cross_u_db=u)
     for _ in range(ROUNDS):
-        off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, middles, order)) / 20)
+        off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, bands, order))[place] / 20)
         path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
-    return Identified(path=path, record_db=levels, ring_db=ring, sidebands_db=sidebands)
+    scatter = float(np.std(20 * np.log10(path.load)))
+    wide = np.bincount(place)[place] > 1
+    path = replace(path, u_db=tuple(np.hypot(path.u_db, scatter * wide).tolist()))
+    return Identified(path=path, record_db=levels[place], ring_db=ring[:, place], sidebands_db=sidebands)
 
 
 def identify_response(
@@ -206,13 +215,26 @@ def behind(run: Run, path: SensorPath | None) -> Recording:
     return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
 
 
+def joined(bands: Mapping[float, tuple[float, float]], least_hz: float) -> dict[float, tuple[float, float]]:
+    """Adjoining third octaves, each narrower than `least_hz` joined with those below it, by their lowest middles [Hz].
+
+    What is too narrow at the low end is left out.
+    """
+    found, top_hz = dict[float, tuple[float, float]](), math.nan
+    for middle, (low, high) in sorted(bands.items(), reverse=True):
+        top_hz = high if math.isnan(top_hz) else top_hz
+        if top_hz - low >= least_hz:
+            found[middle], top_hz = (low, top_hz), math.nan
+    return dict(sorted(found.items()))
+
+
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
-) -> dict[float, LockedMean]:
-    """Power locked to the record's fault in the third octaves of a band, by their middles [Hz], [(m/s2)^2].
+) -> tuple[dict[float, tuple[float, float]], dict[float, LockedMean]]:
+    """Edges [Hz] of the third octaves of a band, `joined` to hold the fault's line, and the power locked to it there.
 
-    Less what a `healthy` record of the same speed has at the same passage, if there is one. Third octaves too narrow
-    for the fault's line are left out.
+    Both by lowest middles [Hz]; powers [(m/s2)^2] less what a `healthy` record of the same speed has at the same
+    passage, if there is one.
     """
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
@@ -224,26 +246,29 @@ def record_powers(
             f"{limit_hz:.0f} Hz, for the rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
+    assert record.speed is not None
+    bands = joined(bands, SPACINGS * order * record.speed.value_hz)
     found = locked_powers(record, bearing, order, bands)
-    if healthy is None:
-        return found
-    other = locked_powers(healthy, bearing, order, bands)
-    return {
-        middle: replace(one, value=one.value - other[middle].value, u=math.hypot(one.u, other[middle].u))
-        for middle, one in found.items() if middle in other
-    }  # fmt: skip
+    if healthy is not None:
+        other = locked_powers(healthy, bearing, order, bands)
+        found = {
+            lowest: replace(one, value=one.value - other[lowest].value, u=math.hypot(one.u, other[lowest].u))
+            for lowest, one in found.items() if lowest in other
+        }  # fmt: skip
+    return {lowest: bands[lowest] for lowest in found}, found
 
 
-def locked_db(run: Recording, bearing: Bearing, middles_hz: Sequence[float], order: float) -> FloatArray:
-    """Power of a run locked to its fault's line [dB re 1 m/s2] in third octaves that hold two of these lines, [n].
+def locked_db(
+    run: Recording, bearing: Bearing, bands: Mapping[float, tuple[float, float]], order: float
+) -> FloatArray:  # fmt: skip
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in the `bands` that hold two of these lines, [n].
 
     `ConfigurationError` where the scene's rate does not show them.
     """
-    bands = {middle: (middle / HALF_THIRD_OCTAVE, middle * HALF_THIRD_OCTAVE) for middle in middles_hz}
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
             f"output_rate_hz = {run.fs_hz:g} of the scene shows nothing above half of it, the bands go up to "
-            f"{max(middles_hz):.0f} Hz: raise output_rate, or end --band lower."
+            f"{max(bands):.0f} Hz: raise output_rate, or end --band lower."
         )
     return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
 

@@ -26,7 +26,7 @@ SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more
 STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
 PATH_DRAWS, SEED = 24, 23
-# Waves that give H 877's level: not measured, see `theory/surface.md`.
+# A height chosen once, by H 877's level with Table 4's damper on the ring; now it is too much: see `theory/surface.md`.
 WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}
 FAST, SLOW = 877.0, 353.0  # nominal rpm
 DIRECTION = "IR_877rpm_sample"  # whose sidebands gave the ratio of the path's directions, and nothing else of it

@@ -16,14 +16,16 @@ from srbval.path.identify import (
     behind,
     identify,
     identify_response,
+    joined,
     line_order,
     locked_db,
     simulated_run,
+    third_octaves,
 )
 from srbval.recordings.frf import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene, load_sensor_path
-from srbval.studies.simulated_rig import BEARING, RATIO, TRUE, SimulatedRig, simulated_rig
+from srbval.studies.simulated_rig import BEARING, GAINS, RATIO, TRUE, SimulatedRig, simulated_rig
 
 NEAR_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
@@ -44,9 +46,13 @@ def found(rig: SimulatedRig) -> Identified:
 def test_a_known_path_is_found_in_both_directions(found: Identified) -> None:
     path = found.path
     true = np.abs(TRUE.response(np.array(path.frequency_hz)))
-    assert path.frequency_hz[0] == pytest.approx(1259, abs=1)  # third octaves below do not hold two lines of 117 Hz
+    off_db = 20 * np.log10(np.array(path.load) / true[0])
+    assert path.frequency_hz[0] == pytest.approx(501, abs=1)  # joined with 631 Hz; 398 Hz alone is too narrow
     assert path.frequency_hz[-1] == pytest.approx(3162, abs=1)
-    assert 20 * np.log10(np.array(path.load) / true[0]) == pytest.approx(0.0, abs=NEAR_DB)
+    assert off_db[4:] == pytest.approx(0.0, abs=NEAR_DB)
+    assert (path.load[0], path.load[2]) == (path.load[1], path.load[3])  # third octaves below 1259 Hz are joined
+    assert np.all(np.abs(off_db[:4]) < 2 * np.array(path.u_db[:4]))
+    assert min(path.u_db[:4]) > np.std(20 * np.log10(GAINS[1:])) / 2
     assert path.cross[0] / path.load[0] == pytest.approx(RATIO, rel=BIAS)
     assert abs(20 * np.log10(path.cross[0] / path.load[0] / RATIO)) < 2 * path.cross_u_db
     assert path.used == ("OR", "IR (direction)")
@@ -54,8 +60,20 @@ def test_a_known_path_is_found_in_both_directions(found: Identified) -> None:
 
 def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig: SimulatedRig, found: Identified) -> None:
     order = line_order(rig.outer.run, BEARING)
-    shown = locked_db(behind(rig.outer.run, found.path), BEARING, found.path.frequency_hz, order)
-    assert shown == pytest.approx(found.record_db, abs=0.05)
+    bands = joined(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
+    shown = locked_db(behind(rig.outer.run, found.path), BEARING, bands, order)
+    assert shown == pytest.approx(found.record_db[[0, 2, 4, 5, 6, 7, 8]], abs=0.05)
+
+
+def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings() -> None:
+    """Edges by hand: 10^2.65 = 446.7, 10^2.85 = 707.9, 10^3.05 = 1122 Hz; 261 and 414 Hz are wide enough, 92 is not."""
+    bands = joined(third_octaves(BAND_HZ), 234.0)
+    assert [edge for low_high in list(bands.values())[:3] for edge in low_high] == pytest.approx(
+        [446.7, 707.9, 707.9, 1122.0, 1122.0, 1412.5], abs=0.1
+    )
+    assert list(bands)[:3] == pytest.approx([501.2, 794.3, 1258.9], abs=0.1)
+    assert joined(third_octaves(BAND_HZ), 90.0) == third_octaves(BAND_HZ)
+    assert joined(third_octaves(BAND_HZ), 4000.0) == {}
 
 
 def test_the_inner_races_own_sidebands_tell_the_ratio_too_and_an_outer_race_alone_none(rig: SimulatedRig) -> None:

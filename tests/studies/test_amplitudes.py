@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.datasets.description import dataset
 from srbval.storage.stored_result import newest_result
-from srbval.studies.amplitudes.study import band_row, counts
+from srbval.studies.amplitudes.study import INPUTS, band_row, counts
+from srbval.studies.amplitudes.study import tested_apart as level_apart
 from srbval.studies.rig_amplitudes import rows
 
 
@@ -48,6 +50,21 @@ def test_ratios_are_compared_in_logarithms() -> None:
         (row,) = rows(rig, model, {}, record="IR", fault=Fault.INNER, used_for="withheld")
         assert row.error == pytest.approx(100 * math.log(factor))
         assert row.parts == {RIG_READING: 2.0}
+
+
+def test_few_draws_make_a_pattern_less_improbable_than_theory_says() -> None:
+    """Of eight bands: theory takes the covariance as known, which it is of many draws and not of 12."""
+    names = [f"locked {band}" for band in THIRD_OCTAVES][:8]
+    off = [4.0, -4.0, 3.0, -3.0, 2.0, -2.0, 1.0, -1.0]
+    found = [replace(compared(*of), parts={INPUTS: 1.0, RIG_READING: 1.0}) for of in zip(names, off, strict=True)]
+    ratio = {}
+    for draws in (12, 1000):
+        levels = np.random.default_rng(3).normal(-20.0, 2.0, (draws, 8)).tolist()
+        result = level_apart(found, [dict(zip(names, row, strict=True)) for row in levels])
+        assert result is not None
+        ratio[draws] = result["pattern_p"] / result["normal_p"][1]
+    assert ratio[12] > 2
+    assert ratio[1000] == pytest.approx(1.0, abs=0.3)
 
 
 PREDICTIONS = (
