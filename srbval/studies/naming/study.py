@@ -32,14 +32,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import WHOLE_BAND, band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.registry import RegisteredRecording, healthy_baseline, listing, load_entry
-from srbval.signal import (
-    amplitude_spectrum,
-    drop_ends,
-    end_s,
-    normalise,
-    prewhitened,
-    squared_envelope_one_pass,
-)
+from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, prewhitened, squared_envelope_one_pass
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import StudyResult, input_hashes, printed_columns
 from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, known_records, specimen
