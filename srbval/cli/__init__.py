@@ -40,9 +40,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, Exception) as error:
         if isinstance(error, BrokenPipeError) and _reader_gone():  # e.g. `srbval ... | head`
             return 0
-        from srbval.cli.output import print_failure
+        from srbval.cli.output import missing_options, print_failure
 
         message, code = _failure(error)
+        message = message if as_json else missing_options(message, given)
         with contextlib.suppress(OSError):
             print_failure(message, code, as_json=as_json)
         return code

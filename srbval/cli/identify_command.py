@@ -19,6 +19,7 @@ from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
+DIGITS = (0, 2, 2, 1, 1, 1, 1)  # behind the point
 COLUMNS = ("Hz", "gain along the load", "across it", "u dB", "record dB", "ring dB", "ring, across dB")
 SIZE_COLUMNS = ("from", "extent mm", "from mm", "to mm")
 POWER = 4  # of two: how often inputs are drawn
@@ -113,10 +114,14 @@ def _mm(metres: float) -> str:
 def _print(found: Identified) -> None:
     bands = found.to_dict()["bands"]
     print(f"{found.path.source}\nband {found.path.low_hz:.0f} to {found.path.high_hz:.0f} Hz\n")
-    print_table(COLUMNS, [tuple(band.values()) for band in bands])
+    print_table(
+        COLUMNS, [[f"{x:.{digits}f}" for x, digits in zip(band.values(), DIGITS, strict=True)] for band in bands]
+    )
     if found.sidebands_db is not None:
         record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
         print(f"\ncross over load {bands[0]['cross'] / bands[0]['load']:.3g}, known to {found.path.cross_u_db:.2g} dB: "
               f"sidebands at {record} dB, with it {run} dB")  # fmt: skip
     if found.path.used:
         print("\nfitted records, which no verdict may use: " + ", ".join(found.path.used))
+    gains = [band["load"] for band in bands]
+    print(f"From ring to sensor, along the load, the path multiplies by {min(gains):.2g} to {max(gains):.2g}.")

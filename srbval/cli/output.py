@@ -1,6 +1,7 @@
 """What the commands print: data on standard output, messages on standard error."""
 
 import argparse
+import re
 import shlex
 import sys
 import textwrap
@@ -84,6 +85,31 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
     print(f"srbval: {message}", file=sys.stderr)
     if as_json:
         print_json({"message": message, "exit_code": code}, status="failed")
+
+
+EXAMPLES = {"--fs": "--fs 25600", "--unit": "--unit g", "--bearing": "--bearing skf-22240", "--rpm": "--rpm 1480",
+            "--band": "--auto-band"}  # fmt: skip
+OPEN, REMEDY = " leaves open: ", ". Give the option"  # as `LeftOpenError` and its like say it
+
+
+def missing_options(message: str, given: Sequence[str]) -> str:
+    """What a record leaves open, a line each, and the command given with an example of each; else the message."""
+    head, is_open, rest = message.partition(OPEN)
+    if not is_open:
+        return message
+    questions, examples = rest.partition(REMEDY)[0].removesuffix(".").split("; "), []
+    for question in questions:
+        if asked := re.search(r" (--[a-z]+) (.*)", question):
+            examples.append(EXAMPLES.get(asked[1]) or f"{asked[1]} {shlex.quote(asked[2].split(' | ')[0])}")
+    more = ["", f"For example: {shlex.join(['srbval', *given])} {' '.join(examples)}"]
+    if given[:1] == ["analyse"]:
+        more[1] += " --write-machine machine.toml"
+        more.append(
+            "That writes them to a file; the next record needs only: srbval analyse FILE --machine machine.toml"
+        )
+    else:
+        more.append("Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml")
+    return "\n".join([f"{head}{OPEN.rstrip()}", *(f"  {question}" for question in questions), *more])
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

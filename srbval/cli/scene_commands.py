@@ -87,7 +87,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "solver": level_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": level_of(scene.model).step_s(scene),
-        **{name: getattr(result, name) for name in (*OF_RUN, *(IN_OIL if scene.oil is not None else ()))},
+        **{name: getattr(result, name) for name in OF_RUN + names_of(scene)},
         "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }
@@ -108,6 +108,11 @@ def run_scene(options: argparse.Namespace) -> int:
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code
     return 0
+
+
+def names_of(scene: Scene) -> tuple[str, ...]:
+    """Attributes of a run that scenes with oil, and those with free rollers, have beside `OF_RUN`."""
+    return (*(IN_OIL if scene.oil is not None else ()), *(("free_rollers",) if scene.bodies.free_rollers else ()))
 
 
 def _one_level(table: dict[str, Any]) -> Iterator[tuple[str, Any]]:

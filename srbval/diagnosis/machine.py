@@ -32,7 +32,7 @@ OPTIONS = {  # the option, and its unit, that a field stands for where it is cal
 }
 BELONGS_TO = {  # an option that, once given, does without the machine's value
     "rpm_tolerance": "rpm", "scale": "unit", "sensitivity": "unit", "pulses_per_rev": "tacho",
-    "healthy_scale": "healthy", "band": "auto_band", "zones_mm_s": "machine_class",
+    "healthy_scale": "healthy", "band": "auto_band", "auto_band": "band", "zones_mm_s": "machine_class",
 }  # fmt: skip
 
 
@@ -76,6 +76,7 @@ class MachineLimits(Limited):
     """
 
     band_hz: tuple[float, float] | None = quantity("frequency", above=0, default=None)
+    auto_band: bool | None = None
     cage_slip_pct: float | None = limited(above=0, most=5, default=None)
     machine_class: str | None = None
     zones_m_s: tuple[float, float, float] | None = quantity("velocity", above=0, default=None)
@@ -126,8 +127,8 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """The text of a machine's file in `folder` that stands for these options; what is None is left out."""
-    stated = {"title": title} | {name: value for name, value in options.items() if value is not None}
+    """The text of a machine's file in `folder` that stands for these options; what is not given is left out."""
+    stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
             stated[name] = os.path.relpath(stated[name], folder)

@@ -14,6 +14,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models.balances import MomentumBalance
+from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
 from srbval.models.full.motion_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters
@@ -29,6 +30,7 @@ from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene
 
+CARRIES = 0.01  # of the highest load: rollers that count
 SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
 
 
@@ -109,6 +111,8 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         yield first, steps
     if scene.oil is not None:
         stats.film_um, stats.lambda_min = films_at_end(scene, stats.bearing, run, whole)
+    if scene.bodies.free_rollers:
+        stats.free_rollers = rollers_at_end(run, whole)
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> tuple[dict[str, float], float]:
@@ -121,6 +125,18 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> tu
     assert scene.oil is not None
     films = {"min": 1e6 * float(least.min()), "mean": 1e6 * float(middle.mean())}
     return films, float(least.min()) / scene.oil.roughness_m
+
+
+def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
+    """See `run.RunSummary`; of a run that stands after `whole` output intervals."""
+    load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)
+    carries = load_n.T.ravel() > CARRIES * load_n.max()  # in the order of the slots
+    tilt, shift, skew = (
+        float(np.abs(run.model.scratch.space[int(row) :][: load_n.size][carries]).max(initial=0.0))
+        for row in (col.TILT_SINE, col.SHIFT_ALONG, col.SKEW_MOMENT)
+    )
+    share = float(load_n[0].sum() / load_n.sum()) if load_n.any() else math.nan
+    return {"tilt_mrad": 1e3 * tilt, "shift_um": 1e6 * shift, "skew_nm": skew, "row_1_share": share}
 
 
 def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:

@@ -45,15 +45,20 @@ class FidelityLevel:
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Refuse a surface where the model has no continuous contacts, and oil where it knows none."""
+        """Refuse a surface where the model has no continuous contacts, and what slices alone have where it has none."""
         if scene.surface is not None and self.name not in CONTINUOUS:
             raise ConfigurationError(
                 f"[surface]: the model {self.name} knows no waves of races and rollers; use --model "
                 f"{' or '.join(CONTINUOUS)}, or leave the table out."
             )
-        if scene.oil is not None and self.name != OILED:
+        if scene.oil is not None and self.name != SLICED:
             raise ConfigurationError(
-                f"[oil]: the model {self.name} knows no oil; use --model {OILED}, or leave the table out."
+                f"[oil]: the model {self.name} knows no oil; use --model {SLICED}, or leave the table out."
+            )
+        if scene.bodies.free_rollers and self.name != SLICED:
+            raise ConfigurationError(
+                f"bodies free_rollers = true: the model {self.name} holds its rollers; use --model {SLICED}, or leave "
+                "the key out."
             )
 
     def steps_per_output(self, scene: Scene) -> int:
@@ -93,7 +98,7 @@ class FidelityLevel:
 
 STEP_CHECK = "srbval.models.step_error:check_step"  # of models with the full model's equations
 CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
-OILED = "slices"  # the model that knows oil
+SLICED = "slices"  # the model that knows oil, and rollers that tilt and slide along their axes
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
 

@@ -43,7 +43,7 @@ OPTIONS: dict[str, Any] = {
 }  # fmt: skip
 WITHOUT_KERNELS = ("kinematic", "impulse")
 RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
-OIL = "-oil"  # at the end of their names
+OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
 
 WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # on numbers, of numba's settings
 
@@ -153,14 +153,15 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs, each compiled apart: model, what the kernel does, cages, oil.
+    """Names of the kernels that the scene's run needs: model, what the kernel does, cages, oil, free rollers.
 
     Of those with the full model's equations: their ``rates``, and the steps of the family of the scene's solver.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
     parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].coefficients.family])
-    return [f"{scene.model}-{part}-{scene.bodies.cages}{'' if scene.oil is None else OIL}" for part in parts]
+    end = ("" if scene.oil is None else OIL) + (FREE_ROLLERS if scene.bodies.free_rollers else "")
+    return [f"{scene.model}-{part}-{scene.bodies.cages}{end}" for part in parts]
 
 
 def _missing(scenes: Iterable[Scene]) -> list[str]:

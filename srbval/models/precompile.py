@@ -16,7 +16,16 @@ from srbval.errors import SrbvalError
 from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import RATES, RING, compile_in_this_process, kernel_cache_folder, kernels_of, precompile
+from srbval.models.jit import (
+    FREE_ROLLERS,
+    OIL,
+    RATES,
+    RING,
+    compile_in_this_process,
+    kernel_cache_folder,
+    kernels_of,
+    precompile,
+)
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
@@ -50,10 +59,10 @@ def shortest_run(model: str, solver: str, cages: int) -> None:
     simulate(scene, step=Step.UNCHECKED)
 
 
-def compile_kernel(model: str, part: str, cages: int, *oil: str) -> None:
-    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it; `oil`: of the traction of films."""
-    in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if oil else {}
-    scene = paper_scene(model=model, bodies={"cages": cages}, **in_oil)
+def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
+    """Compile one kernel of a model, see `kernels_of`, by the shortest use of it; in oil, of the traction of films."""
+    in_oil = {"oil": {"iso_vg": 150}, "line_contact": {"traction": "film"}} if OIL[1:] in more else {}
+    scene = paper_scene(model=model, bodies={"cages": cages, "free_rollers": FREE_ROLLERS[1:] in more}, **in_oil)
     compile_in_this_process(scene)
     if part == RING:
         shortest_run(model, scene.solver.name, cages)
@@ -72,9 +81,9 @@ def compile_kernels(names: Iterable[str]) -> None:
     from filelock import FileLock
 
     for name in names:
-        model, part, cages, *oil = name.split("-")
+        model, part, cages, *more = name.split("-")
         with FileLock(kernel_cache_folder() / f"{part}.lock"):
-            compile_kernel(model, part, int(cages), *oil)
+            compile_kernel(model, part, int(cages), *more)
 
 
 if __name__ == "__main__":

@@ -67,6 +67,10 @@ class RunSummary:
     In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
     the least film of a contact that carries and the `mean` of those in their middles, at the run's end; `lambda_min`:
     the least over the roughness. Empty and NaN without.
+
+    `free_rollers`, at the run's end, of rollers that tilt and slide along their axes and carry load: the largest tilt
+    `tilt_mrad`, displacement along the axis `shift_um` and moment of friction about the slot, which the cage bears and
+    which would skew them, `skew_nm`; share of row 1 in all outer contacts' loads, `row_1_share`. Empty where held.
     """
 
     scene: Scene
@@ -97,6 +101,7 @@ class RunSummary:
     power_w: Mapping[str, float] = field(default_factory=dict)
     film_um: Mapping[str, float] = field(default_factory=dict)
     lambda_min: float = math.nan
+    free_rollers: Mapping[str, float] = field(default_factory=dict)
 
     def require_usable(self, what: str) -> Self:
         """This run; `NumericsError` that says `what` failed, and why, where it is none to read vibration from."""

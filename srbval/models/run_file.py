@@ -168,6 +168,8 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     for name in ("sensor_path", "surface", "oil"):
         if table[name] is None:  # content of scenes without one is as it was
             del table[name]
+    if not scene.bodies.free_rollers:
+        del table["bodies"]["free_rollers"]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
     return plain
 

@@ -44,6 +44,7 @@ class RunStatistics:
     idle: int = 0
     film_um: Mapping[str, float] = field(default_factory=dict)
     lambda_min: float = math.nan
+    free_rollers: Mapping[str, float] = field(default_factory=dict)
     course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
     energy: EnergyBalance = field(default_factory=EnergyBalance)
     momentum: MomentumBalance = field(default_factory=MomentumBalance)

@@ -36,6 +36,7 @@ from srbval.models.full.oil_kernel import rolling_speed
 from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
 from srbval.models.full.point_cloud import wrapped
 from srbval.models.full.slices_kernel import SliceTable
+from srbval.models.full.tilt_kernel import FREE
 from srbval.models.oil import ContactShape, film_law, oil_law
 from srbval.scene import Defect, DefectShape, LineContact, Scene, Traction
 
@@ -78,6 +79,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
             critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
     return model._replace(
+        free=FREE if scene.bodies.free_rollers else None,
         race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
         inner_centre_radial=model.inner_centre_radial + shift * model.tilt_cosine,
         inner_centre_axial=model.inner_centre_axial + shift * model.tilt_sine,

@@ -42,6 +42,8 @@ class Bodies(Limited):
     models that tell rows apart know it, and the number of cages (full, line, slices). The same models know
     `pocket_offset_m`: how far along the pitch circle, before or behind the middle of its slot, pockets of different
     clearance let a roller run at most; every slot has its own place, drawn evenly with the scene's seed.
+
+    `free_rollers` tilt and slide along their axes, for the model slices; others are held against both.
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -49,6 +51,7 @@ class Bodies(Limited):
     cages: int = limited(least=1, most=2)
     row_stagger: float = limited(least=0, most=1)
     pocket_offset_m: float = quantity("length", least=0, most=MOST_OFFSET_M, default=0.0)
+    free_rollers: bool = False
 
 
 class RollerFit(enum.StrEnum):

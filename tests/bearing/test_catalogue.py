@@ -28,10 +28,6 @@ width = "98 mm"
 """
 
 
-def test_names_of_the_interface_are_there() -> None:
-    assert {"skf-22240", "skf-6205", "skf-6203", "mfpt-nice", "fag-22205"} <= set(known_bearings())
-
-
 def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(GEOMETRY)

@@ -128,20 +128,6 @@ def test_a_case_is_tried_again_by_what_its_result_says(whole: Path, folder: Path
     assert content(folder) == content(whole)
 
 
-def test_damaged_lines_of_the_journal_are_dropped_and_said(folder: Path) -> None:
-    journal, lines = folder / PLAN, lines_of(folder)
-    for rotten in (b"{rotten}\n" + lines[-1], lines[-1] + bytes(100)):
-        journal.write_bytes(b"".join(lines[:-1]) + rotten)
-        assert [found.file.name for found in campaign_status(folder).damaged] == [PLAN]
-        _, said = resume(folder)
-        assert f"{PLAN} was damaged" in said[0]
-        assert lines_of(folder) == lines
-    journal.write_bytes(b"".join(lines)[:-7])  # its writer was killed
-    assert verify_campaign(folder).ok
-    assert resume(folder)[1] == []
-    assert lines_of(folder) == lines[:-1]
-
-
 def test_results_of_another_plan_and_of_none_yet(folder: Path) -> None:
     """A damaged one of another plan is named and left; a case that has not ended is no damage."""
     resume(folder, seed=7)  # new cases; the six are of no plan now, but for those that were refused

@@ -13,6 +13,8 @@ import pytest
 
 import srbval
 from srbval.bearing import fault_frequencies, load_bearing
+from srbval.campaign.planning import plan_cases
+from srbval.campaign.settings import load_campaign
 from srbval.cli import main
 from srbval.cli.arguments import parser
 from srbval.scene import load_scene
@@ -150,6 +152,8 @@ def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Pa
             assert load_bearing(path).rolling_elements > 1
         else:
             assert load_scene(path).duration_s > 0
+    path.write_text(blocks("guide/commands.md", "toml")[1], encoding="utf-8")
+    assert not any(case.refused for case in plan_cases(load_campaign(str(path))))
 
 
 @pytest.mark.slow

@@ -32,14 +32,6 @@ def test_lines_report_the_beginning_and_the_end() -> None:
     assert written[2].startswith("Simulate [OR]: done in ")
 
 
-def test_a_task_that_does_not_call_is_reported_regularly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
-    stream = io.StringIO()
-    with ProgressDisplay(stream) as progress:
-        progress("Simulate", 0.25)
-        _wait_for(r"Simulate: 25 % after \d+ s, about \d+ s to go", 1, stream)
-
-
 def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()

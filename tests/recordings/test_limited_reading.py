@@ -3,6 +3,7 @@
 import os
 import runpy
 import signal
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -17,6 +18,7 @@ from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import FileFormat, end_readers
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.registry.manifest import read_manifest
+from srbval.storage.installation import child_environment
 
 from . import files
 
@@ -106,6 +108,33 @@ def test_a_process_that_died_while_idle_is_replaced(tmp_path: Path) -> None:
     assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
 
 
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@posix
+def test_ctrl_c_ends_the_reader(tmp_path: Path) -> None:
+    noted = tmp_path / "pid"
+    path = script(tmp_path, f"open({str(noted)!r}, 'w').write(str(os.getpid()))\ntime.sleep(1000)")
+
+    def interrupt() -> None:
+        while not (noted.exists() and noted.read_text()):
+            pass
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        run(path)
+    thread.join()
+    assert not alive(int(noted.read_text()))
+    assert limited._idle == []
+
+
 @posix
 def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path: Path) -> None:
     """Readers of other threads end too, and the files still to come are not begun."""
@@ -119,6 +148,20 @@ def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path: Path) -> None:
     assert after.children_user + after.children_system - before.children_user - before.children_system < 6
     assert not limited._running
     assert not read_manifest()
+
+
+@posix
+def test_nothing_is_left_over_when_the_program_ends(tmp_path: Path) -> None:
+    good(tmp_path / "a.h5")
+    code = (
+        "from srbval.recordings import load_recording; from srbval.recordings.loaders import limited\n"
+        f"load_recording({str(tmp_path / 'a.h5')!r}, unit='g'); print(limited._idle[0].pid)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | child_environment(), capture_output=True, text=True, check=True
+    )
+    assert not alive(int(done.stdout))
+    assert done.stderr == ""
 
 
 def test_paths_are_those_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from srbval.arrays import FloatArray
-from srbval.storage.json_files import from_json, json_text, to_json
+from srbval.storage.json_files import from_json, json_text, parse_json, to_json
 
 
 class Side(enum.StrEnum):
@@ -133,6 +133,12 @@ UNWRITABLE |= {"complex": 1j, "bytes": b"x"}
 def test_what_json_does_not_know_is_refused(value: Any) -> None:
     with pytest.raises(TypeError):
         json_text(value)
+
+
+@pytest.mark.parametrize("text", ["[" * 20_000, "1" * 5_000, "NaN", "-Infinity", b"\xff\xfe\x00", "{", ""])
+def test_a_damaged_document_is_a_value_error(text: str | bytes) -> None:
+    with pytest.raises(ValueError, match=r"\S"):
+        parse_json(text)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

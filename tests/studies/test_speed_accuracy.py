@@ -175,6 +175,12 @@ def test_command(
     assert all(set(row) >= ROW_KEYS for row in document["runs"])
 
 
+def test_unknown_names_are_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--scenes", "nowhere"]) == 2
+    assert main(["bench", "--solvers", "ode9"]) == 2
+    assert "ode4" in capsys.readouterr().err
+
+
 def test_each_scene_has_its_own_front_and_failed_runs_are_on_none() -> None:
     rows = [
         row("play0-outer", 1.0, 1e-4, 0.1),

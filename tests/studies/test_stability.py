@@ -17,6 +17,7 @@ import pytest
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.cli import main
+from srbval.errors import ConfigurationError
 from srbval.models.estimates import BLOCKS, TOLERANCE
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
@@ -109,6 +110,28 @@ def test_what_was_run_is_not_run_again_and_an_interrupted_map_continues(
     with stored_in(folder):
         whole = run_stability(PLANTED_GRID)
     assert to_json(whole["cells"]) == result["cells"]
+
+
+def test_runs_of_a_group_have_one_length_whatever_their_step() -> None:
+    scenes = [FULL.scene(case) for case in FULL.cases if case.group.rpm == 127.0]
+    assert len({(scene.duration_s, scene.settle_s) for scene in scenes}) == 1
+    for scene in scenes:
+        samples = scene.duration_s * scene.output_rate_hz
+        assert samples == pytest.approx(round(samples), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"scenes": ("nowhere",)}, "nowhere"),
+        ({"solvers": ("ode9",)}, "ode9"),
+        ({"rpm": (-1.0,)}, "rpm"),
+        ({"steps_per_s": (0,)}, "steps-per-s"),
+    ],
+)
+def test_a_wrong_grid_is_refused(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        replace(FULL, **changes)
 
 
 def test_command(

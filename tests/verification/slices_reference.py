@@ -3,8 +3,7 @@
 Nothing of the model's kernels: circles in a roller's meridian, their gap, q = c_L / L (approach of both)^(10/9) after
 ISO/TS 16281 with half of the approach for each contact, friction by a law of the slip. A roller's meridian has the axes
 s along its slot, outwards, and x along its axis, away from the mid-plane; its centre is the origin. The outer ring
-moves, rollers slide along their slots, the inner ring stays. That is all that held rollers do, the model's; free ones
-slide along their axes and tilt as well, without friction.
+moves, rollers slide along their slots, the inner ring stays: all that held rollers do; free ones: `test_free_rollers`.
 """
 
 from dataclasses import dataclass, replace
@@ -66,7 +65,7 @@ class Contacts:
     """Both contacts of all rollers: loads per length and where they act, [2 races, rollers, places].
 
     `force_n`: each place's share; `s_m`, `x_m` in the roller's own meridian; `normal_s`, `normal_x` off the roller, in
-    its slot's. A free roller is `axial_m` off its slot's middle and tilted by `tilt_rad`, [rollers].
+    its slot's.
     """
 
     force_n: FloatArray
@@ -74,16 +73,11 @@ class Contacts:
     x_m: FloatArray
     normal_s: FloatArray
     normal_x: FloatArray
-    axial_m: FloatArray | float = 0.0
-    tilt_rad: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedBearing:
-    """Rollers at the angles `angle_rad`, rows `side` +1 and -1; `swing_n`: centrifugal force of each along its slot.
-
-    `free` rollers tilt about the tangent and slide along their axes; held ones do not.
-    """
+    """Rollers at the angles `angle_rad`, rows `side` +1 and -1; `swing_n`: centrifugal force of each along its slot."""
 
     roller_m: float
     outer_osculation: float
@@ -91,7 +85,6 @@ class SlicedBearing:
     angle_rad: FloatArray
     side: FloatArray
     swing_n: float = 0.0
-    free: bool = False
 
     @classmethod
     def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> Self:
@@ -125,40 +118,22 @@ class SlicedBearing:
         centre_s = np.array([ring_s - distance, np.full_like(ring_s, inner_s + inner - outer - distance)])
         return np.array([[outer], [inner]]), centre_s, np.array([ring_x, np.full_like(ring_x, inner_x)])
 
-    def pose(self, along: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Slide along the slot, along the axis, and tilt of every roller that is moved `along` its meridian [m].
-
-        A contact's force acts on the line through the centres of the two arcs that touch. Free of friction both lines
-        are one: of the four centres, two of them the roller's own, none lies beside the line through the others.
-        """
-        if not self.free:
-            return along, np.zeros_like(along), np.zeros_like(along)
-        arc, s, x = self.arcs(ring)
-        tilt = np.arctan2(x[1] - x[0], s[1] - s[0])
-        reach = arc[0] - self.roller_m + along
-        return s[0] + reach * np.cos(tilt), x[0] + reach * np.sin(tilt), tilt
-
-    def contacts(self, along: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
+    def contacts(self, slide: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
         """Both contacts of all rollers for these displacements [m]."""
         length = geometry().roller_width_m
         arc, centre_s, centre_x = self.arcs(ring)
-        slide, axial, tilt = self.pose(along, ring)
-        c, s = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
         profile = self.outer_osculation * geometry().raceway_radius_m
         out = np.array([1.0, -1.0])[:, None, None]  # a race's arc lies outwards of its centre, or inwards
-        lean = ((np.arange(places) + 0.5) / places * length - length / 2) / arc[:, :, None] + out * tilt[:, None]
-        in_slot = (centre_s - slide)[:, :, None] + out * arc[:, :, None] * np.cos(lean)
-        off_slot = (centre_x - axial)[:, :, None] + arc[:, :, None] * np.sin(lean)
-        s_m, x_m = in_slot * c + off_slot * s, off_slot * c - in_slot * s
+        lean = ((np.arange(places) + 0.5) / places * length - length / 2) / arc[:, :, None]
+        s_m = (centre_s - slide)[:, :, None] + out * arc[:, :, None] * np.cos(lean)
+        x_m = centre_x[:, :, None] + arc[:, :, None] * np.sin(lean)
         barrel_s = -out * (profile - self.roller_m)  # centre of the barrel's arc on that side
         off = np.hypot(s_m - barrel_s, x_m)
         depth = np.maximum(profile - off, 0.0)
         powers = np.power(2e3 * depth, 10 / 9, out=np.zeros_like(depth), where=depth > 0)
         per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * powers
-        normal_s, normal_x = (s_m - barrel_s) / off, x_m / off
         return Contacts(
-            force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=normal_s * c - normal_x * s,
-            normal_x=normal_s * s + normal_x * c, axial_m=axial, tilt_rad=tilt,
+            force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=(s_m - barrel_s) / off, normal_x=x_m / off
         )  # fmt: skip
 
     def slides(self, ring: FloatArray) -> FloatArray:
@@ -203,7 +178,7 @@ class SlicedBearing:
         for turn in turns:
             turned = replace(self, angle_rad=self.angle_rad + turn)
             ring, slide = turned.balance(load)
-            cases.append((turned.contacts(slide, ring), turned.pose(slide, ring)[0]))
+            cases.append((turned.contacts(slide, ring), slide))
         return cases
 
 
@@ -226,13 +201,13 @@ def moment_about_shaft(
 ) -> float:
     """Moment of friction on rollers about the shaft [N m], each turning so that friction has none about its axis.
 
-    A roller's material at s and x moves at Omega (r - sin(tilt) x) + spin s, r its centre's radius about the shaft and
-    the tilt that of its axis, the inner race at W times its radius about the shaft.
+    A roller's material at s and x moves at Omega (r - sin(tilt) x) + spin s, r its centre's radius about the shaft, the
+    inner race at W times its radius about the shaft.
     """
     g = geometry()
     cage = ratio * shaft_rad_s
-    tilt = np.broadcast_to(g.tilt_rad + found.tilt_rad, slide.shape)[:, None]
-    centre = g.pitch_radius_m + slide * np.cos(g.tilt_rad) - found.axial_m * np.sin(g.tilt_rad)
+    tilt = g.tilt_rad
+    centre = g.pitch_radius_m + slide * np.cos(tilt)
     about_shaft = centre[:, None] + found.s_m * np.cos(tilt) - found.x_m * np.sin(tilt)
     race = np.array([0.0, shaft_rad_s])[:, None, None] * about_shaft
     carried = cage * (centre[:, None] - np.sin(tilt) * found.x_m)

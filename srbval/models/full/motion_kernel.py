@@ -29,6 +29,7 @@ from srbval.models.full.search_kernel import (
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import state_indices
+from srbval.models.full.tilt_kernel import sums_in_slots, tilt_on_cages, tilt_rollers
 from srbval.models.jit import inlined, kernel, kernel_part
 
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
@@ -63,6 +64,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     rotation = y[at.rotation : at.rotation + n]
     face_defects(model.roller_defects, model.law.roller_radius, rotation, space)
     roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
+    tilt_rollers(model.free, model, slots)
     add_heights(model.surface, rotation, count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)
@@ -75,6 +77,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, model.patch, model.slices, FIRST_TIME)
     scatter_sums(compacted, single, space, plan, damping)
     add_oil_forces(model.oil, model, slots, y[at.cage_rate + 2], shaft, totals)
+    sums_in_slots(model.free, model, slots)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
@@ -162,6 +165,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
     relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, (g_x, g_y, g_z), (t02, t12, t22))
     relative, on_cages = oil_on_cages(model.oil, model, slots, relative, on_cages)
+    relative, on_cages = tilt_on_cages(model.free, model, slots, relative, on_cages)
     on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, (m00, m11, m22, m01, m02, m12))
     g_x, g_y, g_z = on_cages
     m00, m11, m22, m01, m02, m12 = inertia

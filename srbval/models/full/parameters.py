@@ -126,6 +126,7 @@ class Parameters(NamedTuple):
     second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
+    free: int | None = None  # `FREE`: rollers with slices tilt and slide along their axes, see `tilt_kernel`
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

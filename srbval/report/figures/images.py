@@ -7,17 +7,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.report.figures.style import (
-    HALF,
-    INK,
-    Drawn,
-    new_axes,
-    panel,
-    rounded,
-    row_above,
-    stamp_stand_in,
-    title_panel,
-)
+from srbval.report.figures.style import HALF, INK, Drawn, new_axes, panel, rounded, row_above, title_panel
 from srbval.report.findings.records import RecordKurtogram, RecordView
 from srbval.signal import Kurtogram, Scalogram
 
@@ -54,7 +44,6 @@ def scalogram_panel(
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     title_panel(axes, record.origin, letter, title, pad=20.0)
-    stamp_stand_in(axes, record.origin)
     return figure, _columns(shown, frequency, span)
 
 
@@ -147,7 +136,6 @@ def kurtogram_panel(shown: RecordKurtogram, *, letter: str, title: str, top_hz: 
     bar.set_label("Kurtosis less 2", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     title_panel(axes, recording.origin, letter, title, pad=6.0)
-    stamp_stand_in(axes, recording.origin)
     return figure, {
         "low_hz": picture.band_hz[:, 0],
         "high_hz": picture.band_hz[:, 1],

@@ -14,7 +14,6 @@ from srbval.report.figures.style import (
     legend_above,
     new_figure,
     origin_style,
-    stamp_stand_in,
     title_panel,
 )
 from srbval.report.findings.records import highest_of, marked_line, run_spectrum, spectrum_view, views_of
@@ -49,8 +48,6 @@ def plot_analysis(analysis: Analysis, healthy: Analysis | None) -> Any:
     title_panel(lower, record.origin, "", "envelope spectrum", pad=9.0)
     legend_above(upper)
     legend_above(lower, points=ORDER_LABEL_POINTS)
-    for axes in (upper, lower):
-        stamp_stand_in(axes, record.origin)
     return figure
 
 

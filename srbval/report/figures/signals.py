@@ -25,7 +25,6 @@ from srbval.report.figures.style import (
     panel,
     plotted,
     rounded,
-    stamp_stand_in,
     title_panel,
 )
 from srbval.report.findings.load_zone import LoadZone
@@ -60,7 +59,6 @@ def acceleration_panel(
         _mark_period(axes, *period)
     title_panel(axes, record.origin, letter, title)
     legend_above(axes)
-    stamp_stand_in(axes, record.origin)
     return figure, {
         "time_s": record.time_s[kept] - record.window_s[0],
         "acceleration_std": rounded(record.acceleration[kept]),
@@ -118,7 +116,6 @@ def band_panel(
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
     title_panel(axes, origin, letter, "spectra before demodulation", pad=9.0)
     legend_above(axes)
-    stamp_stand_in(axes, origin)
     levels = {name.replace(" ", "_") + "_db": rounded(np.asarray(r.power_db)) for name, r in records.items()}
     return figure, {"frequency_hz": last.power_hz} | levels
 
@@ -145,7 +142,6 @@ def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: s
     title_panel(axes, record.origin, letter, title, pad=9.0)
     if not brief:
         legend_above(axes, points=ORDER_LABEL_POINTS)
-    stamp_stand_in(axes, record.origin)
     frequency, height = plotted(record.frequency_hz, record.amplitude, view.end_hz, BINS_SHOWN)
     columns = {"frequency_hz": frequency, "shaft_order": frequency / record.shaft_hz, "amplitude": rounded(height)}
     if healthy is not None:

@@ -29,7 +29,6 @@ TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 # Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
 INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
-STAMP, STAMP_RED = "SYNTHETIC STAND-IN", "#a3161f"
 BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
 
 
@@ -137,13 +136,12 @@ class OriginStyle:
     word: str
     colour: str
     light: str
-    stamped: bool = False
 
 
 ORIGINS = {
     "simulated": OriginStyle("Simulated", BLUE, "#a9cfe6"),
     "measured": OriginStyle("Measured", VERMILION, "#f0bd99"),
-    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0", stamped=True),
+    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0"),
 }
 
 
@@ -222,22 +220,3 @@ def legend_above(axes: Any, points: float = 3.0) -> None:
         loc="lower right", bbox_to_anchor=(1.0, 1.0), bbox_transform=row_above(axes, points), ncols=6,
         borderaxespad=0, borderpad=0, columnspacing=1.2, handletextpad=0.5, frameon=False,
     )  # fmt: skip
-
-
-def stamp_stand_in(axes: Any, origin: str) -> None:
-    """Stamp SYNTHETIC STAND-IN across the picture when the signal is one; else do nothing. Call it last."""
-    if not origin_style(origin).stamped:
-        return
-    from matplotlib.patheffects import withStroke
-
-    axes.figure.draw_without_rendering()  # the layout decides how wide the axes are
-    extent = axes.get_window_extent()
-    size = min(0.066 * extent.width, 0.2 * extent.height) * 72 / axes.figure.dpi
-    look = {"ha": "center", "va": "center", "rotation": 12, "fontsize": size, "fontweight": "bold"}
-    halo = [withStroke(linewidth=3, foreground="white", alpha=0.75)]
-    # A halo below and plain text above it: the words stay findable in the SVG.
-    for extra in ({"zorder": 49, "path_effects": halo, "color": "white"}, {"zorder": 50, "color": STAMP_RED}):
-        text = axes.text(0.5, 0.5, STAMP, transform=axes.transAxes, alpha=0.66, **look, **extra)
-        text.set_in_layout(False)
-    for spine in axes.spines.values():
-        spine.set(visible=True, edgecolor=STAMP_RED, linewidth=1.4, linestyle=(0, (4, 2)))

@@ -20,6 +20,9 @@ def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
     yield texts.paragraph("naming", rows=every)
     yield texts.table("fault-naming", every)
     yield texts.table("naming-groups", sorted(by_group, key=lambda group: group["by"]), names=list(whole[1]))
+    learnt, ships = content["learnt"], content["ships"]
+    yield texts.paragraph("learnt", by_source={row["learnt_from"]: row for row in learnt}, ships=ships)
+    yield texts.table("naming-learnt", learnt)
     yield texts.paragraph("probabilities", found=found)
     yield texts.figure("naming-reliability", reliability_plot(found["reliability"]), found=found)
 

@@ -7,7 +7,7 @@ Calibration is that of real records alone: wrong readings, which are made, are c
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from srbval.arrays import FloatArray, IntArray
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, UNDECIDED, Evidence, decide, most_probable
-from srbval.studies.naming.known_records import KnownFeatures
+from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER, PRIOR, Evidence, decide, most_probable
+from srbval.studies.known_records import KnownFeatures
 
 # Bins of the highest probability, from the least that it can be of so many classes.
 EDGES = np.linspace(1 / len(PRIOR), 1, 6)
@@ -80,9 +81,8 @@ def fit_evidence(known: Sequence[KnownFeatures]) -> Evidence:
     return evidence(minimize(loss, START, method="Nelder-Mead").x)
 
 
-def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
-    """Every record by the evidence of the other rigs."""
-    by = {rig: fit_evidence([k for k in known if k.rig != rig]) for rig in dict.fromkeys(k.rig for k in known)}
+def held_out(known: Sequence[KnownFeatures], by: Mapping[str, Evidence]) -> list[HeldOut]:
+    """Every record by the evidence for its rig."""
     shares = [by[k.rig].probabilities(by[k.rig].log_likelihood(np.array(k.features))) for k in known]
     return [
         HeldOut(record=k, probabilities=one, weight=float(weight))
@@ -90,16 +90,20 @@ def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
     ]
 
 
-def naming_scores(known: Sequence[KnownFeatures]) -> dict[str, Any]:
+def naming_scores(known: Sequence[KnownFeatures], by: Mapping[str, Evidence]) -> dict[str, Any]:
     """All of it."""
-    found = held_out(known)
+    found = held_out(known, by)
     return {
         "scores": scores(found),
-        "calls": calls(found),
         "wrongly_read": wrongly_read(found),
         "reliability": reliability(found),
         "by_class": reliability_by_class(found),
     }
+
+
+def log_scores(found: Sequence[HeldOut]) -> FloatArray:
+    """The part of each record in the mean log score, [n]."""
+    return np.array([f.weight * math.log(f.probabilities[f.record.state]) for f in found])
 
 
 def scores(found: Sequence[HeldOut]) -> dict[str, float]:
@@ -107,13 +111,13 @@ def scores(found: Sequence[HeldOut]) -> dict[str, float]:
 
     `calibration_error_by_chance`: what probabilities that are right stay below in 95 % of draws of so many bearings.
     """
-    log = sum(f.weight * math.log(f.probabilities[f.record.state]) for f in found)
     brier = sum(f.weight * sum((p - (n == f.record.state)) ** 2 for n, p in f.probabilities.items()) for f in found)
     real = [f for f in found if f.record.state != OTHER]
     said = np.array([f.highest for f in real])
     errors = [_calibration_error(real, right) for right in (np.array([[f.right for f in real]]), _drawn(real, said))]
     return {
-        "log_score": log, "log_score_of_prior": sum(p * math.log(p) for p in PRIOR.values()), "brier_score": brier,
+        "log_score": float(log_scores(found).sum()),
+        "log_score_of_prior": sum(p * math.log(p) for p in PRIOR.values()), "brier_score": brier,
         "brier_score_of_prior": 1 - sum(p**2 for p in PRIOR.values()), "calibration_error": float(errors[0][0]),
         "calibration_error_by_chance": float(np.quantile(errors[1], 0.95)),
     }  # fmt: skip
@@ -140,10 +144,19 @@ def reliability_by_class(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
     ]
 
 
-def calls(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
-    """By state, how often which class is called."""
-    said = Counter((f.record.state, decide(f.probabilities)) for f in found)
-    return [{"state": s} | {name: said[s, name] for name in (*CLASSES, UNDECIDED)} for s in CLASSES]
+def called(found: Sequence[HeldOut]) -> dict[str, int]:
+    """Faulty records called right, wrong, not at all; races apart; healthy and wrongly read ones called faulty."""
+    said = [(f.record.state, decide(f.probabilities)) for f in found]
+    faulty = [(state, one) for state, one in said if state in DEFECTS]
+    right = [state for state, one in faulty if state == one]
+    wrong = [state for state, one in faulty if one in DEFECTS and one != state]
+    return {
+        "right": len(right), "wrong": len(wrong), "none": len(faulty) - len(right) - len(wrong),
+        "races_right": sum(state in RACE_DEFECTS for state in right),
+        "races": sum(state in RACE_DEFECTS for state, _ in faulty),
+        "healthy_called": sum(one in DEFECTS for state, one in said if state == Fault.HEALTHY),
+        "wrong_readings_called": sum(one in DEFECTS for state, one in said if state == OTHER),
+    }  # fmt: skip
 
 
 def wrongly_read(found: Sequence[HeldOut]) -> dict[str, int]:

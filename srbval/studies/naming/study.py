@@ -1,8 +1,8 @@
 """How often faults are named correctly on machines nobody tuned to: records of known state, by several methods.
 
-No method sees the state that a record's name or data set declares. "record alone": the joint test with evidence fitted
-to the other rigs, called where it is probable enough (`diagnose`); "with its healthy record": beside the registered
-healthy record of the same point (`fault_verdict`); "one machine": all records of a bearing together
+No method sees the state that a record's name or data set declares. "record alone": the joint test with the evidence
+that ships, without what is of the same rig, called where it is probable enough (`diagnose`); "learnt from ...": the
+same with the other source of evidence (`learnt`); "one machine": all records of a bearing together
 (`of_one_machine`). "excess 8, margin 3": the fault of the greatest excess, its own rig's records having no part in it
 either, since nothing is learnt. The others are how it is commonly done: the highest of the fault lines in an envelope
 spectrum, above a threshold, in the data set's band, in the most impulsive one, in the best of eight, or in the whole
@@ -22,16 +22,14 @@ from scipy.stats import binomtest
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Bearing, Fault
-from srbval.diagnosis.baseline import baseline_of, compare_with_baseline
 from srbval.diagnosis.diagnose import contradicts_speed, fault_of, views_of
 from srbval.diagnosis.fault_posterior import Evidence, decide, of_one_machine
-from srbval.diagnosis.fault_verdict import is_fault_like
 from srbval.errors import DataError, SrbvalError
-from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, analyse
+from srbval.progress import Progress
+from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import WHOLE_BAND, band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.recordings.registry import RegisteredRecording, healthy_baseline, listing, load_entry
+from srbval.recordings.registry import listing
 from srbval.signal import (
     amplitude_spectrum,
     drop_ends,
@@ -41,8 +39,17 @@ from srbval.signal import (
     squared_envelope_one_pass,
 )
 from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult, input_hashes, printed_columns
-from srbval.studies.naming.known_records import KnownFeatures, KnownRecord, features_of, known_records, specimen
+from srbval.studies.known_records import (
+    KnownFeatures,
+    KnownRecord,
+    features_of,
+    known_records,
+    readings,
+    specimen,
+)
+from srbval.studies.naming.learnt import MACHINES, RECORDS, compared, ships, together, variants, without_each
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
 
 ALL, RACES = "all", "both races"
@@ -60,13 +67,12 @@ Band = tuple[float, float]
 class Seen:
     """What a record shows, its state apart: `views` are the features of each channel and speed.
 
-    `risen`: the part whose line is like a fault's and above the healthy record's; `denied`: the parts whose lines
-    contradict the speed; `called`: what the methods that learn nothing call, by their names.
+    `denied`: the parts whose lines contradict the speed; `called`: what the methods that learn nothing call, by their
+    names.
     """
 
     record: KnownRecord
     views: FloatArray
-    risen: Fault | None
     denied: tuple[Fault, ...]
     called: Mapping[str, Fault | None]
     known: tuple[KnownFeatures, ...]
@@ -120,7 +126,7 @@ def by_excess(views: Sequence[Sequence[float]]) -> Fault | None:
     return DEFECTS[list(best).index(first)] if clear else None
 
 
-def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
+def see(record: KnownRecord) -> Seen:
     """All of a record but what depends on the evidence of other rigs; raises what loading and `analyse` raise.
 
     A method of practice that refuses a record names nothing.
@@ -135,46 +141,33 @@ def see(record: KnownRecord, registered: Sequence[RegisteredRecording]) -> Seen:
         except SrbvalError:
             called[name] = None
     return Seen(
-        record=record, views=np.array([one.features for one in scores]), risen=_risen(analysis, registered),
+        record=record, views=np.array([one.features for one in scores]),
         denied=tuple(fault for fault in DEFECTS if contradicts_speed(analysis, fault)), called=called,
-        known=tuple(features_of(record, analysis)),
+        known=tuple(features_of(record, *one) for one in readings(record.state, analysis)),
     )  # fmt: skip
 
 
-def _risen(analysis: Analysis, registered: Sequence[RegisteredRecording]) -> Fault | None:
-    entry = healthy_baseline(analysis.recording, tuple(registered))
-    if entry is None:
-        return None
-    compared = compare_with_baseline(analysis, baseline_of(analysis, load_entry(entry)))
-    return compared.risen if compared.line and is_fault_like(analysis, analysis.line(compared.line)) else None
-
-
-def scored(seen: Sequence[Seen]) -> list[Row]:
-    """What every method calls of each record, with the evidence of the other rigs."""
-    by = {one.record.rig: fit_evidence(_known(seen, without=one.record.rig)) for one in seen}
-    alone = [by[one.record.rig].log_likelihood(*one.views) for one in seen]
-    machines = defaultdict(list)
-    for one, log_likelihood in zip(seen, alone, strict=True):
+def scored(seen: Sequence[Seen], by_source: Mapping[str, Mapping[str, Evidence]], ships: str) -> list[Row]:
+    """What every method calls of each record, with the evidence for its rig from each source, of which one `ships`."""
+    alone = {name: [by[one.record.rig].log_likelihood(*one.views) for one in seen] for name, by in by_source.items()}
+    machines, found = defaultdict(list), list[Row]()
+    for one, log_likelihood in zip(seen, alone[ships], strict=True):
         machines[one.record.rig, specimen(one.record), one.record.state].append(log_likelihood)
-    found = []
-    for one, log_likelihood in zip(seen, alone, strict=True):
-        entry, evidence = one.record.entry, by[one.record.rig]
-        together = machines[one.record.rig, specimen(one.record), one.record.state]
-        part = _part(evidence, log_likelihood, one.denied)
+    for number, one in enumerate(seen):
+        entry, rig = one.record.entry, one.record.rig
+        parts = {name: _part(by[rig], alone[name][number], one.denied) for name, by in by_source.items()}
+        together = machines[rig, specimen(one.record), one.record.state]
         called = {
-            "record alone": part, "with its healthy record": part or one.risen,
-            "one machine": _part(evidence, of_one_machine(together)),
-        }  # fmt: skip
+            "record alone": parts.pop(ships),
+            "one machine": _part(by_source[ships][rig], of_one_machine(together)),
+        }
+        called |= {f"learnt from {name}": part for name, part in parts.items()}
         found.append({
             "dataset": entry.dataset or "", "bearing": one.record.load()[1].name,
             "file": "/".join(Path(entry.file).parts[-2:]), "channel": entry.channel, "state": one.record.state,
             "records": len(together), "called": called | dict(one.called),
         })  # fmt: skip
     return found
-
-
-def _known(seen: Sequence[Seen], without: str | None = None) -> list[KnownFeatures]:
-    return [known for one in seen if one.record.rig != without for known in one.known]
 
 
 def _part(evidence: Evidence, log_likelihood: Mapping[str, float], denied: Sequence[Fault] = ()) -> Fault | None:
@@ -220,7 +213,8 @@ def _text(content: Row) -> str:
     for scores in (content["naming"]["scores"], content["naming"]["wrongly_read"]):
         parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in scores.items()))
     parts.append(printed_columns(__package__, "classes", content["naming"]["by_class"]))
-    return "\n\n".join(parts)
+    parts.append(printed_columns(__package__, "learnt", content["learnt"]))
+    return "\n\n".join([*parts, f"What ships is learnt from {content['ships']}."])
 
 
 def evidence_text(evidence: Evidence) -> str:
@@ -232,35 +226,44 @@ def evidence_text(evidence: Evidence) -> str:
 
 NUMBERS = ("slope", "onset", "hidden", "roller_hidden")
 HEAD = "# What the features of a record say; written by srbval study run naming --evidence FILE\n"
+STORED = "simulated_machines"
 
 
-def see_all(
-    records: Sequence[KnownRecord], registered: Sequence[RegisteredRecording], progress: Progress = silent
-) -> list[Seen]:
-    """Every record."""
-    found = []
-    for number, record in enumerate(records):
-        progress("read the records", number / len(records))
-        found.append(see(record, registered))
-    progress("read the records", 1.0)
-    return found
+def machines_of(rows: Sequence[Sequence[Any]]) -> list[list[KnownFeatures]]:
+    """The machines of the result `STORED`, from the rows of their readings."""
+    found = defaultdict(list)
+    for number, rig, of, state, *features in rows:
+        found[number].append(KnownFeatures(rig=rig, specimen=of, state=state, features=tuple(features)))
+    return list(found.values())
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """`DataError` where no record of known state is registered."""
-    registered = listing().recordings
-    records = known_records(registered)
+    """`DataError` where no record of known state is registered, or no machines were simulated."""
+    records = known_records(listing().recordings)
     if not records:
         raise DataError(
             "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
             "folder in SRBVAL_RECORDINGS."
         )
-    seen = see_all(records, registered, progress)
-    known, rows = _known(seen), scored(seen)
+    stored = newest_result(STORED)
+    if stored is None:
+        raise DataError("no simulated machines are stored to learn from; run `srbval study run simulated_machines`.")
+    seen, machines = list[Seen](), machines_of(stored.content["features"])
+    for number, record in enumerate(records):
+        progress("read the records", number / len(records))
+        seen.append(see(record))
+    progress("read the records", 1.0)
+    known, rigs = [one for record in seen for one in record.known], list(dict.fromkeys(one.record.rig for one in seen))
+    sources = {RECORDS: known, MACHINES: together(machines)}
+    by_source = {name: without_each(of, rigs) for name, of in sources.items()}
+    learnt = compared(known, by_source | variants(machines, rigs))
+    best = ships(learnt)
     if options.evidence:
-        Path(options.evidence).write_text(evidence_text(fit_evidence(known)), encoding="utf-8")
-    content: Row = to_json(
-        {"methods": list(counted(rows)), "naming": naming_scores(known), "records": rows, "known": known}
-    )
-    inputs = input_hashes(*(record.entry for record in records))
+        Path(options.evidence).write_text(evidence_text(fit_evidence(sources[best])), encoding="utf-8")
+    rows, naming = scored(seen, by_source, best), naming_scores(known, by_source[best])
+    content: Row = to_json({
+        "methods": list(counted(rows)), "naming": naming, "learnt": learnt, "ships": best, "records": rows,
+        "known": known,
+    })  # fmt: skip
+    inputs = input_hashes(stored, *(record.entry for record in records))
     return StudyResult(name="naming", content=content, text=_text(content), inputs=inputs)

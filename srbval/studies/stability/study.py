@@ -178,6 +178,10 @@ def _text(result: Mapping[str, Any]) -> str:
         f"planted failures caught by the runs themselves: {caught} of {len(result['planted'])}",
         f"converged runs flagged: {flagged} of {len(result['references'])}",
         *(f"\n{one['claim']}\n  {BORNE_OUT[one['borne_out']]}" for one in result["claims"]),
+        "\nok by solver: " + ", ".join(
+            f"{solver} {sum(one['status'] == 'ok' for one in cells if one['solver'] == solver)}"
+            for solver in dict.fromkeys(one["solver"] for one in cells)
+        ) + f" of {len(cells) // len({one['solver'] for one in cells})} cells each",
     ])  # fmt: skip
 
 

@@ -6,7 +6,7 @@ bearing, which must come out as something else.
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -95,16 +95,20 @@ def specimen(record: KnownRecord) -> str:
     return "-".join(filter(None, found.groups())) if found else Path(record.entry.file).stem
 
 
-def features_of(record: KnownRecord, read: Analysis) -> Iterator[KnownFeatures]:
-    """Those of the record as `read`, of its state, and of a faulty one also as what it is not, as something else."""
-    readings = [(record.state.value, read)]
-    if record.state in DEFECTS:
+def readings(state: Fault, read: Analysis) -> list[tuple[str, Analysis]]:
+    """The record as `read`, of its `state`, and of a faulty one also as what it is not, as something else."""
+    found = [(state.value, read)]
+    if state in DEFECTS:
         for factor in WRONG_SPEEDS:
             value_hz, ci95_hz = factor * read.speed.value_hz, factor * read.speed.ci95_hz
             wrong = dataclasses.replace(read.speed, value_hz=value_hz, ci95_hz=ci95_hz)
-            readings.append((OTHER, dataclasses.replace(read, speed=wrong)))
+            found.append((OTHER, dataclasses.replace(read, speed=wrong)))
         other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
-        readings.append((OTHER, dataclasses.replace(read, bearing=other)))
-    for state, one in readings:
-        found = tuple(round(value, 2) for value in fault_scores(one).features)
-        yield KnownFeatures(rig=record.rig, specimen=specimen(record), state=state, features=found)
+        found.append((OTHER, dataclasses.replace(read, bearing=other)))
+    return found
+
+
+def features_of(record: KnownRecord, state: str, read: Analysis) -> KnownFeatures:
+    """Those of one of the `readings` of a record."""
+    found = tuple(round(value, 2) for value in fault_scores(read).features)
+    return KnownFeatures(rig=record.rig, specimen=specimen(record), state=state, features=found)

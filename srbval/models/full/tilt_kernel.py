@@ -1,0 +1,108 @@
+"""Kernels: rollers that tilt about the tangent and slide along their axes, each in balance at every moment.
+
+Without friction a contact's force acts on the line through the centres of the two arcs that touch, and of a roller in
+balance both contacts have one line (moment equilibrium, as ISO/TS 16281 asks of every roller): that through the centres
+of the races' arcs in the slot's meridian, o of the outer one and i of the inner one, slot axes. With it along x',
+
+    tan(tilt) = (i_z - o_z) / (i_x - o_x),    shift w = o_z cos(tilt) - o_x sin(tilt)  along  z'
+
+turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae stay
+where they are along the roller. The columns' frames are then the roller's. Rolling without skew, friction has no part
+along the axis: it delays the balance only, and tilting and sliding themselves meet none here. About the slot the cage
+holds a roller, so that its skew moment acts on the cage. Nothing happens where rollers are held (`free` is None).
+"""
+
+import math
+
+from srbval.models.full import columns as col
+from srbval.models.jit import inlined, kernel_part
+
+FREE = 1  # for `Parameters.free`
+
+
+@kernel_part
+def tilt_rollers(free, model, slots):
+    """Tilt and shift all rollers: keep both in the slots' rows, and bring the columns into the rollers' frames."""
+    if free is None:
+        return
+    space = model.scratch.space
+    arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
+    for p in range(slots):
+        q, side = p + col.INNER, space[col.SIDE + p]
+        there = side * side  # 0 of an empty slot
+        o_x, o_z = space[col.O_X + p], space[col.O_Z + p]
+        i_x = arc_radial * space[col.M_X + p] + arc_height * space[col.Z_X + p] + space[col.O_X + q]
+        i_z = arc_radial * space[col.M_Z + p] + arc_height * space[col.Z_Z + p]
+        span, rise = there * (i_x - o_x) + 1.0 - there, there * (i_z - o_z)
+        per = 1.0 / math.sqrt(span * span + rise * rise)
+        c, s = per * span, per * rise
+        shift = there * (c * o_z - s * o_x)
+        space[col.TILT_COSINE + p], space[col.TILT_SINE + p], space[col.SHIFT_ALONG + p] = c, s, shift
+        # the races' arcs turn about their centres with the roller: the same arcs, their middles before the roller's
+        space[col.O_X + p] += c * o_x + s * o_z - o_x
+        space[col.O_Z + p] -= there * o_z
+        space[col.O_X + q] += c * i_x + s * i_z - i_x
+        space[col.O_Z + q] -= there * i_z
+        w_x, w_z, spin = space[col.CAGE_X + p], space[col.CAGE_Z + p], space[col.SPIN + p]
+        move_with_roller(space, p, c, s, shift, w_x, w_z, spin)
+        move_with_roller(space, q, c, s, shift, w_x, w_z, spin)
+
+
+@inlined
+def move_with_roller(space, j, c, s, shift, w_x, w_z, spin):
+    """Turn a column's velocities into the roller's frame: V at its shifted centre, the spin about its own axis.
+
+    A rocking cage turns no free roller about the tangent, and so moves no shifted one along its slot.
+    """
+    v_x, v_z = space[col.V_X + j], space[col.V_Z + j]
+    race_x, race_z = space[col.W_X + j] + w_x, space[col.W_Z + j] + spin  # of the race itself, as in the slot
+    turned = c * (race_x - w_x) + s * (race_z - w_z)
+    space[col.V_X + j] = c * v_x + s * v_z
+    space[col.V_Y + j] -= turned * shift
+    space[col.V_Z + j] = c * v_z - s * v_x
+    space[col.W_X + j], space[col.W_Z + j] = turned, c * race_z - s * race_x - spin
+
+
+@kernel_part
+def sums_in_slots(free, model, slots):
+    """Turn the columns' forces and torques back: forces and the inner race's torque into slot axes, about the slot.
+
+    The outer race's torque is such that both together are, about x and y, what the cage bears, and about z what turns
+    the roller about its own axis; a couple about the slot's z is left for `tilt_on_cages`.
+    """
+    if free is None:
+        return
+    space = model.scratch.space
+    for p in range(slots):
+        q = p + col.INNER
+        c, s, shift = space[col.TILT_COSINE + p], space[col.TILT_SINE + p], space[col.SHIFT_ALONG + p]
+        outer_skew, inner_skew = force_in_slot(space, p, c, s, shift), force_in_slot(space, q, c, s, shift)
+        spin, skew = space[col.T_Z + p] + space[col.T_Z + q], outer_skew + inner_skew
+        inner_z = space[col.T_Z + q]
+        space[col.T_X + q], space[col.T_Z + q] = c * inner_skew - s * inner_z, s * inner_skew + c * inner_z
+        space[col.T_X + p], space[col.T_Z + p] = c * skew - space[col.T_X + q], spin - space[col.T_Z + q]
+        space[col.SKEW_MOMENT + p] = skew
+
+
+@inlined
+def force_in_slot(space, j, c, s, shift):
+    """Turn a column's force into slot axes; its torque about x', through the slot's centre."""
+    f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
+    space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
+    return space[col.T_X + j] - shift * f_y
+
+
+@kernel_part
+def tilt_on_cages(free, model, slots, relative, on_cages):
+    """Torque on the angle between both cages and on the cages, with tilted rollers' skew about the slots' z [N m]."""
+    if free is None:
+        return relative, on_cages
+    space = model.scratch.space
+    g_x, g_y, g_z = on_cages
+    for p in range(slots):
+        couple = space[col.TILT_SINE + p] * space[col.SKEW_MOMENT + p]
+        g_x += couple * space[col.Z_WX + p]
+        g_y += couple * space[col.Z_WY + p]
+        g_z += couple * space[col.Z_WZ + p]
+        relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
+    return relative, (g_x, g_y, g_z)

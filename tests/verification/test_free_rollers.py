@@ -1,0 +1,182 @@
+"""Rollers that tilt and slide along their axes: each in balance, power closed, against an independent static solver.
+
+Reason: a wrong sign of tilt, shift or of what follows from them would move load from row to row or make power. Source:
+ISO/TS 16281, laminae fixed to the roller, q = c_L / L (approach of both contacts)^(10/9), half of the approach each;
+slide, shift and tilt of every roller from its two forces and its moment by SciPy's root finding, nothing closed.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from srbval.models.full import columns as col
+from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, paper_scene, rates
+from tests.verification.slices_reference import C_L_N_MM, slices_model
+from tests.verification.test_energy_balance import lost, supplied
+from tests.verification.test_slices_energy import RIG, SPAN_S
+from tests.verification.world import World
+
+SCENE: dict[str, Any] = merged(RIG, {
+    "bodies": {"free_rollers": True}, "line_contact": {"outer_osculation": 0.97, "inner_osculation": 0.965},
+    "load": {"gravity": False}, "contact": {"radial_play": "0.25 mm"},
+})  # fmt: skip
+# Farther along the shaft than any load moves it, so that nothing small is lost, to load either row; or both rows.
+RINGS_M = {1: np.array([20e-6, -95e-6, 1.2e-3]), 2: np.array([20e-6, -95e-6, -1.2e-3]), 0: np.array([0, -3e-4, 0])}
+CAGE_TILT_RAD, ALIGNED = 1e-3, 0.01  # of the largest load: rollers beside the tilt's plane are skewed by it
+LAMINAE = 60
+LOAD = 3e-3  # of the largest load: a roller at the end of the load zone is pressed over two or three slices
+POSE = 1e-6  # of the largest tilt and shift: what the root finding leaves
+POWER = 1e-4  # of the losses: the polynomials for a slice's force and energy
+LOADED = 0.05  # of the largest load
+
+
+class Pose(NamedTuple):
+    """A roller's centre along slot and axis, off the slot's middle [m], its tilt [rad], the outer race's force [N]."""
+
+    slide_m: float
+    axial_m: float
+    tilt_rad: float
+    on_roller_n: FloatArray
+
+
+class StaticRoller:
+    """One roller of a scene at its angle in the bearing, between races whose outer one is displaced by `ring_m` [3]."""
+
+    def __init__(self, model: Parameters, number: int, ring_m: FloatArray, inner_osculation: float = 0.965) -> None:
+        g, angle = geometry(), model.slot_angle[number]
+        side = 1.0 if number < len(model.slot_angle) // 2 else -1.0
+        alpha, self.profile = g.tilt_rad, 0.97 * g.raceway_radius_m
+        self.middle, self.radii = model.law.roller_radius, (g.raceway_radius_m, self.profile / inner_osculation)
+        distance = g.pitch_radius_m / np.cos(alpha)
+        radial, along = ring_m[0] * np.cos(angle) + ring_m[1] * np.sin(angle), side * ring_m[2]
+        slot, axis = np.array([np.cos(alpha), np.sin(alpha)]), np.array([-np.sin(alpha), np.cos(alpha)])
+        arc = np.array([g.inner_centre_radial_m, g.inner_centre_axial_m])
+        ring = np.array([radial, along])
+        more = self.radii[1] - g.raceway_radius_m  # the inner arc is that much larger, and its centre farther out
+        self.centres = (
+            np.array([ring @ slot - distance, ring @ axis]), np.array([arc @ slot + more - distance, arc @ axis])
+        )  # fmt: skip
+        self.length = g.roller_width_m
+
+    def forces(self, pose: FloatArray) -> tuple[FloatArray, float]:
+        """Of both races on the roller, [outer and inner, 2] along slot and axis [N], and their moment [N m]."""
+        turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
+        x = ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5) * self.length
+        half = self.middle - self.profile + np.sqrt(self.profile**2 - x**2)
+        found, moment = np.zeros((2, 2)), 0.0
+        for race, sign in enumerate((1.0, -1.0)):
+            arm = turn @ np.array([sign * half, x])
+            off = arm + pose[:2, None] - self.centres[race][:, None]
+            far = np.hypot(*off)
+            mm = 2e3 * np.maximum(far - self.radii[race], 0.0)
+            per_m = C_L_N_MM * (1e3 * self.length) ** (8 / 9) / self.length * mm ** (10 / 9)
+            force = -per_m * self.length / LAMINAE * off / far
+            found[race] = force.sum(axis=1)
+            moment += float((arm[1] * force[0] - arm[0] * force[1]).sum())
+        return found, moment
+
+    def balance(self) -> Pose:
+        """From an upright roller, pressed a little against both races."""
+        scale = np.array([1e-6, 1e-6, 1e-5])
+
+        def left(scaled: FloatArray) -> FloatArray:
+            forces, moment = self.forces(scaled * scale)
+            return np.array([*forces.sum(axis=0), moment / 0.0185])
+
+        pressed = np.mean([c[0] + s * r for c, s, r in zip(self.centres, (1, -1), self.radii, strict=True)])
+        solved = root(left, np.array([pressed, 0.0, 0.0]) / scale, tol=1e-11)
+        pose = solved.x * scale
+        return Pose(*pose, self.forces(pose)[0][0])
+
+
+@cache
+def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
+    """The model, every roller's pose under the ring that loads a row (0: both), the model's state there, at rest."""
+    model = slices_model(paper_scene(**SCENE))
+    poses = [StaticRoller(model, number, RINGS_M[row]).balance() for number in range(len(model.slot_angle))]
+    where = layout_of(np.zeros(4 * len(poses) + 12))
+    y = np.zeros(2 * where.half)
+    y[where.ring] = RINGS_M[row]
+    y[where.slide] = [p.slide_m + p.axial_m * np.tan(p.tilt_rad) for p in poses]
+    return model, poses, y
+
+
+def in_order(model: Parameters, row: int) -> FloatArray:
+    """A row of the model's space, of all rollers in the state's order, after the latest evaluation."""
+    found: FloatArray = model.scratch.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
+    return found
+
+
+@pytest.mark.parametrize("row", RINGS_M)
+def test_loads_tilt_and_shift_are_those_of_the_static_solver(row: int) -> None:
+    model, poses, y = posed(row)
+    found = rates(model, 0.0, y)
+    load = found.load_n.sum(axis=2)
+    expected = np.array([np.linalg.norm(p.on_roller_n) for p in poses])
+    assert load == pytest.approx(np.stack([expected, expected]), abs=LOAD * expected.max())
+    loaded = expected > LOADED * expected.max()
+    g, side = geometry(), np.repeat([1.0, -1.0], len(poses) // 2)  # the axes of row 2's slots point to the mid-plane
+    for row, pose in ((col.TILT_SINE, side * np.sin([p.tilt_rad for p in poses])),
+                      (col.SHIFT_ALONG, side * [p.axial_m / np.cos(p.tilt_rad) for p in poses])):  # fmt: skip
+        assert in_order(model, row)[loaded] == pytest.approx(pose[loaded], abs=POSE * np.abs(pose[loaded]).max())
+    f_s, f_x = np.transpose([p.on_roller_n for p in poses])
+    along = -(side * (f_s * np.sin(g.tilt_rad) + f_x * np.cos(g.tilt_rad))).sum()
+    assert found.totals[col.RING_FORCE_Z] == pytest.approx(along, rel=LOAD)
+
+
+def test_rollers_align_themselves_in_a_tilted_cage() -> None:
+    """Where the cage holds them they slide back along their axes and turn back: no load moves."""
+    model, _, y = posed(0)
+    straight, tilted = rates(model, 0.0, y).load_n.sum(axis=2), y.copy()
+    tilted[layout_of(y).cage] = CAGE_TILT_RAD, -CAGE_TILT_RAD, 0.0
+    assert rates(model, 0.0, tilted).load_n.sum(axis=2) == pytest.approx(straight, abs=ALIGNED * straight.max())
+
+
+def rolling(model: Parameters, rest: FloatArray) -> FloatArray:
+    """The state with spins and a cage speed that friction leaves about as they are: the drive pays losses alone."""
+    y, where, found = rest.copy(), layout_of(rest), []
+    shaft, ratio = model.drive.speed[1, 0], geometry().pitch_radius_m / model.law.roller_radius
+    for cage in (0.429, 0.432, None):
+        share = cage or np.interp(0.0, *zip(*sorted(found), strict=True))
+        y[where.shaft_cage_rate], y[where.spin] = share * shaft, -share * shaft * ratio
+        for _ in range(4):
+            now = rates(model, 0.0, y).rate[where.spin]
+            y[where.spin] += 0.01
+            slope = (rates(model, 0.0, y).rate[where.spin] - now) / 0.01
+            y[where.spin] -= 0.01 + np.where(slope < -1.0, now / np.minimum(slope, -1.0), 0.0)
+        found.append((float(rates(model, 0.0, y).rate[where.shaft_cage_rate][0]), share))
+    return y
+
+
+@pytest.mark.parametrize("row", RINGS_M)
+def test_power_at_an_instant(row: int) -> None:
+    """Rollers and cage roll and rock: drive and load put in what is stored and lost.
+
+    But for what the model leaves out, that a roller shifted by w moves by w tilt' along its slot, the tilt against the
+    ring's own axes: nothing in a run, where rollers are in balance; here their slides are not.
+    """
+    model, _, y = posed(row)
+    world, rng, where = World(paper_scene(**SCENE), geometry()), np.random.default_rng(row), layout_of(y)
+    y = rolling(model, y)
+    y[where.slide_rate] = rng.normal(0, 1e-4, where.rollers)
+    y[where.slide] += rng.normal(0, 3e-6, where.rollers)
+    y[where.cage_rate] += [0.5, -0.5, 0.0]
+    y[where.ring_rate] = rng.normal(0, 1e-4, 3)
+    found = rates(model, 0.0, y)
+    shift = in_order(model, col.SHIFT_ALONG)
+
+    def stored(ahead_s: float) -> tuple[float, FloatArray]:
+        ahead = y + ahead_s * found.rate
+        contact = float(rates(model, ahead_s, ahead).totals[col.CONTACT_ENERGY])
+        return world.mechanical_energy(ahead) + contact, in_order(model, col.TILT_SINE)
+
+    (after, tilt), (before, tilt_before) = stored(SPAN_S), stored(-SPAN_S)
+    w_y, w_z = (in_order(model, row) for row in (col.CAGE_Y, col.CAGE_Z))
+    reach = model.centre_distance + y[where.slide]
+    along_n = model.roller_mass * (found.rate[where.slide_rate] - reach * (w_y**2 + w_z**2))
+    left_out = float((along_n * shift * ((tilt - tilt_before) / (2 * SPAN_S) - w_y)).sum())
+    expected = supplied(found.totals) - lost(found.totals) + left_out
+    assert (after - before) / (2 * SPAN_S) == pytest.approx(expected, abs=POWER * lost(found.totals))
