@@ -36,6 +36,7 @@ class Question(enum.StrEnum):
     SIDEBANDS = "sidebands"
     NOISE_FLOOR = "noise-floor"
     SLIP = "slip"
+    POWER = "power"
     AMPLITUDE = "amplitude"
     LEVELS = "levels"
     THIRD_OCTAVES = "third-octaves"
@@ -124,6 +125,7 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, Answer | None] = dict.fromkeys(Question)
     found[Question.SLIP] = (ratio / bearing.orders.ftf - 1,)
+    found[Question.POWER] = (run.drive_power_w,) if math.isfinite(run.drive_power_w) else None
     found[Question.LINES] = _line_of_cage(run, ratio)
     try:
         measures = measure(run)

@@ -108,8 +108,8 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None = None) -> Scene:
     load = table.get("load")
     path = load.get("path") if isinstance(load, Mapping) else None
-    base = for_bearing(base or bundled_table(PAPER), table.get("bearing"), path)
-    merged = merge(base, table)
+    base = for_bearing(_with_oil(base or bundled_table(PAPER)), table.get("bearing"), path)
+    merged = _with_oil(merge(base, table))
     further = merged.get("further_defects", [])
     if isinstance(further, list) and len(further) >= MOST_DEFECTS:  # before each is made
         raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MOST_DEFECTS}.")
@@ -119,12 +119,16 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
         ]
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
-    if isinstance(merged.get("oil"), Mapping):
-        merged["oil"] = merge(bundled_table("oil")["defaults"], merged["oil"])
     if isinstance(merged.get("sensor_path"), str):
         path = sensor_path_table(merged.pop("sensor_path"))
         merged |= {} if path is None else {"sensor_path": path}
     return build(Scene, merged, where)
+
+
+def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The table with what its oil, if it has any, leaves open."""
+    oil = table.get("oil")
+    return {**table, "oil": merge(bundled_table("oil")["defaults"], oil)} if isinstance(oil, Mapping) else {**table}
 
 
 def sensor_path_table(path: str) -> Mapping[str, Any] | None:

@@ -27,7 +27,7 @@ from srbval.signal import LEAST_SNR
 TEXTS = Texts("user_report")
 SCHEMA_VERSION = 1
 BRIEF = ("answer", "lines")
-MOST_BARS = 24  # recordings in the picture of all
+MOST_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 TONES = {
     Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD,

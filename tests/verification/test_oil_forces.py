@@ -1,0 +1,158 @@
+"""Rolling resistance, drag and pockets of a bearing in oil against a second formulation: virtual work of free bodies.
+
+Each force is what one law of the oil adds to the equations of motion. Generalised forces Q = M (a - a without oil) are
+read with the kinetic energy, a quadratic form of the speeds: x M a = T(x + a) - T(x) - T(a) + T(0). They are compared
+with what the same forces do on each body's own velocity, from closed forms of `srbval.models.oil`, in every speed.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from srbval.models.film import thermal_factor
+from srbval.models.full import columns as col
+from srbval.models.full.advance_kernel import mechanical_energy
+from srbval.models.slices import slice_parameters, sliced_contacts
+from srbval.scene import load_scene
+from tests.verification.harness import FloatArray, Parameters, Rates, geometry, rates, rolling_state, state_layout
+
+ONLY = {
+    "rolling": {"fill": 0, "pocket_friction": 0},
+    "drag": {"rolling_resistance": False, "pocket_friction": 0},
+    "pockets": {"rolling_resistance": False, "fill": 0},
+    "all": {},
+}
+POWERS = {"rolling": col.ROLLING_POWER, "drag": col.DRAG_POWER, "pockets": col.POCKET_POWER}
+RING_M = 1.5e-4  # displacement of the ring into the load zone
+CLOSED = 1e-3  # of the power of the oil that bodies and shaft do not show
+FORM = 0.02  # the kernel's roots of load and rate are the formula's powers to 1 %; friction is in its loads
+
+
+class Case(NamedTuple):
+    """A state of rollers that slip and a cage that lags: with the oil's forces, without, and what they are made of."""
+
+    model: Parameters
+    state: FloatArray
+    wet: Rates
+    dry: Rates
+    force: FloatArray  # generalised, of the rollers' spins and the cages' turning
+    scene: Any
+
+
+def case(name: str, still: bool = False) -> Case:
+    """The scene `rig-oil` with one force of the oil, or all, at 859 rpm or at rest."""
+    scene = load_scene("rig-oil", {"oil": ONLY[name], "line_contact": {"slices": 5}})
+    model = slice_parameters(scene, geometry())
+    layout, state, rng = state_layout(model), rolling_state(model), np.random.default_rng(38)
+    state[layout.ring] = 0.0, -RING_M, 0.0
+    state[layout.slide] = -0.5 * RING_M * np.sin(model.slot_angle)
+    if still:
+        state[layout.half :] = 0.0
+        model = model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
+    else:
+        state[layout.spin] *= 1 + 0.02 * rng.standard_normal(len(model.slot_angle))
+        state[layout.shaft_cage_rate] *= 0.97
+    wet = rates(model, 0.0, state)
+    dry = rates(model._replace(oil=None), 0.0, state)
+    return Case(model, state, wet, dry, generalised(model, state, wet.rate - dry.rate), scene)
+
+
+def generalised(model: Parameters, state: FloatArray, change: FloatArray) -> FloatArray:
+    """M times a change of the accelerations, row by row."""
+    half, still = len(state) // 2, state.copy()
+    still[half:] = 0.0
+
+    def energy(speeds: FloatArray) -> float:
+        at = still.copy()
+        at[half:] = speeds
+        return float(mechanical_energy(at, model))
+
+    rest, own, rows = energy(np.zeros(half)), energy(change[half:]), np.eye(half)
+    return np.array([energy(row + change[half:]) - energy(row) - own + rest for row in rows])
+
+
+def expected(one: Case) -> tuple[FloatArray, float, float, float]:
+    """Couples on the rollers about their axes, torques on the cages about the shaft and on the shaft, and the power.
+
+    Row 1 is the state's first half. Bodies: rollers turn at their spin about axes that stand at the tilt to the shaft,
+    the outer ring is at rest, the shaft turns.
+    """
+    model, oil, layout = one.model, one.scene.oil, state_layout(one.model)
+    n, cosine, shaft = len(model.slot_angle), math.cos(geometry().tilt_rad), one.scene.mean_shaft_rad_s
+    spin, cage = one.state[layout.spin], float(one.state[layout.shaft_cage_rate][0])
+    shapes = sliced_contacts(one.scene, geometry())
+    rolling = 0.5 * (shapes[0].radius_m * cage + shapes[1].radius_m * (shaft - cage))
+    heat, load = thermal_factor(oil, rolling), one.dry.load_n.sum(axis=2)
+    couples, cages, on_shaft, power = np.zeros(n), 0.0, 0.0, 0.0
+    area = 2 * model.law.roller_radius * geometry().roller_width_m
+    for j in range(n):
+        if oil.rolling_resistance:
+            for race, speed in enumerate((0.0, shaft * cosine)):
+                if load[race, j] > 0:
+                    rate, shape = speed - spin[j], shapes[race].shape
+                    size = shape.rolling_couple_nm(oil, abs(rate), load[race, j], shape.length_m(load[race, j])) * heat
+                    couples[j] += math.copysign(size, rate)
+                    on_shaft -= race * cosine * math.copysign(size, rate)
+                    power += size * abs(rate)
+        reach = model.centre_distance + one.state[layout.slide][j]
+        speed = reach * cage * cosine
+        drag = 0.5 * oil.fill * oil.density_kg_m3 * oil.drag_coefficient * area * speed**2
+        cages -= drag * reach * cosine
+        power += drag * speed
+    return couples, cages, on_shaft, power
+
+
+@pytest.mark.parametrize("name", ["rolling", "drag"])
+def test_forces_are_those_of_free_bodies(name: str) -> None:
+    one = case(name)
+    parts, (couples, cages, on_shaft, power) = state_layout(one.model), expected(one)
+    spins, turning = parts.spin.start - parts.half, parts.shaft_cage_rate.start - parts.half
+    found = one.force[spins : spins + len(couples)]
+    np.testing.assert_allclose(found, couples, rtol=FORM, atol=FORM * 1e-3)
+    assert one.force[turning] == pytest.approx(cages, rel=FORM, abs=1e-6 * max(1.0, float(abs(couples).max())))
+    of_row_2 = one.force[parts.relative_rate.start - parts.half]  # half of the rollers, at like places
+    assert of_row_2 == pytest.approx(cages / 2, rel=FORM, abs=1e-6 * max(1.0, float(abs(couples).max())))
+    torque = one.wet.totals[col.SHAFT_TORQUE] - one.dry.totals[col.SHAFT_TORQUE]
+    assert torque == pytest.approx(on_shaft, rel=FORM, abs=1e-9)
+    assert one.wet.totals[POWERS[name]] == pytest.approx(power, rel=FORM)
+
+
+def test_pockets_rub_between_rollers_and_their_cage() -> None:
+    """Equal and opposite on roller and cage, against the relative turning, no more than friction times the push."""
+    one = case("pockets")
+    parts, cosine = state_layout(one.model), math.cos(geometry().tilt_rad)
+    n = len(one.model.slot_angle)
+    couples = one.force[parts.spin.start - parts.half :][:n]
+    turning = one.state[parts.spin] - float(one.state[parts.shaft_cage_rate][0]) * cosine
+    assert np.all(couples * turning <= 0)
+    assert one.force[parts.shaft_cage_rate.start - parts.half] == pytest.approx(-cosine * couples.sum(), rel=1e-6)
+    weight = one.model.roller_mass * one.model.gravity
+    idle = one.dry.load_n.sum(axis=(0, 2)) == 0  # these are pushed by their weight alone
+    most = one.scene.oil.pocket_friction * one.model.law.roller_radius * abs(weight)
+    push = np.abs(np.cos(one.model.slot_angle[idle])) * most  # its part along the race
+    np.testing.assert_allclose(np.abs(couples[idle]), push, rtol=1e-3, atol=1e-6 * most)
+    assert one.wet.totals[POWERS["pockets"]] == pytest.approx(-float(couples @ turning), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ONLY)
+def test_power_balance(name: str) -> None:
+    """What the shaft brings and the bodies do not take goes into the oil; nothing else changes."""
+    one = case(name)
+    bodies = float(one.force @ one.state[state_layout(one.model).half :])
+    drive = float(one.wet.totals[col.DRIVE_POWER] - one.dry.totals[col.DRIVE_POWER])
+    lost = [float(one.wet.totals[column]) for column in POWERS.values()]
+    assert drive - bodies == pytest.approx(sum(lost), rel=CLOSED)
+    assert all(value > 0 for value in lost) if name == "all" else np.count_nonzero(lost) == 1
+
+
+def test_limits() -> None:
+    """Nothing at rest; no rolling resistance of a roller that carries nothing, nor of one that turns with its race."""
+    still = case("all", still=True)
+    np.testing.assert_allclose(still.force, 0.0, atol=1e-6)
+    one = case("rolling")
+    start = state_layout(one.model).spin.start - state_layout(one.model).half
+    idle = one.dry.load_n.sum(axis=(0, 2)) == 0
+    assert 0 < np.count_nonzero(idle) < len(idle)
+    np.testing.assert_allclose(one.force[start : start + len(idle)][idle], 0.0, atol=1e-9)
