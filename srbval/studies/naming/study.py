@@ -30,25 +30,11 @@ from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import WHOLE_BAND, band_kurtogram, declared_band, one_signal
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.registry import listing
-from srbval.signal import (
-    amplitude_spectrum,
-    drop_ends,
-    end_s,
-    normalise,
-    prewhitened,
-    squared_envelope_one_pass,
-)
+from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, prewhitened, squared_envelope_one_pass
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult, input_hashes, printed_columns
-from srbval.studies.known_records import (
-    KnownFeatures,
-    KnownRecord,
-    features_of,
-    known_records,
-    readings,
-    specimen,
-)
+from srbval.studies.known_records import KnownFeatures, KnownRecord, features_of, known_records, readings, specimen
 from srbval.studies.naming.learnt import MACHINES, RECORDS, compared, ships, together, variants, without_each
 from srbval.studies.naming.reliability import fit_evidence, naming_scores
 
