@@ -1,6 +1,7 @@
 """What the commands print: data on standard output, messages on standard error."""
 
 import argparse
+import json
 import re
 import shlex
 import sys
@@ -60,10 +61,11 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
     """Write all lists of rows, or where there are none the values: one sheet each, or one CSV file each.
 
     The first CSV file has the name of `path`, the others that with the table's name added. Rows within rows become
-    columns with a dot in their names.
+    columns with a dot in their names; of a damaged file name, what no text file can hold becomes a question mark.
     """
     import pandas as pd
 
+    document = json.loads(json.dumps(document, ensure_ascii=False).encode("utf-8", "replace"))
     tables = {name: rows for name, rows in document.items()
               if isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)}  # fmt: skip
     frames = {

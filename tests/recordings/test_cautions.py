@@ -88,7 +88,7 @@ def test_analyse_and_data_show_cautions(tmp_path: Path, capsys: pytest.CaptureFi
     analyse = ["analyse", str(path), "--bearing", "skf-6205", "--band", "500", "3000", *options]
     assert main(analyse) == 0
     out = capsys.readouterr().out
-    assert out.index("caution: clipped: ") < out.index("every line and the reasons")
+    assert out.index("caution: clipped: ") < out.index("every line, features, reasons")
     assert main([*analyse, "--json"]) == 0
     (said,) = json.loads(capsys.readouterr().out)["cautions"]
     assert main(["data", "add", str(path), "--bearing", "skf-6205", *options]) == 0

@@ -71,7 +71,7 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     if isinstance(times[0], datetime):
         from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
-        locator = AutoDateLocator(maxticks=6)
+        locator = AutoDateLocator(minticks=2, maxticks=6)  # with more at least, five months have no interval
         lower.xaxis.set_major_locator(locator)
         lower.xaxis.set_major_formatter(ConciseDateFormatter(locator))
     return figure, columns | {"rms_or_velocity": shown}
