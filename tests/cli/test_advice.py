@@ -36,7 +36,7 @@ def test_a_step_as_scene_files_have_it(text: str) -> None:
     [
         ("simulate --model auto", "HDF5", "x.h5"),
         ("identify no.mat", "TOML", "x.toml"),
-        ("study run noise", "JSON", "x.json"),
+        ("study run naming", "JSON", "x.json"),
     ],
 )
 def test_a_file_is_what_its_name_says(
