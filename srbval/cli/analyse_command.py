@@ -151,6 +151,7 @@ def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)
     print(verdict.answer)
+    print_wrapped(*filter(None, (verdict.advice,)))
     rpm = uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
     print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
           f"({speed.source.value})\n")  # fmt: skip
