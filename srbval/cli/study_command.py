@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
         return _run(VERBS[options.command], f"srbval {options.command}", options)
     if options.action == "run":
         if options.name is None:
-            raise ConfigurationError("name a study, for example: srbval study run noise. See: srbval study list")
+            raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
         return _run(options.name, f"srbval study run {options.name}", options)
     return _page(options) if options.action == "page" else _list(options)
 

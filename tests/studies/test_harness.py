@@ -81,7 +81,7 @@ def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
         result = StudyResult(name=name, content={"rows": [1]}, text="", inputs={"torino/a.mat": "f00"})
         monkeypatch.setattr(Study, "run", property(lambda _, result=result: lambda *_: result))
         options = argparse.Namespace(output=output)
-        _, content = make_result("noise", options, silent, command="srbval study run fake")
+        _, content = make_result("naming", options, silent, command="srbval study run fake")
         assert ("file" in content) is stored
         assert (content["command"], content["rows"]) == ("srbval study run fake", [1])
         assert not stored or (content["inputs_sha256"] == {"torino/a.mat": "f00"} and content["file"].is_file())
@@ -104,7 +104,7 @@ def test_unknown_studies_and_options_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="no study is called 'nothing'"):
         run_study("nothing")
     with pytest.raises(ConfigurationError, match="has no option 'colour'"):
-        run_study("noise", colour="white")
+        run_study("naming", colour="white")
 
 
 @pytest.mark.parametrize("name", study_names())
