@@ -12,8 +12,7 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.simulate import Step, simulate
-from srbval.models.solvers import METHODS
-from srbval.models.solvers.methods import LEAPFROG
+from srbval.models.solvers import LEAPFROG, METHODS
 from srbval.scene import paper_scene
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
 

@@ -14,8 +14,8 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.models.full import columns as col
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.state import layout_of
 from srbval.models.hierarchy import level_of
 from srbval.models.planar.ring import make_ring
 from srbval.models.precompile import load_kernels

@@ -11,6 +11,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
+from srbval.models.full.columns import StateLayout
 from srbval.models.full.contact_kernel import ContactLaw
 from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.oil_kernel import OilLaw
@@ -26,7 +27,6 @@ from srbval.models.full.point_cloud import (
 )
 from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
-from srbval.models.full.state import StateLayout
 from srbval.models.full.surface import surface_heights
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2

@@ -175,7 +175,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
-    stats.balanced_share = load_share(scene, push, load)
+    stats.figures["balanced_share"] = load_share(scene, push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
     step = 1 / (scene.output_rate_hz * per_output)

@@ -16,7 +16,7 @@ import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.export import WHITE, NoiseSpectrum, add_noise, noise_spectrum
-from srbval.models.run_store import stored_run
+from srbval.models.simulate import stored_run
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
-from srbval.models.solvers.methods import LEAPFROG, Coefficients, Method
+from srbval.models.solvers import LEAPFROG, Coefficients, Method
 
 # Eigenvalues closer to zero are bodies that move freely, read with the rounding of the differences [1/s].
 FREE_PER_S = 1.0
