@@ -145,7 +145,8 @@ class RunStatistics:
             missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
         run = RunSummary(
             **self.figures, scene=scene, wall_s=self.wall_s, compile_s=self.compile_s, samples=self.samples,
-            finite=self.finite, deepest_m=self.deepest_m, status=RunStatus.OK, reason="", rolling_elements=self.bearing.rolling_elements,
+            finite=self.finite, deepest_m=self.deepest_m, status=RunStatus.OK, reason="",
+            rolling_elements=self.bearing.rolling_elements,
             rolling_ratio=self.bearing.orders.ftf, cage_ratio=self.cage_rad / n / shaft,
             cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
             roller_load_share=load_share(scene, self.momentum.total[6:] / n, scene.mean_radial_n),
