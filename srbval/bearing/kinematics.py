@@ -126,11 +126,6 @@ class RollingElements(Limited):
         """Element diameter over pitch diameter times the cosine of the contact angle, gamma."""
         return self.element_diameter_m / self.pitch_diameter_m * math.cos(self.contact_angle_rad)
 
-    @property
-    def contact_length_m(self) -> float:
-        """Length of a roller's contact."""
-        return self.element_diameter_m if self.length_m is None else self.length_m
-
 
 _SCENE_NONE = "none"  # how scene files, campaigns and the command line say that there is no defect
 

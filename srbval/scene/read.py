@@ -28,6 +28,9 @@ NO_PATH = "none"
 DRAWS_SEED = 17
 BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 SAME = 1e-9  # sizes nearer than this are one
+# With which power of the size a value of a similar machine goes, by the end of its name, the first that fits: lengths
+# with the size, forces and dampings with its square, masses with its cube, stiffnesses with itself.
+POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
 # A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
 # Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
@@ -114,34 +117,22 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
 
 
 def similar_parts(scene: Scene, size: float) -> Scene:
-    """The scene with all but its bearing `size` times as large, at the same shaft speed.
+    """The scene with all but its bearing `size` times as large, at the same shaft speed; see `POWERS`.
 
-    Lengths go with the size, forces and dampings with its square, masses with its cube, stiffnesses with itself: times
-    of elastic bodies then go with the size, and stresses stay. The friction law's velocity and the shaft's speed stay.
-    (Dimensional analysis with the same materials; Bridgman 1922.)
+    Times of elastic bodies then go with the size, and stresses stay. The friction law's velocity and the shaft's speed
+    stay. (Dimensional analysis with the same materials; Bridgman 1922.)
     """
-    contact, housing, bodies, defect, load = scene.contact, scene.housing, scene.bodies, scene.defect, scene.load
-    return replace(
-        scene,
-        load=replace(load, radial_n=load.radial_n * size**2, axial_n=load.axial_n * size**2),
-        contact=replace(
-            contact, stiffness_n_m=contact.stiffness_n_m * size, damping_ns_m=contact.damping_ns_m * size**2,
-            smoothing_width_m=contact.smoothing_width_m * size, radial_play_m=contact.radial_play_m * size,
-        ),
-        housing=replace(
-            housing, mass_kg=housing.mass_kg * size**3, stiffness_n_m=housing.stiffness_n_m * size,
-            damping_ns_m=housing.damping_ns_m * size**2,
-        ),
-        bodies=replace(
-            bodies, cage_mass_kg=bodies.cage_mass_kg * size**3, pocket_offset_m=bodies.pocket_offset_m * size
-        ),
-        defect=replace(defect, **{key: value * size for key, value in vars(defect).items() if is_length(key, value)}),
-    )  # fmt: skip
+    return replace(scene, **{part: replace(old, **_scaled(vars(old), size)) for part, old in _sized(scene).items()})
 
 
-def is_length(key: str, value: Any) -> bool:
-    """Whether a field's name says that it is a length, and it is given."""
-    return key.endswith("_m") and value is not None
+def _sized(scene: Scene) -> dict[str, Any]:
+    return {part: getattr(scene, part) for part in ("load", "contact", "housing", "bodies", "defect")}
+
+
+def _scaled(values: Mapping[str, Any], size: float) -> dict[str, Any]:
+    """Those of a part's values that go with the size, `size` times as large."""
+    powers = {key: next((p for end, p in POWERS.items() if key.endswith(end)), 0) for key in values}
+    return {key: value * size ** powers[key] for key, value in values.items() if powers[key] and value is not None}
 
 
 def size_of(bearing: Bearing) -> float | None:
@@ -155,15 +146,14 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
 
     Of a bearing that is not `spherical` the housing's damping is `DAMPING_RATIO`.
     """
-    scaled = similar_parts(base, size)
     table: dict[str, Any] = {
-        part: {k: v for k, v in vars(getattr(scaled, part)).items() if v != vars(getattr(base, part))[k]}
-        for part in ("load", "contact", "housing", "bodies", "defect")
+        part: {key: value for key, value in _scaled(vars(old), size).items() if value != vars(old)[key]}
+        for part, old in _sized(base).items()
     }
     if spherical:
         steps = max(1, math.ceil(base.steps_per_output / size - SAME))
         return table | {"solver": {"step_s": 1 / (base.output_rate_hz * steps)}}
-    housing = scaled.housing
+    housing = similar_parts(base, size).housing
     damping = 2 * DAMPING_RATIO * math.sqrt(housing.mass_kg * housing.stiffness_n_m)
     return table | {"housing": table["housing"] | {"damping_ns_m": damping}}
 

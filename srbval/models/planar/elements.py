@@ -184,7 +184,7 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
             stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
             fall, length = 2 * touch.approach_m / touch.across_m**2, 0.0
         else:
-            exponent, fall, length = LINE, 0.0, elements.contact_length_m
+            exponent, fall, length = LINE, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
         races.append(Race(stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along,
                           radius_m=radius))  # fmt: skip

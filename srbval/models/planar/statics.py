@@ -84,11 +84,10 @@ class Slot:
         Radial force on the outer ring [N], both races' dampers in series [N s/m], deepest penetration [m]: [3, ...].
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
-
-        def too_far(slide: FloatArray) -> BoolArray:
-            return self._side(0, approach_m, slide, raised)[0] > self._side(1, approach_m, slide, raised)[0]
-
-        slide = bisected(too_far, np.full(shape, -SLIDE_M), np.full(shape, SLIDE_M))
+        slide = bisected(
+            lambda s: self._side(0, approach_m, s, raised)[0] > self._side(1, approach_m, s, raised)[0],
+            np.full(shape, -SLIDE_M), np.full(shape, SLIDE_M),
+        )  # fmt: skip
         depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
         return np.array([self._side(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
 
