@@ -170,8 +170,7 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
         there[part] += size
         back[part] -= size
         difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
-        found: FloatArray = difference[layout.slide_rate] / (2 * size)
-        return found
+        return difference[layout.slide_rate] / (2 * size)
 
     stiffness, damping = slope(layout.slide, SLIDE_M), slope(layout.slide_rate, SLIDE_RATE_M_S)
     one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)

@@ -50,8 +50,7 @@ class Prescribed:
         since = np.clip(time_s, times[0], times[-1]) - times[i]
         inside = turned[i] + (speeds[i] + slope * since / 2) * since
         outside = np.minimum(time_s - times[0], 0.0) * speeds[0] + np.maximum(time_s - times[-1], 0.0) * speeds[-1]
-        angle: FloatArray = inside + outside
-        return angle
+        return inside + outside
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
         """Cage angle."""

@@ -129,8 +129,7 @@ class Patch:
         deep = np.maximum(depth, 0.0)
         reach = np.sqrt(2 * deep / self.curvature_1_m)
         a, b = np.clip(start, -reach, reach), np.clip(end, -reach, reach)
-        area: FloatArray = deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
-        return area
+        return deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
 
 
 class Piece(NamedTuple):

@@ -63,8 +63,7 @@ def _reach(method: Method, direction: complex) -> float:
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
-        beyond: NDArray[np.bool_] = np.abs(stability_function(method, ray)) > 1 + ROUNDING
-        return beyond
+        return np.abs(stability_function(method, ray)) > 1 + ROUNDING
 
     found = outside(RAY)
     if not found.any():

@@ -80,8 +80,7 @@ class MomentumBalance:
         moved = (self.last - self.first)[3:6] / intervals
         held = self.stiffness_n_m * (displacement - moved / 2) + self.damping_ns_m * moved / interval_s
         weight = np.array([0.0, -self.weight_n, 0.0])
-        missing: FloatArray = rollers + load_n + weight - held - self.mass_kg * acceleration
-        return missing
+        return rollers + load_n + weight - held - self.mass_kg * acceleration
 
 
 @dataclass

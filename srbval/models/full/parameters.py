@@ -185,8 +185,7 @@ def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
-    angle: FloatArray = even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
-    return angle
+    return even + place * scene.bodies.pocket_offset_m / geometry.pitch_radius_m
 
 
 def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:

@@ -69,23 +69,20 @@ class PlanarRing:
         """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
         angle = cage_rad + np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         outwards = np.array([np.cos(angle), np.sin(angle)])
-        force: FloatArray = self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
-        return force
+        return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
         """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         contact = -np.array([self.undamaged_force_n(ring_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
-        whole: FloatArray = self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
-        return whole
+        return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
         """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         outwards = np.array([np.cos(angle), np.sin(angle)])
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.DAMPER]
-        whole: FloatArray = self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
-        return whole
+        return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""

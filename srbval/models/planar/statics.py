@@ -122,8 +122,7 @@ class Slot:
             each = enumerate(self.patches[race])
             damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in each))
         whole = stiffness[0] + stiffness[1]
-        series: FloatArray = damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
-        return series
+        return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
 
 
 def bisected(too_far: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray) -> FloatArray:
