@@ -65,10 +65,15 @@ class PlanarRing:
             turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
         return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
 
-    def undamaged_force_n(self, ring_m: FloatArray, cage_rad: float = 0.0) -> FloatArray:
+    @property
+    def outwards(self) -> FloatArray:
+        """Directions of the rollers at time zero, [2, rollers]."""
+        angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
+        return np.array([np.cos(angle), np.sin(angle)])
+
+    def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
         """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
-        angle = cage_rad + np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
-        outwards = np.array([np.cos(angle), np.sin(angle)])
+        outwards = self.outwards
         return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
@@ -79,8 +84,7 @@ class PlanarRing:
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
         """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
-        angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
-        outwards = np.array([np.cos(angle), np.sin(angle)])
+        outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
