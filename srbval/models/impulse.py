@@ -2,7 +2,7 @@
 
 McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
 (Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Each pulse has the length and height that the defect has under a
-roller at that angle of the load zone (see `srbval.models.planar.statics`); the ring answers as a mass on housing and
+roller at that angle of the load zone (see `srbval.models.planar.contacts`); the ring answers as a mass on housing and
 contacts linearised about static balance.
 
 Of a bearing of which only orders are known the places of the lines alone are right; the strength of the pulses is

@@ -11,7 +11,7 @@ import pytest
 import srbval
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.planar.elements import HIGHEST_SHARE, POISSON, YOUNG_N_M2, Ellipse, element_slot, ellipse
+from srbval.models.planar.contacts import HIGHEST_SHARE, POISSON, YOUNG_N_M2, Ellipse, element_slot, ellipse
 from srbval.models.planar.ring import make_ring
 from srbval.models.simulate import simulate_to_file
 from srbval.scene import DefectShape

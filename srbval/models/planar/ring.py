@@ -15,9 +15,16 @@ from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.elements import element_slot, fullest_n
+from srbval.models.planar.contacts import (
+    ElementContact,
+    ForceTable,
+    bump_table,
+    element_slot,
+    fullest_n,
+    make_slot,
+    plain_table,
+)
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
-from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
 from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
