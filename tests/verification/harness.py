@@ -69,8 +69,7 @@ def advance(
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
     out = take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
-    acceleration: FloatArray = out[:, :3]
-    return acceleration
+    return out[:, :3]
 
 
 def recorded(

@@ -43,8 +43,7 @@ def closed_form_shares(model: Parameters, axial_n: float) -> FloatArray:
         delta = np.maximum(moved_mm[0] * cosine * np.cos(angle) + moved_mm[1] * sine - PLAY_MM, 1e-12)
         end = np.minimum(half, np.sqrt(delta / bend))
         integral = 2 * end * delta ** (10 / 9) * hyp2f1(-10 / 9, 0.5, 1.5, np.minimum(bend * end**2 / delta, 1 - 1e-12))
-        found: FloatArray = C_L_N_MM * (2 * half) ** (8 / 9) / (2 * half) * integral
-        return found
+        return C_L_N_MM * (2 * half) ** (8 / 9) / (2 * half) * integral
 
     def left(moved_mm: FloatArray) -> FloatArray:
         q = loads(moved_mm)
