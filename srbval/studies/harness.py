@@ -39,12 +39,14 @@ class StudyResult:
     """What a study found.
 
     `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
-    impression, stored only where a file is named for it. `text` is what is printed, `inputs` the SHA-256 of the data
-    read, by file name. Where `sound` is False the command ends with exit code 1.
+    impression, stored only where a file is named for it. `text` is what is printed, behind the `tables` where all is
+    asked for; `inputs` the SHA-256 of the data read, by file name. Where `sound` is False the command ends
+    with exit code 1.
     """
 
     content: Any
     text: str
+    tables: str = ""
     name: str | None = None
     inputs: Mapping[str, str] = field(default_factory=dict)
     sound: bool = True
@@ -90,7 +92,7 @@ def load_study(name: str) -> Study:
 
 def pages() -> tuple[Page, ...]:
     """The pages of all studies that have one, in the order of the report: of their ``page.py``, or of texts alone."""
-    of_texts = importlib.import_module("srbval.studies.appendix_page").page_of_texts
+    of_texts = importlib.import_module("srbval.report.pages").page_of_texts
     found: list[Page] = []
     for name in study_names():
         if (FOLDER / name / "page.py").is_file():
