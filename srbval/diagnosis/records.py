@@ -27,11 +27,12 @@ from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
+from srbval.recordings.load import LeftOpenError, open_channels
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
+from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
 BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
@@ -299,7 +300,7 @@ def _content(request: RecordRequest, register: str) -> str:
         files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
         if not all(file.is_file() for file in files):  # a pipe would be waited for
             return ""
-        hashes = [sha256_of(file) for file in files]
+        hashes = [file_sha256(file) for file in files]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
     except (SrbvalError, OSError):  # OSError: a path that none can have

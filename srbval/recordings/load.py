@@ -1,7 +1,6 @@
 """From a file of any format, or a simulated run, to a `Recording`."""
 
 import dataclasses
-import hashlib
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from srbval.recordings.settings import (
     open_questions,
 )
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
+from srbval.storage.files import file_sha256
 
 
 def load_recording(
@@ -48,7 +48,7 @@ def load_recording(
     given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
     reading = apply_settings(file, read_file(file), given.over(settings or RecordingSettings()))
-    return _assemble(file, reading, sha256_of(file))
+    return _assemble(file, reading, file_sha256(file))
 
 
 class LeftOpenError(DataError):
@@ -102,15 +102,6 @@ def read_file(path: Path) -> Reading:
     try:
         return recognise(detect_format(path).load(path))
     except OSError as error:  # gone since, a disk that fails, no memory for a map of it
-        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of the file, hexadecimal."""
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 

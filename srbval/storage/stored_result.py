@@ -4,7 +4,6 @@ A study's result is the file ``NAME.json``, in the repository's ``reports`` or, 
 which machine it was made, when, from which revision, by which command, and by which sources from which data.
 """
 
-import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import Any
 
 from srbval.errors import DataError
 from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.storage.sources import sources_sha256
@@ -93,17 +93,11 @@ def newest_result(name: str) -> StoredResult | None:
     return max(found, key=lambda result: result.made_utc, default=None)
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file, 64 hexadecimal digits; `OSError` where it cannot be read."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def _shipped_sha256(name: str) -> str:
     folder, _, rest = name.partition("/")
     try:
         return file_sha256(shipped_folder(folder) / rest)
-    except (OSError, DataError):
+    except DataError:
         return ""
 
 

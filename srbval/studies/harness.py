@@ -22,7 +22,8 @@ from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, file_sha256
+from srbval.storage.files import file_sha256
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult
 from srbval.storage.tables import build, read_toml
 from srbval.studies.machine import this_machine
 

@@ -167,8 +167,8 @@ def test_a_measured_response_from_a_table_and_from_uff(
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3", "two or more"),
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3\n1,2,3", "must rise"),
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,nan\n2,2,3", "finite"),
-        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not a table"),
-        ("", "not a table"),
+        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not finite"),
+        ("", "empty"),
     ],
 )
 def test_what_is_no_response_is_refused(text: str, said: str, tmp_path: Path) -> None:

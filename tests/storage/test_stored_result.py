@@ -7,7 +7,8 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.storage import stored_result
-from srbval.storage.stored_result import StoredResult, file_sha256, newest_result, staleness
+from srbval.storage.files import file_sha256
+from srbval.storage.stored_result import StoredResult, newest_result, staleness
 from srbval.studies import harness
 from srbval.studies.harness import store_result
 
