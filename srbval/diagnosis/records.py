@@ -29,6 +29,7 @@ from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels
 from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
@@ -330,15 +331,12 @@ def _load(request: RecordRequest) -> Recording:
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
     band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
-    missing = [
-        asked
-        for asked, known in (
-            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or request.bearing),
-            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
-            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
-        )
-        if not known
-    ]
+    known = {
+        BEARING_QUESTION: recording.bearing or request.bearing,
+        SPEED_QUESTION: recording.speed,
+        BAND_QUESTION: band or recording.origin is not Origin.MEASURED,
+    }
+    missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:
         raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
 

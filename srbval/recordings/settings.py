@@ -25,6 +25,8 @@ ALIASES = {"fs": "fs_hz", "sensitivity": "sensitivity_mv_per_g"}  # as the optio
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
+BEARING_QUESTION = "no bearing: --bearing NAME | FILE.toml"
+SPEED_QUESTION = "no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N"
 VOLTAGES = ("V", "mV")
 MV_PER_V = 1e3
 NOTED = (
@@ -190,9 +192,9 @@ def open_for_analysis(reading: Reading) -> tuple[str, ...]:
     if reading.origin is Origin.MEASURED:
         main: Channel = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
         if main.bearing is None:
-            questions.append("no bearing: --bearing NAME | FILE.toml")
+            questions.append(BEARING_QUESTION)
         if reading.speed is None and reading.speed_problem is None:
-            questions.append("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N")
+            questions.append(SPEED_QUESTION)
     return tuple(questions)
 
 
