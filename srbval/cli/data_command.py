@@ -9,7 +9,7 @@ from srbval.bearing import INLINE, Fault
 from srbval.cli.output import answer, print_table
 from srbval.diagnosis.machine import BELONGS_TO, machine_options
 from srbval.errors import ConfigurationError
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.recordings import RecordingSettings
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
@@ -82,7 +82,7 @@ def _act(options: argparse.Namespace) -> RegisterListing:
         return listing()
     if options.action == "remove":
         return remove(options.name)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         if options.action == "add":
             settings = recording_settings(options)
             if str(settings.bearing).split(" ")[0] in INLINE:

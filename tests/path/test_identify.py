@@ -22,7 +22,7 @@ from srbval.path.identify import (
     simulated_run,
     third_octaves,
 )
-from srbval.recordings.frf import read_frf
+from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene, load_sensor_path
 from srbval.studies.simulated_rig import BEARING, GAINS, RATIO, TRUE, SimulatedRig, simulated_rig
