@@ -164,7 +164,9 @@ def read_records(
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
     if failed and not read:
         raise only_error(failed)
-    return sorted(read, key=_concern), failed
+    order = list(ALARMS)  # then the most probable fault
+    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), -(summary_of(one)["probability"] or 0.0)))
+    return read, failed
 
 
 def _answered(
@@ -276,11 +278,6 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "state": state, "called": part, "probabilities": shares, "log_likelihood": together, "cage_excess": cage,
         "sentence": said,
     }  # fmt: skip
-
-
-def _concern(document: dict[str, Any]) -> tuple[int, float]:
-    """What sorts documents: the verdict, then the most probable fault."""
-    return list(ALARMS).index(document["fault"]["verdict"]), -(summary_of(document)["probability"] or 0.0)
 
 
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:

@@ -140,14 +140,13 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = modes.contrasts @ phase
         excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
-        spread = 1 + RATIOS[:, None] * modes.share
-        path_rad = phase - modes.contrasts.T @ (weight @ (1 / spread) * residual)
+        noise_share = weight @ (1 / (1 + RATIOS[:, None] * modes.share))  # of each residual
+        path_rad = phase - modes.contrasts.T @ (noise_share * residual)
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(RATIOS))
     # The frequency of highest power needs no correction while no walk shows, and is then better for weak lines.
-    carried = weight @ (RATIOS[:, None] * modes.with_slope / spread)  # share that the walk carries into it
-    slope = float(modes.slope @ phase - carried @ residual) * walk_share(log_spread)
+    slope = float(modes.slope @ phase - modes.carried(weight) @ residual) * walk_share(log_spread)
     strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
     error = math.sqrt(excess * variance * modes.slope_variance)
     return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
@@ -182,6 +181,11 @@ class Modes:
     slope: FloatArray
     slope_variance: float
     walk_over_noise: float
+
+    def carried(self, weight: FloatArray) -> FloatArray:
+        """Share of each residual that the walk carries into the slope, [n - 2]."""
+        ratios = RATIOS[:, None]
+        return np.asarray(weight @ (ratios * self.with_slope / (1 + ratios * self.share)), dtype=np.float64)
 
 
 def weigh(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
