@@ -56,13 +56,6 @@ def test_under_hertzs_pressure_half_spaces_take_the_bodies_shape(curvatures: tup
         assert displacement_m(e, force, x) == pytest.approx(sunk, rel=INTEGRALS)
 
 
-def test_two_balls_touch_in_a_circle_of_the_closed_form() -> None:
-    e, radius, modulus = ellipse(200.0, 200.0), 1 / 200.0, YOUNG_N_M2 / (2 * (1 - POISSON**2))
-    touch = (3 * radius / (4 * modulus)) ** (1 / 3)
-    assert (e.across_m, e.along_m) == pytest.approx((touch, touch), rel=1e-6)
-    assert e.approach_m == pytest.approx(touch**2 / radius, rel=1e-6)
-
-
 def test_a_published_example_of_a_6206() -> None:
     """eng-tools.dev, series A2: 556 N on the inner race: 1.368 x 0.112 mm half axes, 1728 MPa."""
     e, force = ellipse(*INNER_6206), 5 * 1000 / 9

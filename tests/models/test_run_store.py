@@ -78,17 +78,6 @@ def test_a_stored_run_is_the_run(scene: Scene, step: Step, tmp_path: Path) -> No
     assert stored_run(scene, step=Step.UNCHECKED).stored_utc is None or step is Step.UNCHECKED
 
 
-def test_a_damaged_run_is_made_again() -> None:
-    scene = paper_scene(model="impulse", duration="50 ms")
-    made, path = stored_run(scene), RUNS.path(run_content(scene, Step.CHECKED))
-    whole = path.read_bytes()
-    for place in np.random.default_rng(3).integers(0, len(whole), 20).tolist():
-        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        again = stored_run(scene)
-        assert again.stored_utc is None
-        same(made, again)
-
-
 def test_what_stands_beside_the_scene_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = paper_scene(model="impulse", duration="50 ms")
     contents = {run_content(scene, step) for step in Step} | {run_content(paper_scene(model="impulse", seed=7))}

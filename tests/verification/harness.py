@@ -69,8 +69,7 @@ def advance(
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
     out = take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
-    acceleration: FloatArray = out[:, :3]
-    return acceleration
+    return out[:, :3]
 
 
 def recorded(
@@ -80,17 +79,6 @@ def recorded(
     return signals(
         take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
     )
-
-
-def trajectory(
-    model: Parameters, y: FloatArray, *, step_s: float, steps: int, outputs: int, method: str = "ode4"
-) -> FloatArray:
-    """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
-    states, state = [y.copy()], y.copy()
-    for i in range(outputs):
-        take_steps(model, state, METHODS[method], step_s=step_s, intervals=range(i, i + 1), steps_per_output=steps)
-        states.append(state.copy())
-    return np.array(states)
 
 
 def shaft_reversed(model: Parameters) -> Parameters:

@@ -106,8 +106,7 @@ def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
 
 def in_order(model: Parameters, row: int) -> FloatArray:
     """A row of the model's space, of all rollers in the state's order, after the latest evaluation."""
-    found: FloatArray = model.scratch.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
-    return found
+    return model.scratch.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
 
 
 @pytest.mark.parametrize("row", RINGS_M)
