@@ -146,6 +146,13 @@ def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
     return machine_classes()[machine_class] if machine_class else ()
 
 
+def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | None:
+    """The zone, A to D, of an RMS velocity [mm/s]; None without one or without boundaries."""
+    if velocity_mm_s is None or not boundaries:
+        return None
+    return "ABCD"[int(np.searchsorted(boundaries, velocity_mm_s))]
+
+
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """When each file was recorded, and where that is from: a table with the columns `file` and `time`, or the names.
 
@@ -249,7 +256,7 @@ def _points(
             # of a line's amplitude 8.69 / sqrt(2 rho) dB, power over noise rho; a level goes with the root of the depth
             ci95_db={x["name"]: DB / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
             velocity_rms_mm_s=velocity,
-            zone="ABCD"[int(np.searchsorted(boundaries, velocity))] if boundaries and velocity is not None else None,
+            zone=zone_of(velocity, boundaries),
             comparable=abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
         ))  # fmt: skip
     return points

@@ -92,7 +92,7 @@ def load_study(name: str) -> Study:
 
 def pages() -> tuple[Page, ...]:
     """The pages of all studies that have one, in the order of the report: of their ``page.py``, or of texts alone."""
-    of_texts = importlib.import_module("srbval.studies.appendix_page").page_of_texts
+    of_texts = importlib.import_module("srbval.report.pages").page_of_texts
     found: list[Page] = []
     for name in study_names():
         if (FOLDER / name / "page.py").is_file():

@@ -19,24 +19,29 @@ MOST_MARKED = 60  # points, up to which each has its marker
 def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
     """The page; `command` is the one that makes it again."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
-    sections = [_section(trend, one, number) for number, one in enumerate(trend.channels, start=1)]
+    pictures = [
+        TEXTS.figure("levels", levels_panel(one), id=f"levels-{number}", one=one, trend=trend)
+        for number, one in enumerate(trend.channels, start=1)
+    ]
+    first = trend.channels.index(trend.alarm) if trend.alarm else 0
+    sections = [
+        _section(one, number, () if number == first else (pictures[number],))
+        for number, one in enumerate(trend.channels)
+    ]
     return Report(
         title=TEXTS.text("title", trend=trend),
         subtitle=TEXTS.text("subtitle", trend=trend),
         generated_utc=datetime.now(UTC),
-        verdict=TEXTS.verdict(tone, trend=trend),
+        verdict=TEXTS.verdict(tone, figure=pictures[first], trend=trend),
         sections=(*sections, replace(provenance_section({"command": command, **provenance}), appendix=())),
         data={"trend": trend},
     )
 
 
-def _section(trend: Trend, one: ChannelTrend, number: int) -> Section:
+def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
     names = [name for name in one.reference if name != RMS]
-    blocks: list[Block] = [
-        TEXTS.figure("levels", levels_panel(one), id=f"levels-{number}", one=one, trend=trend),
-        TEXTS.table("records", one.points, id=f"records-{number}", one=one, names=names),
-    ]
-    return Section(id=f"channel-{number}", title=TEXTS.text("channel", one=one), blocks=tuple(blocks))
+    table = TEXTS.table("records", one.points, id=f"records-{number + 1}", one=one, names=names)
+    return Section(id=f"channel-{number + 1}", title=TEXTS.text("channel", one=one), blocks=(*pictures, table))
 
 
 @panel
