@@ -17,7 +17,7 @@ from srbval.errors import ConfigurationError
 from srbval.reading.families import highest_line_hz
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
-from srbval.scene.similar import size_of
+from srbval.scene.read import size_of
 from srbval.signal import (
     BandFilter,
     Kurtogram,
@@ -231,8 +231,8 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
-    paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.similar_parts`), so
+    the paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
     unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
     what that costs). `ConfigurationError` asks for it instead.
     """
