@@ -42,17 +42,7 @@ def measure_models(
     )
 
 
-<<<<<<< ours
 def run(options: Namespace, progress: Progress) -> StudyResult:
-=======
-def _options(parser: ArgumentParser) -> None:
-    parser.add_argument("--quick", action="store_true", help="few scenes: a first impression, not for publication")
-    parser.add_argument("--base", choices=[*BASES], default="paper", help="scene that the calibration varies")
-    parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="of each run")
-
-
-def _run(options: Namespace, progress: Progress) -> StudyResult:
->>>>>>> theirs
     """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
     quick, base = options.quick, options.base
     table = measure_models(
