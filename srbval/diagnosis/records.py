@@ -20,21 +20,23 @@ from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
 from srbval.diagnosis.fault_scores import CAGE_SHOWN
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
-from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQuestion, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
+from srbval.recordings.load import LeftOpenError, open_channels
 from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
+from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
-BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
+BAND_QUESTION = OpenQuestion("no demodulation band", "--band LO HI, or --auto-band", "--auto-band")
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
@@ -100,6 +102,8 @@ def read_record(request: RecordRequest) -> RecordReading:
 
     What a file leaves open is asked for all at once (`LeftOpenError`, `ConfigurationError`).
     """
+    stored = registered_settings(request.file)
+    request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = _load(request)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     if request.background:
@@ -162,7 +166,9 @@ def read_records(
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
     if failed and not read:
         raise only_error(failed)
-    return sorted(read, key=_concern), failed
+    order = list(ALARMS)  # then the most probable fault
+    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), -(summary_of(one)["probability"] or 0.0)))
+    return read, failed
 
 
 def _answered(
@@ -276,11 +282,6 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _concern(document: dict[str, Any]) -> tuple[int, float]:
-    """What sorts documents: the verdict, then the most probable fault."""
-    return list(ALARMS).index(document["fault"]["verdict"]), -(summary_of(document)["probability"] or 0.0)
-
-
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one a channel where it is left open; or the error."""
     try:
@@ -299,7 +300,7 @@ def _content(request: RecordRequest, register: str) -> str:
         files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
         if not all(file.is_file() for file in files):  # a pipe would be waited for
             return ""
-        hashes = [sha256_of(file) for file in files]
+        hashes = [file_sha256(file) for file in files]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
     except (SrbvalError, OSError):  # OSError: a path that none can have
@@ -329,17 +330,16 @@ def _load(request: RecordRequest) -> Recording:
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
     band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
-    missing = [
-        asked
-        for asked, known in (
-            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or request.bearing),
-            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
-            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
-        )
-        if not known
-    ]
+    known = {
+        BEARING_QUESTION: recording.bearing or request.bearing,
+        SPEED_QUESTION: recording.speed,
+        BAND_QUESTION: band or recording.origin is not Origin.MEASURED,
+    }
+    missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:
-        raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
+        error = ConfigurationError(f"{recording.name} leaves open: {'; '.join(map(str, missing))}.")
+        error.subject, error.questions = recording.name, tuple(missing)
+        raise error
 
 
 def _baseline(analysis: Analysis, given: Recording | None) -> tuple[Baseline | None, tuple[str, ...]]:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.columns import FAR_M
+from srbval.models.full.columns import layout_of as layout_of
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters, state_layout
-from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
@@ -69,8 +69,7 @@ def advance(
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
     out = take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
-    acceleration: FloatArray = out[:, :3]
-    return acceleration
+    return out[:, :3]
 
 
 def recorded(
@@ -80,17 +79,6 @@ def recorded(
     return signals(
         take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
     )
-
-
-def trajectory(
-    model: Parameters, y: FloatArray, *, step_s: float, steps: int, outputs: int, method: str = "ode4"
-) -> FloatArray:
-    """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
-    states, state = [y.copy()], y.copy()
-    for i in range(outputs):
-        take_steps(model, state, METHODS[method], step_s=step_s, intervals=range(i, i + 1), steps_per_output=steps)
-        states.append(state.copy())
-    return np.array(states)
 
 
 def shaft_reversed(model: Parameters) -> Parameters:
