@@ -20,7 +20,7 @@ LONGER = 0.6  # a record may be this much of the calibrated length, or longer
 SAME = 1e-9
 AXES = ("rpm", "radial_kn", "height_mm")
 UNMEASURED = {
-    "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) are in no calibration scene"
+    "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
 }
 LEAST_SCENES = 9  # that a margin is read from: it then holds for nine scenes in ten
 
