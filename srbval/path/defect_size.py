@@ -150,7 +150,7 @@ def defect_size(
 
 
 def _path_covariance(path: SensorPath, middles_hz: FloatArray) -> FloatArray:
-    """Of the gains in these bands [dB^2], [n, n]: bands that have one gain, `joined` where it was read, share its error."""
+    """Of the gains in these bands [dB^2], [n, n]; bands that were joined have one gain and share its error."""
     u_db = np.interp(np.log(middles_hz), np.log(path.frequency_hz), path.u_db or (0.0,) * len(path.load))
     gain = np.cumsum(np.diff(path.load, prepend=path.load[0]) != 0)  # its number, of each band of the path
     read = np.rint(np.interp(middles_hz, path.frequency_hz, gain))
