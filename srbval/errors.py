@@ -5,16 +5,31 @@ Every expected failure raises one of these; the command line prints its text and
 """
 
 from collections.abc import Collection
+from typing import NamedTuple
+
+
+class OpenQuestion(NamedTuple):
+    """What is not stated, the option that states it with its choices, and an example of that."""
+
+    missing: str
+    option: str
+    example: str
+
+    def __str__(self) -> str:
+        return f"{self.missing}: {self.option}"
 
 
 class SrbvalError(Exception):
     """Base of all expected failures; `exit_code` is what the command line returns.
 
-    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless.
+    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless. Where it
+    asks for something, `questions` are what `subject` leaves open.
     """
 
     exit_code = 1
     longest = 1200
+    subject = ""
+    questions: tuple[OpenQuestion, ...] = ()
 
     def __init__(self, text: str) -> None:
         shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in self._cut(text))

@@ -43,7 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         from srbval.cli.output import missing_options, print_failure
 
         message, code = _failure(error)
-        message = message if as_json else missing_options(message, given)
+        if not as_json and isinstance(error, SrbvalError) and error.questions:
+            message = missing_options(error, given)
         with contextlib.suppress(OSError):
             print_failure(message, code, as_json=as_json)
         return code
@@ -53,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(given: list[str]) -> int:
     with without_ctrl_c():  # half a second in which nobody could answer it
-        from srbval.cli.arguments import parser
+        from srbval.cli.arguments import parser, take_machine
 
         importlib.import_module("srbval.cli.output")  # which says that it was interrupted
     options = parser().parse_args(given)
@@ -64,7 +65,7 @@ def _run(given: list[str]) -> int:
     from srbval.storage.content_store import stored_results
 
     if getattr(options, "machine", None):
-        importlib.import_module("srbval.cli.data_command").take_machine(options)
+        take_machine(options)
     module, function = options.run.split(":")
     with stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
         code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)

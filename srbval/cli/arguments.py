@@ -86,6 +86,18 @@ def parser() -> Parser:
     return top
 
 
+def take_machine(options: argparse.Namespace) -> None:
+    """Set what the machine's file states and the command line does not."""
+    from srbval.diagnosis.machine import BELONGS_TO, machine_options  # loads what is heavy
+
+    given = {name for name, value in vars(options).items() if value}
+    if options.command == "identify":
+        given.add("band")  # its own is that of the path
+    for name, value in machine_options(options.machine).items():
+        if not given & {name, BELONGS_TO.get(name, name)}:
+            setattr(options, name, value)
+
+
 def _resembling(word: str, known: Sequence[str]) -> str:
     close = nearest(word, known)
     return f" Did you mean {close}?" if close else ""
@@ -145,7 +157,7 @@ def _tolerance(text: str) -> float:
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
 
-ALTERNATIVES = ("bearing",)  # groups of which one option may be given
+ALTERNATIVES = ("bearing", "band")  # groups of which one option may be given
 TYPES = {
     "table": export_file,
     "elements": _inline("elements"),

@@ -5,9 +5,8 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.bearing import INLINE, Fault
+from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
-from srbval.diagnosis.machine import BELONGS_TO, machine_options
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
 from srbval.recordings import RecordingSettings
@@ -53,21 +52,12 @@ def run(options: argparse.Namespace) -> int:
     return answer(options, result, lambda: _print(result), code=CHANGED if damaged else 0)
 
 
-def take_machine(options: argparse.Namespace) -> None:
-    """Set what the machine's file states and the command line does not."""
-    given = {name for name, value in vars(options).items() if value}
-    if options.command == "identify":
-        given.add("band")  # its own is that of the path
-    for name, value in machine_options(options.machine).items():
-        if not given & {name, BELONGS_TO.get(name, name)}:
-            setattr(options, name, value)
-
-
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Settings from the options that state something of a record."""
     given = vars(options) | {"fs_hz": options.fs, "sensitivity_mv_per_g": options.sensitivity}
     given["rpm_tolerance_pct"] = options.rpm_tolerance
     named = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
+    named["auto_band"] = None  # of a command's own analysis; only `data add` keeps it
     return RecordingSettings(**named | {"state": Fault(named["state"]) if named["state"] else None})
 
 
@@ -84,12 +74,10 @@ def _act(options: argparse.Namespace) -> RegisterListing:
         return remove(options.name)
     with ProgressDisplay() as progress:
         if options.action == "add":
-            settings = recording_settings(options)
-            if str(settings.bearing).split(" ")[0] in INLINE:
-                raise ConfigurationError(
-                    f"{settings.bearing}: the register keeps a bearing's name or file; write these numbers into a TOML "
-                    "file, see the guide, Your own bearing."
-                )
+            band_hz = (options.band[0], options.band[1]) if options.band else None
+            settings = dataclasses.replace(
+                recording_settings(options), band_hz=band_hz, auto_band=options.auto_band or None
+            )
             if options.folder is None and options.table is None:
                 raise ConfigurationError("name a folder or a file to register, or a --table of them.")
             folder = Path(options.table).parent if options.folder is None else options.folder

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import re
 import shlex
 import sys
 import textwrap
@@ -11,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from srbval.errors import DataError
+from srbval.errors import DataError, SrbvalError
 from srbval.progress.tables import text_table
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import MissingLibraryError
@@ -89,21 +88,10 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
         print_json({"message": message, "exit_code": code}, status="failed")
 
 
-EXAMPLES = {"--fs": "--fs 25600", "--unit": "--unit g", "--bearing": "--bearing skf-22240", "--rpm": "--rpm 1480",
-            "--band": "--auto-band"}  # fmt: skip
-OPEN, REMEDY = " leaves open: ", ". Give the option"  # as `LeftOpenError` and its like say it
-
-
-def missing_options(message: str, given: Sequence[str]) -> str:
-    """What a record leaves open, a line each, and the command given with an example of each; else the message."""
-    head, is_open, rest = message.partition(OPEN)
-    if not is_open:
-        return message
-    questions, examples = rest.partition(REMEDY)[0].removesuffix(".").split("; "), []
-    for question in questions:
-        if asked := re.search(r" (--[a-z]+) (.*)", question):
-            examples.append(EXAMPLES.get(asked[1]) or f"{asked[1]} {shlex.quote(asked[2].split(' | ')[0])}")
-    more = ["", f"For example: {shlex.join(['srbval', *given])} {' '.join(examples)}"]
+def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
+    """What an error asks for, a line each, and the command given with an example of each."""
+    examples = " ".join(question.example for question in error.questions)
+    more = ["", f"For example: {shlex.join(['srbval', *given])} {examples}"]
     if given[:1] == ["analyse"]:
         more[1] += " --write-machine machine.toml"
         more.append(
@@ -111,7 +99,7 @@ def missing_options(message: str, given: Sequence[str]) -> str:
         )
     else:
         more.append("Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml")
-    return "\n".join([f"{head}{OPEN.rstrip()}", *(f"  {question}" for question in questions), *more])
+    return "\n".join([f"{error.subject} leaves open:", *(f"  {question}" for question in error.questions), *more])
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

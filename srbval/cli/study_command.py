@@ -18,6 +18,7 @@ from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import load_study, make_result, pages, study_names
 
 UNSOUND = 1
+MORE = "Every row: --all, --export FILE, --json"
 VERBS = {"bench": "speed_accuracy", "stability": "stability"}
 
 
@@ -27,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
         return _run(VERBS[options.command], f"srbval {options.command}", options)
     if options.action == "run":
         if options.name is None:
-            raise ConfigurationError("name a study, for example: srbval study run noise. See: srbval study list")
+            raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
         return _run(options.name, f"srbval study run {options.name}", options)
     return _page(options) if options.action == "page" else _list(options)
 
@@ -41,12 +42,16 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--all", action="store_true", help="print every row before the answer")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     with ProgressDisplay() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
         )
-    return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
+    text = f"{found.text}\n{MORE}" if found.tables else found.text
+    if found.tables and given.all:
+        text = f"{found.tables}\n\n{found.text}"
+    return answer(given, stored, text, code=0 if found.sound else UNSOUND)
 
 
 def _list(options: argparse.Namespace) -> int:

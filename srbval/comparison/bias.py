@@ -9,40 +9,21 @@ validation guide, McGrattan et al., NIST SP 1018-3).
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE
 from srbval.comparison.comparison import Comparison
 from srbval.signal import NORMAL_95
 
 LEAST_RECORDS = 5
+Row = dict[str, Any]  # a bias as it is stored
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bias:
-    """Bias of the comparisons of one kind, scene and use; its 95 % half width; scatter (one sd, net of the data's).
-
-    These three are None below `LEAST_RECORDS`: no claim; `mean_error`, over records, is only what was seen.
-    `data_scatter` is one standard deviation of the data.
-    """
-
-    kind: str
-    scene: str
-    used_for: str
-    unit: str
-    records: int
-    pairs: int
-    mean_error: float
-    bias: float | None
-    ci95: float | None
-    scatter: float | None
-    data_scatter: float
-
-
-def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Bias, ...]:
+def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Row, ...]:
     """One for each kind, scene and use of the rows that both sides show; yes or no is counted, not measured.
 
-    With `used_for` rows of every use count together, under that name.
+    With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width and the `scatter`,
+    one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is what was seen.
     """
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for row in rows:
@@ -52,7 +33,7 @@ def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Bias, ...
     return tuple(_bias(*key, groups[key]) for key in sorted(groups, key=lambda key: places.get(key[0], len(places))))
 
 
-def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> Bias:
+def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> Row:
     from scipy.special import stdtrit
 
     by_record: dict[str, list[float]] = {}
@@ -63,9 +44,9 @@ def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> B
     data = math.sqrt(statistics.fmean((row.data_ci95 / NORMAL_95) ** 2 for row in rows))
     claimed = count >= LEAST_RECORDS
     variance = statistics.variance(errors) if claimed else 0.0
-    return Bias(
-        kind=kind, scene=scene, used_for=used_for, unit=rows[0].error_unit, records=count, pairs=len(rows),
-        mean_error=mean, bias=mean if claimed else None,
-        ci95=float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
-        scatter=math.sqrt(max(variance - data**2, 0.0)) if claimed else None, data_scatter=data,
-    )  # fmt: skip
+    return {
+        "kind": kind, "scene": scene, "used_for": used_for, "unit": rows[0].error_unit, "records": count,
+        "pairs": len(rows), "mean_error": mean, "bias": mean if claimed else None,
+        "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None, "data_scatter": data,
+    }  # fmt: skip

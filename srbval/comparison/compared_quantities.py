@@ -21,7 +21,7 @@ from srbval.comparison.comparison import (
     QuantityValue,
 )
 from srbval.comparison.effects import INPUTS, DefectEffects, Sensitivity
-from srbval.comparison.spectrum_shape import angle_between, angle_within, halves_of, noise_about
+from srbval.comparison.spectrum_shape import UNRELATED_DEG, angle_between, angle_within, halves_of, noise_about
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
@@ -125,9 +125,9 @@ def spectrum_shape(analysis: Analysis, fault: Fault) -> QuantityValue | None:
     halves = halves_of(analysis, fault)
     if halves is None:
         return None
-    within = angle_within(halves)
-    line = analysis.line_of(fault)
-    return QuantityValue(value=within.degrees, ci95=within.ci95, present=within.related, line=line, halves=halves)
+    degrees, ci95 = angle_within(halves)
+    related = degrees + ci95 < UNRELATED_DEG
+    return QuantityValue(value=degrees, ci95=ci95, present=related, line=analysis.line_of(fault), halves=halves)
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
@@ -194,12 +194,12 @@ def shape_angle(
     """
     if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
         return None
-    between, noise = angle_between(model.halves, rig.halves), noise_about(rig.line)
-    angle = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
+    (degrees, ci95), noise = angle_between(model.halves, rig.halves), noise_about(rig.line)
+    angle = QuantityValue(value=degrees, ci95=ci95, line=model.line)
     null = None if known is None or noise is None else known.right_model_excess(*noise)
-    off = between.degrees - rig.value
+    off = degrees - rig.value
     if null is None:
-        parts = {MODEL_STARTS: between.ci95, RIG_READING: rig.ci95 or 0.0}
+        parts = {MODEL_STARTS: ci95, RIG_READING: rig.ci95 or 0.0}
         return {"model": angle, "rig": replace(rig, halves=None), "error": off, "parts": parts}
     p = float(1 + len(null) * (null >= off).mean()) / (len(null) + 1)
     expected, reading = float(null.mean()), NORMAL_95 * math.sqrt(null.var(axis=1).mean())

@@ -12,7 +12,6 @@ of the model with itself at drawn inputs, read in the record's noise (`excess`, 
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,24 +23,13 @@ from srbval.reading.pipeline import USABLE_SHARE
 from srbval.signal import NORMAL_95
 
 HARMONICS, LEAST_HARMONICS = 5, 2
+UNRELATED_DEG = 90.0
 # Bins from one harmonic to the next: sidebands at the shaft's or the cage's speed fall in bins of their own.
 BINS = 24
 _PADDING = 4
 # What neighbouring values of a periodogram with Hann's window, and those next to these, correlate by in power.
 _HANN = (4 / 9, 1 / 36)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Angle:
-    """An angle between spectra and its 95 % half width [degrees]."""
-
-    degrees: float
-    ci95: float
-
-    @property
-    def related(self) -> bool:
-        """Whether the spectra are more alike than unrelated ones."""
-        return self.degrees + self.ci95 < 90
+Angle = tuple[float, float]  # between spectra, with its 95 % half width [degrees]
 
 
 def halves_of(analysis: Analysis, fault: Fault) -> FloatArray | None:
@@ -141,4 +129,4 @@ def _with_interval(angle: FloatArray, bins: int) -> Angle:
     """The interval of a correlation's Fisher z, 1.96 / sqrt(n - 3) for n bins, carried over to the angle."""
     degrees = float(angle)
     spread = NORMAL_95 * math.sin(math.radians(degrees)) / math.sqrt(bins - 3)
-    return Angle(degrees=degrees, ci95=math.degrees(spread))
+    return degrees, math.degrees(spread)

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.comparison import deviation_pct
@@ -14,32 +14,7 @@ from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
 PRINTED_CI95_HZ = 0.05
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpeedAndSlip:
-    """A race line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
-
-    `reference_rpm` is the speed that the deviation is counted from, `shaft_rpm` the one that the shaft had. `cage_pct`
-    is what the slip effect means for the cage: a slipping cage is slower, which lowers BPFO and raises BPFI. Intervals
-    are 95 % half widths.
-    """
-
-    record: str
-    origin: str
-    line: str
-    reference_rpm: float
-    shaft_rpm: float
-    shaft_ci95_rpm: float
-    speed_source: str
-    total_pct: float
-    total_ci95_pct: float
-    speed_pct: float
-    speed_ci95_pct: float
-    slip_pct: float
-    slip_ci95_pct: float
-    cage_pct: float
-    cage_ci95_pct: float
+Row = dict[str, Any]  # a line's deviation, split
 
 
 def split_speed_and_slip(
@@ -50,22 +25,24 @@ def split_speed_and_slip(
     *,
     reference_rpm: float,
     **source: str,
-) -> SpeedAndSlip:
-    """Speed and slip effects of a race line `found` [Hz] at a shaft speed [rpm], each with its 95 % half width.
+) -> Row:
+    """A race line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
 
-    `source` are `record`, `origin` and `speed_source`.
+    `found` is the line [Hz], `shaft` the speed that the shaft had [rpm], each with its 95 % half width; `reference_rpm`
+    the speed that the deviation is counted from; `source` are `record`, `origin` and `speed_source`. `cage_pct` is what
+    the slip effect means for the cage: a slipping cage is slower, which lowers BPFO and raises BPFI.
     """
     (found_hz, found_ci95_hz), (shaft_rpm, shaft_ci95_rpm) = found, shaft
     order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line]
     slip = deviation_pct(found_hz, order * shaft_rpm / 60)
     reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
     slip_ci, to_cage = math.hypot(reading_pct, speed_ci), cage_factor(line, bearing)
-    return SpeedAndSlip(
-        **source, line=line, reference_rpm=reference_rpm, shaft_rpm=shaft_rpm, shaft_ci95_rpm=shaft_ci95_rpm,
-        total_pct=deviation_pct(found_hz, order * reference_rpm / 60), total_ci95_pct=reading_pct,
-        speed_pct=deviation_pct(shaft_rpm, reference_rpm), speed_ci95_pct=speed_ci,
-        slip_pct=slip, slip_ci95_pct=slip_ci, cage_pct=to_cage * slip, cage_ci95_pct=abs(to_cage) * slip_ci,
-    )  # fmt: skip
+    return source | {
+        "line": line, "reference_rpm": reference_rpm, "shaft_rpm": shaft_rpm, "shaft_ci95_rpm": shaft_ci95_rpm,
+        "total_pct": deviation_pct(found_hz, order * reference_rpm / 60), "total_ci95_pct": reading_pct,
+        "speed_pct": deviation_pct(shaft_rpm, reference_rpm), "speed_ci95_pct": speed_ci,
+        "slip_pct": slip, "slip_ci95_pct": slip_ci, "cage_pct": to_cage * slip, "cage_ci95_pct": abs(to_cage) * slip_ci,
+    }  # fmt: skip
 
 
 def cage_factor(line: str, bearing: Bearing) -> float:
@@ -73,7 +50,7 @@ def cage_factor(line: str, bearing: Bearing) -> float:
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
-def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
+def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[Row]:
     """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
     for cell in cells:
         line = cell.line
@@ -85,7 +62,7 @@ def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[Speed
             )  # fmt: skip
 
 
-def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
+def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[Row]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
     for state in RACE_DEFECTS:
         yield split_speed_and_slip(

@@ -20,7 +20,7 @@ from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
 from srbval.diagnosis.fault_scores import CAGE_SHOWN
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
-from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQuestion, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
@@ -29,12 +29,13 @@ from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import to_json
 
-BAND_QUESTION = "no demodulation band: --band LO HI, or --auto-band"
+BAND_QUESTION = OpenQuestion("no demodulation band", "--band LO HI, or --auto-band", "--auto-band")
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
@@ -100,6 +101,8 @@ def read_record(request: RecordRequest) -> RecordReading:
 
     What a file leaves open is asked for all at once (`LeftOpenError`, `ConfigurationError`).
     """
+    stored = registered_settings(request.file)
+    request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = _load(request)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     if request.background:
@@ -332,14 +335,16 @@ def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     missing = [
         asked
         for asked, known in (
-            ("no bearing: --bearing NAME | FILE.toml", recording.bearing or request.bearing),
-            ("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
+            (BEARING_QUESTION, recording.bearing or request.bearing),
+            (SPEED_QUESTION, recording.speed),
             (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
         )
         if not known
     ]
     if len(missing) > 1:
-        raise ConfigurationError(f"{recording.name} leaves open: {'; '.join(missing)}.")
+        error = ConfigurationError(f"{recording.name} leaves open: {'; '.join(map(str, missing))}.")
+        error.subject, error.questions = recording.name, tuple(missing)
+        raise error
 
 
 def _baseline(analysis: Analysis, given: Recording | None) -> tuple[Baseline | None, tuple[str, ...]]:

@@ -231,7 +231,7 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice:
-    """The band given [Hz], or the data set's, or the paper's for the model or its rig.
+    """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
     A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
     paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
@@ -241,7 +241,7 @@ def declared_band(
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
     if recording.band_hz is not None:
-        return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
+        return BandChoice(band_hz=recording.band_hz, why="stated for the record, by its data set or the user")
     simulated = recording.origin is Origin.SIMULATED
     size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
     if size is not None and size > 1 + SAME_SIZE:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from srbval.errors import DataError
+from srbval.errors import DataError, OpenQuestion
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
@@ -54,12 +54,13 @@ def load_recording(
 class LeftOpenError(DataError):
     """What neither a file nor the user states: `questions`, each with its option; whether a `band` is unknown too."""
 
-    def __init__(self, path: Path, questions: tuple[str, ...], *, band: bool) -> None:
-        super().__init__(
-            f"{path} leaves open: {'; '.join(questions)}. Give the option to this command, or once to "
-            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
-        )
+    def __init__(self, path: Path, questions: tuple[OpenQuestion, ...], *, band: bool) -> None:
         self.path, self.questions, self.band = path, questions, band
+        self.subject = f"{path} ({detect_format(path).name})"
+        super().__init__(
+            f"{self.subject} leaves open: {'; '.join(map(str, questions))}. Give the option to this command, or once "
+            "to `srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
+        )
 
 
 def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
@@ -114,9 +115,14 @@ def sha256_of(path: Path) -> str:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
+def _no_band(reading: Reading) -> bool:
+    """Whether neither a data set nor the user states a demodulation band."""
+    return reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
+
+
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=reading.dataset is None)
+        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=_no_band(reading))
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}

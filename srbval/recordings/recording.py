@@ -83,9 +83,9 @@ class Recording(SourceFacts):
     stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
     instead, to be rotated onto the sensor's direction. What the source does not say is None.
-    `speed_signal` is the signal whose mean is `speed`, where there is one.
-    `band_hz` is the demodulation band that its data set declares. With `scale_missing` the samples are whole numbers
-    of a converter whose scale in the unit given for them nobody has stated: `unit` is ``unknown`` then.
+    `speed_signal` is the signal whose mean is `speed`, where there is one; `band_hz` is the demodulation band that its
+    data set declares or the user stated. With `scale_missing` the samples are whole numbers of a converter whose scale
+    in the unit given for them nobody has stated: `unit` is ``unknown`` then.
     """
 
     name: str

@@ -6,13 +6,14 @@ import csv
 import dataclasses
 import math
 import os
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError, DataError, did_you_mean
+from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_mean
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, UNITS, Channel, Reading, split_unit
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
@@ -21,7 +22,11 @@ from srbval.storage.files import read_limited
 from srbval.storage.tables import build
 
 FILE = "file"  # column of a table of labels
-ALIASES = {"fs": "fs_hz", "sensitivity": "sensitivity_mv_per_g"}  # as the options of `srbval data add` are called
+ALIASES = {
+    "fs": "fs_hz",
+    "band": "band_hz",
+    "sensitivity": "sensitivity_mv_per_g",
+}  # as the options of `srbval data add` are called
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
@@ -35,7 +40,10 @@ NOTED = (
     ("bearing", "bearing"),
     ("radial_kn", "radial load [kN]"),
     ("axial_kn", "axial load [kN]"),
+    ("band_hz", "demodulation band [Hz]"),
 )
+BEARING_QUESTION = OpenQuestion("no bearing", "--bearing NAME | FILE.toml", "--bearing skf-22240")
+SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --pulses-per-rev N", "--rpm 1480")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +52,8 @@ class RecordingSettings:
 
     `channel` to analyse by name; sampling rate [Hz]; unit of the samples (see `reading.UNITS`) once they are multiplied
     by `scale`; sensitivity of the sensor [mV/g] where that unit is V or mV; mean shaft speed [rpm], or the channel of
-    the tachometer with its pulses per revolution of the shaft; state and bearing (a name or a TOML file), loads [kN].
+    the tachometer with its pulses per revolution of the shaft; state and bearing (a name or a TOML file), loads [kN];
+    demodulation band [Hz], or `auto_band`, where one is chosen on the record.
     With `rpm_tolerance_pct` [%] the speed is a set point that the shaft keeps within it (95 %), else a measured one.
     Raises `ConfigurationError` for an impossible value.
     """
@@ -62,6 +71,8 @@ class RecordingSettings:
     bearing: str | None = None
     radial_kn: float | None = None
     axial_kn: float | None = None
+    band_hz: tuple[float, float] | None = None
+    auto_band: bool | None = None
 
     def __post_init__(self) -> None:
         positive = {"sampling rate": self.fs_hz, "shaft speed": self.rpm, "sensitivity": self.sensitivity_mv_per_g,
@@ -77,6 +88,11 @@ class RecordingSettings:
             )
         if self.unit is not None and self.unit not in UNITS:
             raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
+        if self.band_hz is not None and not 0 < self.band_hz[0] < self.band_hz[1] < math.inf:
+            low, high = self.band_hz
+            raise ConfigurationError(
+                f"band {low:g} to {high:g} Hz: the second edge must be above the first, both above 0."
+            )
 
     def __bool__(self) -> bool:
         return self != RecordingSettings()
@@ -86,6 +102,8 @@ class RecordingSettings:
         given = {key: value for key, value in vars(self).items() if value is not None}
         if self.rpm is not None:  # a stored tolerance is that of the stored speed
             given["rpm_tolerance_pct"] = self.rpm_tolerance_pct
+        if self.band_hz or self.auto_band:  # one of them
+            given |= {"band_hz": self.band_hz, "auto_band": self.auto_band}
         return dataclasses.replace(stored, **given)
 
 
@@ -128,7 +146,8 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
-    stated = {"unit": settings.unit, "factor": settings.scale, "state": settings.state, "bearing": settings.bearing}
+    stated = {"unit": settings.unit, "factor": settings.scale, "state": settings.state, "bearing": settings.bearing,
+              "band_hz": settings.band_hz}  # fmt: skip
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"whole_numbers": False} if settings.scale else {}
     channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}
@@ -168,31 +187,39 @@ def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None
     return stated_speed(rpm, USER_RPM_CI95), ""
 
 
-def open_questions(reading: Reading) -> tuple[str, ...]:
-    """What neither the file nor the user states, each with the choices and the option that decides it."""
-    questions, names = [], reading.vibrations or tuple(reading.channels)
+def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
+    """What neither the file nor the user states."""
+    questions, names = list[OpenQuestion](), reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
-        questions.append(f"which of {len(names)} channels: --channel {' | '.join(_names(names))}")
+        known = _names(names)
+        questions.append(
+            OpenQuestion(
+                f"which of {len(names)} channels",
+                f"--channel {' | '.join(known)}",
+                f"--channel {shlex.quote(known[0])}",
+            )
+        )
     main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
     if reading.fs_hz is None and not all(c.fs_hz for c in main):
         because = f" ({reading.rate_problem})" if reading.rate_problem else ""
-        questions.append(f"no sampling rate{because}: --fs HZ")
+        questions.append(OpenQuestion(f"no sampling rate{because}", "--fs HZ", "--fs 25600"))
     if any(c.unit is None for c in main):
-        questions.append(f"no unit: --unit {' | '.join(u for u in UNITS if u.isascii() and '^' not in u)}")
+        known = [unit for unit in UNITS if unit.isascii() and "^" not in unit]
+        questions.append(OpenQuestion("no unit", f"--unit {' | '.join(known)}", "--unit g"))
     if reading.speed_problem is not None:
-        questions.append(f"{reading.speed_problem} State the speed: --rpm R")
+        questions.append(OpenQuestion(f"{reading.speed_problem} State the speed", "--rpm R", "--rpm 1480"))
     return tuple(questions)
 
 
-def open_for_analysis(reading: Reading) -> tuple[str, ...]:
+def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
     """What a record can do without, but no analysis of it: the bearing and the speed."""
-    questions: list[str] = []
+    questions: list[OpenQuestion] = []
     if reading.origin is Origin.MEASURED:
         main: Channel = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
         if main.bearing is None:
-            questions.append("no bearing: --bearing NAME | FILE.toml")
+            questions.append(BEARING_QUESTION)
         if reading.speed is None and reading.speed_problem is None:
-            questions.append("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N")
+            questions.append(SPEED_QUESTION)
     return tuple(questions)
 
 
@@ -218,7 +245,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     Separated by commas, semicolons or tabs; with the latter two, decimals may have a comma. Paths are below `folder`.
     Raises `ConfigurationError` that lists everything that is wrong with the table.
     """
-    fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
+    every = dataclasses.fields(RecordingSettings)
+    fields = {field.name: str(field.type) for field in every if field.name != "auto_band"}
     columns, numbers = (FILE, *fields), {name for name, kind in fields.items() if "float" in kind}
     lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
@@ -241,6 +269,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
                 raise ConfigurationError(f"{file}: no such file")
             for key in set(stated) & numbers if separator != "," else ():
                 stated[key] = stated[key].replace(",", ".")
+            if "band_hz" in stated:  # both edges in one field
+                stated["band_hz"] = stated["band_hz"].split()
             settings = build(RecordingSettings, stated, "row")
             if file in found:
                 raise ConfigurationError(f"{file.name} is named twice")

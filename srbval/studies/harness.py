@@ -39,12 +39,14 @@ class StudyResult:
     """What a study found.
 
     `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
-    impression, stored only where a file is named for it. `text` is what is printed, `inputs` the SHA-256 of the data
-    read, by file name. Where `sound` is False the command ends with exit code 1.
+    impression, stored only where a file is named for it. `text` is what is printed, behind the `tables` where all is
+    asked for; `inputs` the SHA-256 of the data read, by file name. Where `sound` is False the command ends
+    with exit code 1.
     """
 
     content: Any
     text: str
+    tables: str = ""
     name: str | None = None
     inputs: Mapping[str, str] = field(default_factory=dict)
     sound: bool = True

@@ -36,7 +36,7 @@ def test_a_step_as_scene_files_have_it(text: str) -> None:
     [
         ("simulate --model auto", "HDF5", "x.h5"),
         ("identify no.mat", "TOML", "x.toml"),
-        ("study run noise", "JSON", "x.json"),
+        ("study run naming", "JSON", "x.json"),
     ],
 )
 def test_a_file_is_what_its_name_says(
@@ -70,6 +70,43 @@ def test_everything_missing_is_asked_for_at_once(two_channels: Path, capsys: pyt
         assert main([*command, str(two_channels)]) == 3
         said = capsys.readouterr().err
         assert ([asked for asked in questions if asked not in said], "srbval analyse" in said) == ([], False)
+
+
+def test_the_message_names_the_format_of_the_file(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", str(two_channels)]) == 3
+    assert capsys.readouterr().err.startswith(f"srbval: {two_channels} (NumPy) leaves open:\n")
+
+
+@pytest.mark.parametrize("stated", [["--band", "500", "3000"], ["--auto-band"]])
+@pytest.mark.parametrize("bearing", [["--elements", "9,7.94,39.04,0"], ["--orders", "3.58,5.42,2.36,0.398"]])
+def test_what_a_machines_file_states_is_registered_once(
+    stated: list[str], bearing: list[str], two_channels: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """Band, dimensions and orders, by a machine's file or by options; what an option says goes over it."""
+    monkeypatch.setenv("SRBVAL_HOME", str(two_channels.parent / "home"))
+    options = ["--channel", "data[1]", *RECORD[2:8], *bearing, *stated]
+    machine = two_channels.parent / "machine.toml"
+    assert main(["analyse", str(two_channels), *options, "--write-machine", str(machine), "--json"]) == 0
+    wanted = json.loads(capsys.readouterr().out)
+    for given in (["--machine", str(machine)], options):
+        assert main(["data", "add", "--repin", str(two_channels), *given]) == 0
+        capsys.readouterr()
+        assert main(["analyse", str(two_channels), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert [found[key] for key in ("band_hz", "lines", "bearing")] == [
+            wanted[key] for key in ("band_hz", "lines", "bearing")
+        ]
+    assert main(["analyse", str(two_channels), "--band", "600", "2900", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["band_hz"] == [600, 2900]
+    assert main(["data", "add", str(two_channels), "--band", "3000", "500"]) == 2
+    assert "band 3000 to 500 Hz" in capsys.readouterr().err
+    register = two_channels.parent / "home" / "manifest.json"
+    older = json.loads(register.read_text(encoding="utf-8"))
+    for key in ("band_hz", "auto_band"):
+        del older["recordings"][0]["settings"][key]
+    register.write_text(json.dumps(older), encoding="utf-8")
+    assert main(["data", "list"]) == 0
 
 
 def test_a_ball_is_a_rolling_element(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,23 +27,23 @@ def test_scatter_of_the_data_is_not_the_model_s(bias, scatter):
     rng = np.random.default_rng(1)
     errors = bias + scatter * rng.standard_normal(4000) + rng.standard_normal(4000)
     (found,) = biases([row(error, i) for i, error in enumerate(errors)])
-    assert found.bias == pytest.approx(bias, abs=MEAN_DB)
-    assert found.scatter == pytest.approx(scatter, rel=SCATTER_RELATIVE, abs=0.3)
-    assert found.data_scatter == pytest.approx(1.0, rel=DATA_RELATIVE)
+    assert found["bias"] == pytest.approx(bias, abs=MEAN_DB)
+    assert found["scatter"] == pytest.approx(scatter, rel=SCATTER_RELATIVE, abs=0.3)
+    assert found["data_scatter"] == pytest.approx(1.0, rel=DATA_RELATIVE)
 
 
 def test_fewer_than_five_records_claim_nothing_however_many_numbers_they_hold():
     few = [row(1.0, record) for record in range(LEAST_RECORDS - 1) for _ in range(10)]
     (found,) = biases(few)
-    assert (found.records, found.bias, found.ci95, found.scatter) == (4, None, None, None)
+    assert (found["records"], found["bias"], found["ci95"], found["scatter"]) == (4, None, None, None)
     (found,) = biases([*few, row(1.0, "one more")])
-    assert (found.records, found.bias) == (5, 1.0)
+    assert (found["records"], found["bias"]) == (5, 1.0)
 
 
 def test_student_s_interval_over_records():
     """Five records: t(4) = 2.776 of Student's table."""
     (found,) = biases([row(e, i) for i, e in enumerate((1.0, 2.0, 3.0, 4.0, 5.0))])
-    assert found.ci95 == pytest.approx(2.776445 * np.std([1, 2, 3, 4, 5], ddof=1) / np.sqrt(5), rel=1e-6)
+    assert found["ci95"] == pytest.approx(2.776445 * np.std([1, 2, 3, 4, 5], ddof=1) / np.sqrt(5), rel=1e-6)
 
 
 def test_rows_are_pooled_by_kind_scene_and_use_and_never_across():
@@ -52,8 +52,13 @@ def test_rows_are_pooled_by_kind_scene_and_use_and_never_across():
     withheld, fit, paper, other = biases([
         *few, row(8.0, "d", used_for="fit"), row(7.0, "a", scene="paper"), row(1.0, "a", kind=HARMONIC[3].kind),
     ])  # fmt: skip
-    assert (withheld.scene, withheld.used_for, withheld.records, withheld.pairs) == ("rig", "withheld", 2, 3)
-    assert withheld.mean_error == pytest.approx(-1.0)  # of the records' means, 2 and -4
-    assert (fit.used_for, fit.mean_error, paper.scene, other.kind) == ("fit", 8.0, "paper", "harmonic 3")
+    assert (withheld["scene"], withheld["used_for"], withheld["records"], withheld["pairs"]) == (
+        "rig",
+        "withheld",
+        2,
+        3,
+    )
+    assert withheld["mean_error"] == pytest.approx(-1.0)  # of the records' means, 2 and -4
+    assert (fit["used_for"], fit["mean_error"], paper["scene"], other["kind"]) == ("fit", 8.0, "paper", "harmonic 3")
     (pooled,) = biases([row(1.0, "a"), row(2.0, "b", used_for="blind")], used_for="withheld")
-    assert (pooled.used_for, pooled.records) == ("withheld", 2)
+    assert (pooled["used_for"], pooled["records"]) == ("withheld", 2)

@@ -128,7 +128,7 @@ def test_a_registered_record_is_a_comparison_of_every_quantity(matrix: Matrix, f
         CAGE_RATIO.kind, SHAPE.kind, *levels,
     }  # fmt: skip
     assert kinds[Fault.HEALTHY] == set()
-    counted = [{b.kind: b.records for b in biases(m.comparisons, used_for="withheld")} for m in (matrix, after)]
+    counted = [{b["kind"]: b["records"] for b in biases(m.comparisons, used_for="withheld")} for m in (matrix, after)]
     for row in (CAGE_RATIO, HARMONIC[2], SHAPE):  # higher harmonics need not show on both sides
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
 

@@ -32,12 +32,12 @@ def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
         line, BEARING, (found, 0.01), (speed * 710, 0.1), reference_rpm=710.0, record="made", origin="simulated",
         speed_source="tachometer",
     )  # fmt: skip
-    assert row.speed_pct == pytest.approx(100 * (speed - 1))
-    assert row.cage_pct == pytest.approx(100 * (cage - 1), abs=EXACT_PCT)
-    assert (1 + row.total_pct / 100) == pytest.approx((1 + row.speed_pct / 100) * (1 + row.slip_pct / 100))
-    assert row.slip_ci95_pct == pytest.approx(100 * ((0.01 / found) ** 2 + (0.1 / (speed * 710)) ** 2) ** 0.5)
+    assert row["speed_pct"] == pytest.approx(100 * (speed - 1))
+    assert row["cage_pct"] == pytest.approx(100 * (cage - 1), abs=EXACT_PCT)
+    assert (1 + row["total_pct"] / 100) == pytest.approx((1 + row["speed_pct"] / 100) * (1 + row["slip_pct"] / 100))
+    assert row["slip_ci95_pct"] == pytest.approx(100 * ((0.01 / found) ** 2 + (0.1 / (speed * 710)) ** 2) ** 0.5)
     if cage < 1:
-        assert (row.slip_pct < 0) == (line == "BPFO")  # slip lowers BPFO and raises BPFI
+        assert (row["slip_pct"] < 0) == (line == "BPFO")  # slip lowers BPFO and raises BPFI
 
 
 def test_published_speeds_are_met_and_joined_by_a_line() -> None:
@@ -50,10 +50,10 @@ def test_published_speeds_are_met_and_joined_by_a_line() -> None:
 
 def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
     outer, inner = table6_rows(table6(), BEARING)
-    assert inner.total_pct == pytest.approx(-1.02, abs=PRINTED_PCT)
-    assert inner.speed_pct == pytest.approx(-0.52, abs=PRINTED_PCT)
-    assert inner.cage_pct > inner.cage_ci95_pct > 0  # a slipping cage would be slower, not faster
-    assert abs(outer.slip_pct) < outer.slip_ci95_pct
+    assert inner["total_pct"] == pytest.approx(-1.02, abs=PRINTED_PCT)
+    assert inner["speed_pct"] == pytest.approx(-0.52, abs=PRINTED_PCT)
+    assert inner["cage_pct"] > inner["cage_ci95_pct"] > 0  # a slipping cage would be slower, not faster
+    assert abs(outer["slip_pct"]) < outer["slip_ci95_pct"]
     rpm, cage = one_speed_reading(table6(), BEARING)
     assert rpm == pytest.approx(706.6, abs=PRINTED_RPM)
     assert cage > 0.5
@@ -74,7 +74,9 @@ def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
 
     cells = [cell(Fault.HEALTHY), cell(Fault.OUTER), cell(Fault.INNER), cell(Fault.OUTER, detected=False)]
     rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
-    assert [(r.record, r.line, r.origin) for r in rows] == [
+    assert [(r["record"], r["line"], r["origin"]) for r in rows] == [
         ("outer", "BPFO", "measured"), ("inner", "BPFI", "measured"),
     ]  # fmt: skip
-    assert [value for r in rows for value in (r.speed_pct, r.slip_pct)] == pytest.approx([-2.0, 0.0] * 2, abs=EXACT_PCT)
+    assert [value for r in rows for value in (r["speed_pct"], r["slip_pct"])] == pytest.approx(
+        [-2.0, 0.0] * 2, abs=EXACT_PCT
+    )

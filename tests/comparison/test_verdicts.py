@@ -10,8 +10,15 @@ from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import STATED, TOLERANCE, Answer
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.second_look import joint_tests, second_looks
-from srbval.comparison.verdicts import Headline, Verdict, at_shares, endpoints, verdicts
+from srbval.comparison.verdicts import (
+    Headline,
+    Verdict,
+    at_shares,
+    endpoints,
+    joint_tests,
+    second_looks,
+    verdicts,
+)
 
 LIMIT = TOLERANCE.limit_pct
 RATIO = 0.431  # of a cage over its shaft

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from srbval.cli import main
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
@@ -50,6 +51,28 @@ def test_pages_have_places_and_names_of_their_own() -> None:
     assert [page.place for page in found] == sorted(page.place for page in found)
 
 
+@pytest.mark.parametrize(
+    ("command", "name", "function"),
+    [("bench", "speed_accuracy", "run_bench"), ("stability", "stability", "run_stability")],
+)
+def test_a_long_table_is_printed_only_where_it_is_asked_for(
+    command: str, name: str, function: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stored = newest_result(name)
+    assert stored is not None
+    monkeypatch.setattr(f"srbval.studies.{name}.study.{function}", lambda *_, **__: stored.content)
+    assert main([command, "--quick"]) == 0
+    *answer, more = capsys.readouterr().out.splitlines()
+    assert len(answer) < 15
+    assert "--all" in more
+    assert main([command, "--quick", "--all"]) == 0
+    whole = capsys.readouterr().out.splitlines()
+    assert whole[-len(answer) :] == answer
+    rows = stored.content.get("runs") or {(one["scene"], one["critical_velocity_m_s"], one["solver"], one["dt_s"])
+                                          for one in stored.content["cells"]}  # fmt: skip
+    assert len(whole) - len(answer) > len(rows)
+
+
 def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -58,7 +81,7 @@ def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
         result = StudyResult(name=name, content={"rows": [1]}, text="", inputs={"torino/a.mat": "f00"})
         monkeypatch.setattr(Study, "run", property(lambda _, result=result: lambda *_: result))
         options = argparse.Namespace(output=output)
-        _, content = make_result("noise", options, silent, command="srbval study run fake")
+        _, content = make_result("naming", options, silent, command="srbval study run fake")
         assert ("file" in content) is stored
         assert (content["command"], content["rows"]) == ("srbval study run fake", [1])
         assert not stored or (content["inputs_sha256"] == {"torino/a.mat": "f00"} and content["file"].is_file())
@@ -81,7 +104,7 @@ def test_unknown_studies_and_options_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="no study is called 'nothing'"):
         run_study("nothing")
     with pytest.raises(ConfigurationError, match="has no option 'colour'"):
-        run_study("noise", colour="white")
+        run_study("naming", colour="white")
 
 
 @pytest.mark.parametrize("name", study_names())

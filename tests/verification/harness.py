@@ -82,17 +82,6 @@ def recorded(
     )
 
 
-def trajectory(
-    model: Parameters, y: FloatArray, *, step_s: float, steps: int, outputs: int, method: str = "ode4"
-) -> FloatArray:
-    """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
-    states, state = [y.copy()], y.copy()
-    for i in range(outputs):
-        take_steps(model, state, METHODS[method], step_s=step_s, intervals=range(i, i + 1), steps_per_output=steps)
-        states.append(state.copy())
-    return np.array(states)
-
-
 def shaft_reversed(model: Parameters) -> Parameters:
     """The same model with its shaft turning the other way."""
     return model._replace(drive=model.drive._replace(speed=model.drive.speed * [[1.0], [-1.0], [-1.0]]))

@@ -7,7 +7,7 @@ moves, rollers slide along their slots, the inner ring stays: all that held roll
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from scipy.optimize import brentq, root
@@ -15,6 +15,11 @@ from scipy.optimize import brentq, root
 from srbval.models.slices import slice_parameters
 from tests.verification.harness import FloatArray, Parameters, Scene, geometry, rates
 
+STATIC: dict[str, Any] = {  # at rest, the load through the rollers alone
+    "contact": {"static_friction": 0.0, "dynamic_friction": 0.0},
+    "shaft_speed": "1e-6 rpm",
+    "load": {"path": "bearing"},
+}
 C_L_N_MM = 35948.0  # times L^(8/9), L in mm: N/mm^(10/9)
 PLACES = 120  # midpoints along a roller; three times as many move no load by 1e-4
 FARTHEST_SLIDE_M = 3e-4

@@ -266,7 +266,7 @@ def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettin
                 wrong.append(str(error).removeprefix(f"{path}: "))
         reading = apply_settings(path, file, settings)
     if questions := (*open_questions(reading), *open_for_analysis(reading)):
-        wrong.append(f"not stated: {'; '.join(questions)}")
+        wrong.append(f"not stated: {'; '.join(map(str, questions))}")
     names = tuple(reading.channels)
     main = reading.channels[reading.channel or (reading.axes or names)[0]]
     return replace(
@@ -308,8 +308,9 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
     """The settings with a bearing that can be loaded, from whatever folder: a file by its whole path."""
     if settings.bearing is None:
         return settings
-    name = load_bearing(settings.bearing).name
-    return replace(settings, bearing=name if name in known_bearings() else os.path.abspath(settings.bearing))
+    name, given = load_bearing(settings.bearing).name, settings.bearing
+    kept = name if name in known_bearings() else os.path.abspath(given) if given.endswith(".toml") else given
+    return replace(settings, bearing=kept)
 
 
 def _inspect(

@@ -8,8 +8,7 @@ import numpy as np
 from srbval.comparison.budget import STATED
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.second_look import Row, joint_tests, second_looks, trend_pct
-from srbval.comparison.verdicts import Verdict
+from srbval.comparison.verdicts import Row, Verdict, joint_tests, second_looks, trend_pct
 from srbval.signal import NORMAL_95
 
 MIDDLE = (0.025, 0.5, 0.975)

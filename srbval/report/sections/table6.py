@@ -71,7 +71,9 @@ def speed_or_slip_section(findings: Findings) -> Section:
     """BPFO + BPFI against the number of rollers, and the plain statement; in the appendix what each line says."""
     inner, rollers = findings.printed.of("inner"), findings.bearing.rolling_elements
     sums = findings.data["closure"]
-    measured = [r for r in findings.data["speed_and_slip"] if r.origin == "measured" and r.speed_source == "tachometer"]
+    measured = [
+        r for r in findings.data["speed_and_slip"] if (r["origin"], r["speed_source"]) == ("measured", "tachometer")
+    ]
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
         SPEED.table(
@@ -108,5 +110,5 @@ def _each_line(findings: Findings, rollers: int) -> Iterator[Block]:
         if rig.closure.sum_hz is not None:
             yield SPEED.paragraph("own-sum", name=rig.recording.name, closure=rig.closure, rollers=rollers)
     yield SPEED.table("published-speeds", speeds, nominal_rpm=nominal, source=findings.speed_source)
-    inner = next(r for r in findings.data["speed_and_slip"] if r.origin == "published" and r.line == "BPFI")
+    inner = next(r for r in findings.data["speed_and_slip"] if (r["origin"], r["line"]) == ("published", "BPFI"))
     yield SPEED.paragraph("inner-line", inner=inner, single=findings.data["single_speed"])

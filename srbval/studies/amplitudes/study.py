@@ -31,7 +31,7 @@ from srbval.comparison.bias import biases
 from srbval.comparison.budget import PRIOR, VERDICT
 from srbval.comparison.comparison import DATA_PARTS, MOUNTING, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.second_look import holm_adjusted
+from srbval.comparison.verdicts import holm_adjusted
 from srbval.models.run import Run
 from srbval.path.amplitudes import (
     DB,

@@ -157,8 +157,8 @@ def counts(cells: Sequence[Row]) -> dict[str, int]:
     }
 
 
-def _text(result: Mapping[str, Any]) -> str:
-    """The map, the planted failures, and the claims."""
+def _map(result: Mapping[str, Any]) -> str:
+    """The status of every cell, speeds across."""
     grid, rows = result["grid"], []
     cells = sorted(result["cells"], key=lambda one: [str(value) for value in _block(one)])
     for block, found in groupby(cells, key=_block):
@@ -167,21 +167,23 @@ def _text(result: Mapping[str, Any]) -> str:
             line = {one["rpm"]: one["status"] for one in of_block if round(1 / one["dt_s"]) == steps}
             rows.append((*block, steps, *(line[rpm] for rpm in grid["rpm"]), _limit_text(of_block)))
     speeds = [f"{rpm:g} rpm" for rpm in grid["rpm"]]
-    table = text_table(("scene", "v_c [m/s]", "solver", "1/dt [Hz]", *speeds, "predicted limit [Hz]"), rows)
-    numbers = result["counts"]
-    caught, flagged = sum(one["caught"] for one in result["planted"]), _flagged(result)
+    return text_table(("scene", "v_c [m/s]", "solver", "1/dt [Hz]", *speeds, "predicted limit [Hz]"), rows)
+
+
+def _answer(result: Mapping[str, Any]) -> str:
+    """How many cells are ok, by solver, then the planted failures and the claims."""
+    numbers, cells = result["counts"], result["cells"]
+    solvers = list(dict.fromkeys(one["solver"] for one in cells))
+    ok = [f"{name} {sum(one['status'] == 'ok' for one in cells if one['solver'] == name)}" for name in solvers]
+    caught = sum(one["caught"] for one in result["planted"])
     return "\n".join([
-        table,
-        f"\n{numbers['ok']} of {numbers['cells']} cells are ok; {numbers['caught_by_the_run']} were caught by the runs "
-        f"themselves, {numbers['seen_by_comparison_only']} only by comparison with the converged run; "
+        f"ok by solver: {', '.join(ok)} of {len(cells) // len(solvers)} cells each",
+        f"{numbers['ok']} of {numbers['cells']} cells are ok; {numbers['caught_by_the_run']} were caught by the runs "
+        f"themselves, {numbers['seen_by_comparison_only']} only by comparison with the converged run;",
         f"{numbers['flagged_with_cage_and_load_right']} were flagged although cage speed and load are right.",
         f"planted failures caught by the runs themselves: {caught} of {len(result['planted'])}",
-        f"converged runs flagged: {flagged} of {len(result['references'])}",
-        *(f"\n{one['claim']}\n  {BORNE_OUT[one['borne_out']]}" for one in result["claims"]),
-        "\nok by solver: " + ", ".join(
-            f"{solver} {sum(one['status'] == 'ok' for one in cells if one['solver'] == solver)}"
-            for solver in dict.fromkeys(one["solver"] for one in cells)
-        ) + f" of {len(cells) // len({one['solver'] for one in cells})} cells each",
+        f"converged runs flagged: {_flagged(result)} of {len(result['references'])}",
+        *(f"{BORNE_OUT[one['borne_out']]}: {one['claim']}" for one in result["claims"]),
     ])  # fmt: skip
 
 
@@ -215,4 +217,6 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
     grid = grid_of(options)
     result = to_json(run_stability(grid, jobs=options.jobs, progress=progress))
     name, sound = {FULL: "stability", RIG: "rig_stability"}.get(grid), all(one["caught"] for one in result["planted"])
-    return StudyResult(name=name, content=result, text=_text(result), sound=sound and not _flagged(result))
+    return StudyResult(
+        name=name, content=result, text=_answer(result), tables=_map(result), sound=sound and not _flagged(result)
+    )

@@ -1,43 +1,11 @@
-"""A bump all round a roller, and what drives the model; the equations of motion are tested in `tests/verification`."""
+"""What drives the model; the equations of motion are tested in `tests/verification`."""
 
-import numpy as np
 import pytest
 
 from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import make_parameters
-from srbval.models.full.steps import rates
 from srbval.scene import paper_scene
-from tests.verification.harness import geometry, rolling_state
-
-WHOLE_POINTS = 0.02  # share of a point's extra force by which the roller's curvature changes it
-UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump on neighbouring circles
-
-
-def test_a_bump_on_a_roller_presses_like_a_thicker_roller() -> None:
-    """A bump all round one roller at its middle circle adds its height to the penetration there, and nowhere else."""
-    height = 1e-5
-    bump = {"kind": "roller", "height": "0.01 mm", "extent": "0.05 m", "roller": 4, "row": 2, "angle": "0 deg"}
-    scene = paper_scene(contact={"roller_fit": "printed"})
-    g = geometry()
-    plain = make_parameters(scene, g)
-    y = rolling_state(plain)
-    third = bump | {"extent": "0.0418 m"}
-    ringed = make_parameters(
-        paper_scene(
-            contact={"roller_fit": "printed"},
-            defect=third,
-            further_defects=[third | {"angle": "120 deg"}, third | {"angle": "240 deg"}],
-        ),
-        g,
-    )
-    before, after = rates(plain, 0.0, y).load_n, rates(ringed, 0.0, y).load_n
-    changed = np.argwhere(np.abs(after - before) > UNCHANGED * before.max())
-    assert {tuple(c) for c in changed} <= {(0, 22, 1), (1, 22, 1)}, "roller 4 of row 2, middle circle, both races"
-    touching = after[:, 22, 1] > 0
-    assert touching.any()
-    # each touching point is pressed deeper by the height; one or two points touch
-    extra = (after - before)[:, 22, 1] / (plain.law.stiffness * height)
-    assert np.all(np.isclose(extra[touching], np.round(extra[touching]), atol=WHOLE_POINTS))
+from tests.verification.harness import geometry
 
 
 def test_the_shaft_follows_its_profile() -> None:
