@@ -17,7 +17,7 @@ from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
-from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
+from srbval.scene.similar import IN_ITS_MACHINE, JOINTS, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
 from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
@@ -100,7 +100,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
         return merge(base, WITHOUT_DIMENSIONS)
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
-    table = base if path == LoadPath.HOUSING else machine
+    table = base if path == LoadPath.HOUSING else merge(machine, JOINTS)
     table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 

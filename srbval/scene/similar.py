@@ -15,6 +15,8 @@ from srbval.scene.scene import Scene
 SAME = 1e-9  # sizes nearer than this are one
 # A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
+# Of one of another size the joints of the machine damp it as those of the rig do: see `rig_inputs.toml`.
+JOINTS: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
 # the rig's bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
