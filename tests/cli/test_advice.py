@@ -11,7 +11,6 @@ from srbval.cli import main
 from srbval.cli.arguments import parser
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
-from srbval.recordings import load_recording
 from tests.recordings import files
 
 DIGITS = 1e-12  # of the numbers written below
@@ -120,14 +119,3 @@ def test_a_ball_is_a_rolling_element(two_channels: Path, capsys: pytest.CaptureF
     assert {line["name"][:5] for line in found[0]} == {"2xBSF"}
     assert main(["data", "add", str(two_channels), "--state", "ball", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["recordings"][0]["state"] == "roller"
-
-
-def test_a_bearing_by_its_name(two_channels: Path) -> None:
-    recording = load_recording(two_channels, channel="data[1]", fs_hz=8000.0, unit="g", rpm=1500.0)
-    of_name, of_bearing = (
-        srbval.analyse(recording, bearing=bearing, band_hz=(500, 3000))
-        for bearing in ("skf-6205", srbval.load_bearing("skf-6205"))
-    )
-    assert (of_name.bearing, of_name.lines) == (of_bearing.bearing, of_bearing.lines)
-    with pytest.raises(ConfigurationError, match="is not known"):
-        srbval.analyse(recording, bearing="skf-none", band_hz=(500, 3000))

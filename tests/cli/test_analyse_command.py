@@ -89,14 +89,6 @@ def test_what_a_file_leaves_open_comes_with_a_command_that_works(
     assert main(["analyse", str(file), "--machine", str(tmp_path / "machine.toml")]) == 0
 
 
-def test_what_is_printed_beside_a_line_agrees_with_yes_or_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A probability of false alarm stands beside detected lines alone."""
-    assert main(["analyse", str(folder / "run05.npy"), *GIVEN, "--all"]) == 0
-    rows = [re.split(r"\s{2,}", row) for row in capsys.readouterr().out.splitlines() if re.search(r"  no: ", row)]
-    assert rows
-    assert {(row[2], row[3], row[5]) for row in rows} == {("-", "-", "-")}
-
-
 ANSWERED = records._answered
 
 

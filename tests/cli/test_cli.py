@@ -4,9 +4,7 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-from scipy.io import savemat
 
 from srbval.cli import main
 from srbval.recordings import load_recording
@@ -123,26 +121,6 @@ def test_doctor_shows_and_clears_the_cache(
     assert not kernels.exists()
     code, found = ask(capsys, "doctor", "--clear-cache", "kernels")
     assert (code, found["status"]) == (2, "failed")
-
-
-def test_data_add_list_verify(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    folder = tmp_path / "rig"
-    folder.mkdir()
-    rng = np.random.default_rng(0)
-    path = folder / "a.mat"
-    savemat(path, {"acc_m_s2": rng.normal(size=20_480), "fs_acc": 20_480.0})
-    keys = "file dataset state radial_kn axial_kn nominal_rpm fs_hz seconds sha256 status"
-    for arguments in (("add", str(folder)), ("list",), ("verify",)):
-        code, found = ask(capsys, "data", *arguments)
-        assert code == 0
-        (entry,) = found["recordings"]  # type: ignore[misc]
-        assert set(keys.split()) <= set(entry)
-    content = bytearray(path.read_bytes())
-    content[-100] ^= 1
-    path.write_bytes(content)
-    code, found = ask(capsys, "data", "verify")
-    assert code == 1
-    assert found["recordings"][0]["status"] == "changed"  # type: ignore[index]
 
 
 BAD = [

@@ -3,30 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from scipy.io import savemat
 
 from srbval.recordings.loaders.arrays import load_matlab
 
 from . import files
-
-NUMBER_KINDS = ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"]
-
-
-@pytest.mark.parametrize("compressed", [False, True])
-def test_numbers_of_every_kind_and_shape(tmp_path: Path, compressed: bool) -> None:
-    rng = np.random.default_rng(0)
-    written = {
-        f"{kind}_{i}": rng.integers(0, 100, shape).astype(kind)
-        for kind in NUMBER_KINDS
-        for i, shape in enumerate([(1, 1), (3, 1), (1, 3), (4, 5), (2, 3, 4)])
-    }
-    savemat(tmp_path / "a.mat", written, do_compression=compressed)
-    read = load_matlab(tmp_path / "a.mat").variables
-    assert list(read) == list(written)
-    for name, values in written.items():
-        np.testing.assert_array_equal(read[name], values)
-        assert read[name].dtype == values.dtype  # type: ignore[union-attr]
 
 
 def test_structs_cells_and_texts(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.errors import DataError
 from srbval.recordings import SpeedSource, load_recording
 
 from . import files
@@ -24,16 +23,6 @@ def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
     assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=TIME_DIGITS), "acc", "m/s2")
     np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=SAMPLE_DIGITS)
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
-
-
-def test_npy_needs_a_rate(tmp_path: Path) -> None:
-    np.save(tmp_path / "x.npy", files.vibration().astype(np.float32))
-    with pytest.raises(DataError, match=r"no sampling rate: --fs HZ; no unit: --unit m/s2 \| .*unknown.*fs_hz="):
-        load_recording(tmp_path / "x.npy")
-    with pytest.raises(DataError, match=r"leaves open: no unit: --unit"):
-        load_recording(tmp_path / "x.npy", fs_hz=25600)
-    r = load_recording(tmp_path / "x.npy", fs_hz=25600, rpm=600, unit="unknown")
-    assert (r.unit, r.samples, r.channels["data"].dtype) == ("unknown", 4096, np.float64)
 
 
 def test_plain_mat_and_h5(tmp_path: Path) -> None:

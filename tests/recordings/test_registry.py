@@ -90,6 +90,7 @@ def test_a_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # size and time are those pinned
     changed = by_name(verify().recordings)["105.mat"]
     assert (changed.status, "when registered" in (changed.reason or "")) == (FileStatus.CHANGED, True)
+    assert main(["data", "verify"]) == 1
     files.cwru(path, "105", rpm=1700)
     assert registered()["105.mat"].status is FileStatus.CHANGED
     again = by_name(add(folder).recordings)["105.mat"]

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import RecordingSettings, SpeedSource, load_recording
-from srbval.recordings.registry import FileStatus, add, load_entry, load_registered, rig_recordings, verify
+from srbval.recordings.registry import FileStatus, add, load_entry, load_registered, verify
 
 from . import files
 
@@ -19,15 +18,6 @@ from . import files
 def two_columns(path: Path) -> Path:
     np.save(path, np.stack([files.vibration(seed=i) for i in range(2)], axis=1))
     return path
-
-
-def split_sensors(path: Path) -> Path:
-    """The rig's file name, but one struct for each accelerometer instead of one of four columns."""
-    signals = files.rig_signals()
-    for i in range(4):
-        column = files.vibration(seed=i)[:, None] * (i + 1)
-        signals[f"Signal_{3 + i}"] = files.signal_struct(column, "g", 0.1020, 1 / files.FS_HZ)
-    return files.rig_v5(path, signals)
 
 
 def test_settled_once_and_kept(tmp_path: Path) -> None:
@@ -59,18 +49,6 @@ def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None
     assert (two.channel, two.reason) == ("data[2]", None)
     assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
     assert "no channel 'data[2]'; it has data" in (one.reason or "")
-
-
-def test_rig_layout_that_differs_is_mapped_once(tmp_path: Path) -> None:
-    path = split_sensors(tmp_path / "IR_727rpm_124.8kN_0kN.mat")
-    with pytest.raises(DataError, match=r"which of 4 channels: --channel Signal_3\[1\] \| Signal_4\[1\]"):
-        load_recording(path)
-    add(tmp_path, settings=RecordingSettings(channel="Signal_6[1]"))
-    (entry,) = rig_recordings()
-    assert (entry.state, entry.nominal_rpm, entry.channel) == (Fault.INNER, 727.0, "Signal_6[1]")
-    recording = load_entry(entry)
-    assert (recording.bearing, recording.state, recording.unit) == ("skf-22240", Fault.INNER, "m/s2")
-    np.testing.assert_allclose(recording.channels["Signal_6[1]"], 4 * files.vibration(seed=3))
 
 
 def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

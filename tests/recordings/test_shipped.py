@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.counterpart import PAPER_STATES
-from srbval.comparison.table6 import table6
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, SpeedSource, load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, healthy_baseline, lookup, rig_recordings
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.report.findings.findings import choose_rig_recordings
 from srbval.report.findings.provenance import provenance
 from srbval.storage.installation import shipped_folder
 
@@ -80,13 +77,6 @@ def test_the_report_s_provenance_names_their_source() -> None:
     assert "commit 946782ab" in facts["source"]
     assert "Copyright (c) 2025 Politecnico di Torino" in facts["licence"]
     assert "recordings_shipped_with_srbval" not in provenance((), ())
-
-
-@pytest.mark.usefixtures("shipped")
-def test_the_first_report_has_no_stand_in() -> None:
-    chosen = choose_rig_recordings(table6(), rig_recordings())
-    assert set(chosen) == set(PAPER_STATES)
-    assert {entry.nominal_rpm for entry in chosen.values()} == {877.0}
 
 
 @pytest.mark.recordings

@@ -94,10 +94,7 @@ def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval
         for of, state in (
             ("record", "B"),
             ("record", "H"),
-            ("mean", ""),
-            ("paper", ""),
-            ("rig", ""),
-            ("kinematics", ""),
+            *((of, "") for of in ("mean", "paper", "rig", "kinematics")),
         )
     ]
     with figure_style():

@@ -1,11 +1,11 @@
 """A small report's files: all or none; a page that stands alone and escapes everything; a tagged PDF."""
 
 import base64
-import builtins
 import dataclasses
 import hashlib
 import json
 import re
+import sys
 import zlib
 from collections import Counter
 from html.parser import HTMLParser
@@ -178,13 +178,6 @@ def test_the_same_report_gives_the_same_bytes(files, report, tmp_path):
 
 
 def test_without_typst_the_error_says_what_to_install(report, tmp_path, monkeypatch):
-    real = builtins.__import__
-
-    def without_typst(name, *args, **kwargs):
-        if name == "typst":
-            raise ImportError(name)
-        return real(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", without_typst)
+    monkeypatch.setitem(sys.modules, "typst", None)
     with pytest.raises(ConfigurationError, match=r"python\S* -m pip install typst\b"):
         render_pdf(report, tmp_path)

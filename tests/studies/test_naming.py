@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER, Evidence, evidence
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER, evidence
 from srbval.recordings import Recording
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
 from srbval.storage.installation import shipped_folder
@@ -198,10 +198,3 @@ def test_simulated_machines_name_within_three_points_of_records_of_known_state()
     assert (machines["wrong"], machines["healthy_called"]) == (0, 0)
     assert rows["machines, labels permuted"]["right"] < machines["right"] / 2
     assert STORED["ships"] == ships(STORED["learnt"])
-
-
-def test_evidence_is_written_as_it_is_read(tmp_path: Path) -> None:
-    from srbval.storage.tables import build, read_toml
-
-    (tmp_path / "e.toml").write_text(study.evidence_text(evidence()), encoding="utf-8")
-    assert build(Evidence, read_toml(tmp_path / "e.toml"), "e.toml") == evidence()

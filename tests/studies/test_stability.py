@@ -27,15 +27,12 @@ from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import longest_step, spectral_radius, step_map
 from srbval.models.step_error import KINDS
-from srbval.report.pages import StoredResults
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.json_files import to_json
-from srbval.storage.stored_result import StoredResult
 from srbval.studies import outcomes as outcome_module
 from srbval.studies.outcomes import RunOutcome
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import FULL, RIG, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.studies.stability.page import PAGE
 from srbval.studies.stability.step_limits import StepLimits, balanced, linearise
 from srbval.studies.stability.study import (
     CAGE_LIMIT,
@@ -152,19 +149,6 @@ def test_command(
     assert [main(["stability", "--quick"]), main(["stability", "--quick"])] == [0, 1]
     assert main(["stability", "--solvers", "ode9"]) == 2
     assert "ode4" in capsys.readouterr().err
-
-
-def test_a_page_shows_failed_runs(result: dict[str, Any], tmp_path: Path) -> None:
-    """The map alone: every failure has a sign of its own, and the words count it."""
-    stored = StoredResult(path=tmp_path / "stability.json", content=result | {"made_utc": "2026-01-01T00:00:00+00:00"})
-    section = PAGE.section(StoredResults({"stability": stored}))
-    (figure, *_) = (block for block in section.blocks if getattr(block, "draw", None))
-    drawn = figure.draw(tmp_path, "map")  # type: ignore[union-attr]
-    statuses = {line.split(",")[3].strip('"') for line in drawn.data.read_text(encoding="utf-8").splitlines()[1:]}
-    assert "too-deep" in statuses
-    assert any(
-        f"{result['counts']['caught_by_the_run']} runs ended with a status" in str(b) for b in section.all_blocks
-    )
 
 
 def outcome(**changes: Any) -> RunOutcome:
