@@ -22,10 +22,11 @@ from srbval.diagnosis.records import (
     summary_of,
     without_other_files,
 )
+from srbval.diagnosis.trend import zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.progress.tables import text_rows, uncertain
-from srbval.reading.features import features_of
+from srbval.reading.features import Features, features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.signal import BandFilter
@@ -66,6 +67,7 @@ def run(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
+    zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
     many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
@@ -85,13 +87,31 @@ def _run_one(options: argparse.Namespace) -> int:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
         write_plot(reading, Path(options.plot), command=own_command())
+    zone, severity = _severity(options, features_of(reading.analysis))
     part = options.defect  # of the lines to be printed; below, how their names begin
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
-    document = to_json(reading)
+    document = to_json(reading) | {"zone": zone}
     for rows in ("lines", "families"):
         document[rows] = [one for one in document[rows] if one["name"].startswith(line)]
     tables = {"lines": document["lines"], "features": document["feature_table"]}
-    return answer(options, document, lambda: _show(reading, line, whole=options.all or part is not None), tables=tables)
+    whole = options.all or part is not None
+    return answer(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
+
+
+def _severity(options: argparse.Namespace, features: Features) -> tuple[str | None, str]:
+    """The zone of the velocity by the limits that the options or the machine's file state, and a sentence of it."""
+    boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
+    zone = zone_of(features.velocity_rms_mm_s, boundaries)
+    if not boundaries:
+        return None, ""
+    if zone is None:
+        return None, f"no zone: {features.velocity_missing}"
+    low_hz, high_hz = features.velocity_band_hz
+    whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
+    return (
+        zone,
+        f"zone {zone} of {whose}: velocity {features.velocity_rms_mm_s:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz",
+    )
 
 
 def _run_many(options: argparse.Namespace) -> int:
@@ -124,7 +144,7 @@ def _run_many(options: argparse.Namespace) -> int:
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
     files = files_of(options.files)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
     return documents, *without_other_files(failed, options.files, documents)
 
@@ -145,15 +165,17 @@ def short_names(files: Iterable[str]) -> dict[str, str]:
     return {file: printable("/".join(part), LONGEST_FILE) for file, part in parts.items()}
 
 
-def _show(reading: RecordReading, wanted: str, *, whole: bool) -> None:
+def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
     """The answer, what was detected, and what else there is to say; or everything."""
     result, verdict = reading.analysis, reading.verdict
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)
     print(verdict.answer)
+    print_wrapped(*filter(None, (verdict.advice,)))
     rpm = uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
     print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
-          f"({speed.source.value})\n")  # fmt: skip
+          f"({speed.source.value})")  # fmt: skip
+    print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)
         return

@@ -26,8 +26,9 @@ CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
 # Before anything is known of a record a bearing is healthy or not with equal odds, and all that it may be instead is
 # equally probable. Stated, not fitted; others with `log_likelihood`.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for name in CLASSES}
-# A wrong call costs this many times what no call costs: a class is called from probability 1 - 1 / WRONG_COST.
+# A wrong call costs this many times what no call costs: a class is called from probability `LEAST_NAMED`.
 WRONG_COST = 3.0
+LEAST_NAMED = 1 - 1 / WRONG_COST
 # Correlation of the features of two records of one bearing, which have rig, mounting and load in common: 0.36 in 84
 # records of healthy bearings, 0.73 in 53 of faulty races. Stated between the two.
 SHARED = 0.5
@@ -115,4 +116,4 @@ def most_probable(probabilities: Mapping[str, float]) -> str:
 def decide(probabilities: Mapping[str, float]) -> str:
     """The most probable class where calling it costs less than leaving it open, else `UNDECIDED`."""
     best = most_probable(probabilities)
-    return best if probabilities[best] >= 1 - 1 / WRONG_COST else UNDECIDED
+    return best if probabilities[best] >= LEAST_NAMED else UNDECIDED

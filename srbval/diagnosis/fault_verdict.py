@@ -19,7 +19,7 @@ from typing import Any
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline, short_ratio
 from srbval.diagnosis.diagnose import Diagnosis, diagnose, fault_of, label_of
-from srbval.diagnosis.fault_posterior import OTHER
+from srbval.diagnosis.fault_posterior import LEAST_NAMED, OTHER
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected
 from srbval.recordings import Origin
@@ -49,7 +49,9 @@ class Finding(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class FaultVerdict:
-    """`part` is the one named; `reasons` are sentences that say what the `headline` rests on.
+    """`part` is the one named; `reasons` are sentences that say what the `headline` rests on, the `advice` first.
+
+    `advice`: which rule names none although lines are strong, and what to do; else empty.
 
     `finding` and `diagnosis` are None for a record that is not measured.
     """
@@ -60,6 +62,7 @@ class FaultVerdict:
     comparison: BaselineComparison
     diagnosis: Diagnosis | None = None
     part: Fault | None = None
+    advice: str = ""
 
     @property
     def answer(self) -> str:
@@ -128,12 +131,13 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         part = comparison.risen
     strong = list(_strong(analysis, comparison, diagnosis))
     unseen = [name for name in RACE_LINES if smallest_seen(analysis.line(name), comparison) >= STRUCK_DEPTH]
-    limits = ""
+    limits = advice = ""
     if part is not None:
         finding, headline = Finding.NAMED, f"{part.label.capitalize()} fault: {_evidence(analysis, comparison, part)}"
     elif strong:
         finding = Finding.UNDECIDED
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:MOST_NAMED])}"
+        advice = _why_not_named(analysis, diagnosis)
     elif unseen:
         finding = Finding.UNDECIDED
         headline = f"Undecided: {' and '.join(unseen)} could not be seen in this record, however strong the fault"
@@ -150,11 +154,26 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
             "Lines would have been seen by how much they modulate the squared envelope in this band: "
             f"{', '.join(each)}. A blow at every passage modulates it by 100 % and more, less under other vibration."
         )
-    reasons = (limits, comparison.sentence, analysis.summary, diagnosis.sentence)
+    reasons = (advice, limits, comparison.sentence, analysis.summary, diagnosis.sentence)
     return FaultVerdict(
         finding=finding, headline=headline, reasons=tuple(filter(None, reasons)), comparison=comparison,
-        diagnosis=diagnosis, part=part,
+        diagnosis=diagnosis, part=part, advice=advice,
     )  # fmt: skip
+
+
+def _why_not_named(analysis: Analysis, diagnosis: Diagnosis) -> str:
+    """The rule that names no part although its line is like a fault's, and what would decide; empty without such."""
+    lines = {part: analysis.line_of(part) for part in DEFECTS}
+    alike = [part for part in DEFECTS if is_fault_like(analysis, lines[part])]
+    if not alike:
+        return ""
+    part = max(alike, key=lambda one: lines[one].snr or 0.0)
+    return (
+        f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
+        f"{100 * diagnosis.probabilities[part]:.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of rolling "
+        "elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of the machine can "
+        "decide: --healthy FILE."
+    )
 
 
 def is_fault_like(analysis: Analysis, line: Line) -> bool:

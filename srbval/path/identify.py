@@ -29,9 +29,8 @@ from srbval.arrays import ComplexArray, FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
-from srbval.models.run_store import stored_run
 from srbval.models.sensor import SensorFilter
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_run
 from srbval.path.amplitudes import DB, SIDEBANDS, pattern
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse

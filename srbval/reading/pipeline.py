@@ -17,7 +17,7 @@ from srbval.errors import ConfigurationError
 from srbval.reading.families import highest_line_hz
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
-from srbval.scene.similar import size_of
+from srbval.scene.read import size_of
 from srbval.signal import (
     BandFilter,
     Kurtogram,
@@ -233,8 +233,8 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
-    paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.similar_parts`), so
+    the paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
     unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
     what that costs). `ConfigurationError` asks for it instead.
     """
@@ -314,16 +314,12 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     )
 
 
-def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians."""
-    return whitened_bands(processed, bearing, speed, most=1)[0]
-
-
 def whitened_bands(
     processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
 ) -> tuple[Periodogram, ...]:
-    """The same of equal parts of the whole band, each wide enough for the bearing's lines, `most` at most.
+    """`periodogram_of` equal parts of the whole band, `most` at most, each wide enough for the bearing's lines.
 
+    After cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
     What a fault strikes in one part of the band is not drowned by the noise of the others where their spectra are
     averaged. Some few knocks far above all others would make up combs of any order among themselves, but for the clip;
     impacts of a fault come in hundreds, each of them little above it.

@@ -56,6 +56,11 @@ class Column:
     format: str = ""
     timed: bool = False
 
+    @property
+    def align(self) -> str:
+        """Where its cells are set."""
+        return "right" if self.format else "left"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:

@@ -132,7 +132,7 @@ def _plain(value: Any, name: str = "") -> Any:
     if isinstance(value, Figure):
         parts |= value.files
     if isinstance(value, Table):
-        parts |= {"columns": [vars(column) | {"align": _align(column)} for column in value.columns]}
+        parts |= {"columns": [vars(column) | {"align": column.align} for column in value.columns]}
         parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
     found = {"kind": kind} | {key: _plain(item, key) for key, item in parts.items()}
     if "tone" in parts:
@@ -140,15 +140,11 @@ def _plain(value: Any, name: str = "") -> Any:
     return found
 
 
-def _align(column: Column) -> str:
-    return "right" if column.format else "left"
-
-
 def _cell(cell: Cell, column: Column) -> dict[str, Any]:
     return {
         "text": cell.text(column),
         "number": not isinstance(cell.value, str),
-        "align": _align(column),
+        "align": column.align,
         "badge": cell.badge and cell.badge.value,
         "tone": cell.tone and cell.tone.value,
         "sign": cell.tone.sign if cell.tone else "",

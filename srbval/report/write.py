@@ -80,30 +80,16 @@ def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> d
     """
     drawn = {figure.id for document in made for figure in report.figures(document)}
     figures = [
-        {
-            "id": figure.id,
-            "label": figure.label,
-            "caption": figure.caption,
-            "alt": figure.alt,
-            "file": figure.files["picture"],
-            "data": figure.files["data"],
-            "synthetic": figure.synthetic,
-        }
-        for figure in report.figures()
-        if figure.id in drawn
-    ]
+        {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
+        | {"file": figure.files["picture"], "data": figure.files["data"]}
+        for figure in report.figures() if figure.id in drawn
+    ]  # fmt: skip
     tables = [
-        {
-            "id": table.id,
-            "label": table.label,
-            "caption": table.caption,
-            "columns": [
-                {"title": c.title, "unit": c.unit, "format": c.format, "timed": c.timed} for c in table.columns
-            ],
-            "rows": [[_cell(cell, c) for cell, c in zip(row, table.columns, strict=True)] for row in table.rows],
-        }
+        {name: getattr(table, name) for name in ("id", "label", "caption")}
+        | {"columns": [vars(column) for column in table.columns],
+           "rows": [[_cell(*pair) for pair in zip(row, table.columns, strict=True)] for row in table.rows]}
         for table in report.tables()
-    ]
+    ]  # fmt: skip
     return {**report.data, "tables": tables, "figures": figures}
 
 

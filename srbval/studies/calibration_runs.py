@@ -16,7 +16,7 @@ from srbval.comparison.runs import attempt
 from srbval.models.hierarchy import level_of
 from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
-from srbval.models.run_store import run_content
+from srbval.models.simulate import run_content
 from srbval.plan.questions import MEANING, Answer, Question, answers, asked_of, error_pct
 from srbval.plan.table import (
     BASES,

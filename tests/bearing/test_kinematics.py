@@ -24,14 +24,15 @@ def test_paper_frequencies_follow_from_table_1() -> None:
         ("skf-6203", 4.9469, 3.0530, 3.9874, 0.3817),
         ("mfpt-nice", 4.755, 3.245, 5.1091, 0.4056),
         ("fag-22205", 8.8148, 6.1852, 5.4030, 0.4123),
+        ("mafaulda-ball", 5.002, 2.998, 2 * 1.871, 0.375),  # with three decimals, beside its dimensions
     ],
 )
 def test_known_bearings_have_their_published_orders(
     name: str, bpfi: float, bpfo: float, twice_bsf: float, ftf: float
 ) -> None:
-    orders = load_bearing(name).orders
+    orders, rounded = load_bearing(name).orders, 4 if name == "mafaulda-ball" else 1
     found = (orders.bpfi, orders.bpfo, 2 * orders.bsf, orders.ftf)
-    assert found == pytest.approx((bpfi, bpfo, twice_bsf, ftf), abs=PUBLISHED_ORDER)
+    assert found == pytest.approx((bpfi, bpfo, twice_bsf, ftf), abs=rounded * PUBLISHED_ORDER)
 
 
 def test_ims_bearing_has_the_frequencies_printed_with_its_dimensions() -> None:

@@ -3,7 +3,6 @@
 `SRBVAL_FLIPS` is the number of flipped bits (2000 take some minutes), `SRBVAL_JOURNALS` that of hostile folders.
 """
 
-import errno
 import hashlib
 import json
 import os
@@ -14,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from srbval.campaign.case import CaseResult, Ending, write_result
@@ -23,6 +23,7 @@ from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from tests.campaign.campaigns import content, damaged_names, files_of, good_results, lines_of, resume
+from tests.plan.test_hostile_json import HOSTILE, TEXTS, mutated
 
 FLIPS = int(os.environ.get("SRBVAL_FLIPS", "40"))
 JOURNALS = int(os.environ.get("SRBVAL_JOURNALS", "30"))
@@ -146,18 +147,6 @@ def test_results_of_another_plan_and_of_none_yet(folder: Path) -> None:
     assert verify_campaign(folder).ok
 
 
-def test_a_full_disk_while_refused_cases_are_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    (folder / "lock-holder.json").mkdir()
-    assert resume(folder)[0].done == 6
-    shutil.rmtree(folder / "cases")
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(DataError, match=r"cannot be written \(No space left on device\)"):
-        resume(folder)
-
-
 def test_verify_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def ask(*arguments: str) -> tuple[int, Any]:
         code = main(["campaign", *arguments, "--json"])
@@ -263,29 +252,15 @@ def test_a_key_is_checked_before_it_becomes_a_path(tmp_path: Path) -> None:
             CampaignFolder(tmp_path).result_path(key)
 
 
-DEEP = "[" * 20_000 + "]" * 20_000
-VALUES = [f"1{'0' * 5000}", f"1{'0' * 400}", "1e400", "-1", "0.5", "NaN", DEEP, "[" * 40 + "]" * 40, '"\\ud800"',
-          '"\\u0000"', '"../victim"', '"/etc/passwd"', f'"{"a" * 32}"', "null", "true", "[]", "{}",
-          '"\\u001b[2J"', '{"a": {"b": 1}}', '"' + "x" * 100_000 + '"']  # fmt: skip
-BROKEN = [b"", b"\0" * 100, b"\xff\xfe{}", b"{", b"[]", b"null", b'{"check": "' + b"0" * 32 + b'"}']
+PATHS = ["../victim", "/etc/passwd", "a" * 32, "\u0000", "\u001b[2J", float("inf"), 10**4000]
 
 
 def hostile_line(line: bytes, chance: random.Random) -> bytes:
     """A line with another value or key, and mostly the right check value."""
     document = json.loads(line)
     document.pop("check")
-    ((_, table),) = document.items()
-    key, marker, kind = chance.choice(list(table)), "<value>", chance.randrange(4)
-    if kind == 0:
-        return chance.choice(BROKEN)
-    if kind == 1:
-        del table[key]
-        table |= {"other": 1}
-    elif kind == 2 and isinstance(table.get("point"), dict):
-        table["point"] = {chance.choice(["a", "\0", "../x", "\ud800"]): marker}
-    else:
-        table[key] = marker
-    text = json.dumps(document).replace(f'"{marker}"', chance.choice(VALUES)).removesuffix("}").encode()
+    changed = mutated(np.random.default_rng(chance.randrange(2**32)), document, [*HOSTILE, *PATHS])
+    text = chance.choice([*TEXTS, *[json.dumps(changed).encode()] * 30]).removesuffix(b"}")
     check = hashlib.sha256(text).hexdigest()[:32].encode() if chance.random() < 0.9 else b"0" * 32
     return text + b', "check": "' + check + b'"}'
 

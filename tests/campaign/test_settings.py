@@ -145,7 +145,7 @@ def test_presets_are_table_5_at_one_load(name: str) -> None:
 
 
 def test_the_plan_of_ten_thousand_cases_is_small() -> None:
-    planned, limit_bytes = 500, 150e6  # half of what the coordinating process may take, the rest being the program
+    planned, limit_bytes = 100, 150e6  # half of what the coordinating process may take, the rest being the program
     scene = {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}}
     tiny = [small(scene=scene, axes=[{"kind": "grid", "values": {"seed": list(range(n))}}]) for n in (1, planned)]
     plan_cases(tiny[0])  # what is read once is not counted

@@ -209,3 +209,23 @@ def test_the_name_of_a_file_changes_nothing_that_is_found(
         del document["file"], document["name"], document["notes"]
     assert documents[0] == documents[1] == documents[2]
     assert documents[0]["fault"]["called"] == "outer"
+
+
+@pytest.mark.parametrize(("jitter", "start"), [(0.0, "Undecided"), (0.01, "Outer race fault")])
+def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(
+    jitter: float, start: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Impacts at BPFO; with 1 % of scatter they are named, and nothing is left to be advised."""
+    fs_hz, spacing, rng = 25600, 256, np.random.default_rng(1)  # whole samples: rounding would scatter them
+    rpm = 60 * fs_hz / spacing / BEARING.orders.bpfo
+    train, at = np.zeros(5 * fs_hz), np.arange(100, 5 * fs_hz - 1000, spacing)
+    train[np.round(at + rng.normal(0, jitter * spacing, at.size)).astype(int)] = 1.0
+    ring = np.exp(-600 * np.arange(500) / fs_hz) * np.sin(2 * np.pi * 3000 * np.arange(500) / fs_hz)
+    np.save(tmp_path / "comb.npy", np.convolve(train, ring)[: train.size] + rng.normal(0, 0.02, train.size))
+    stated = ["--rpm", f"{rpm:.4f}", "--fs", str(fs_hz), "--unit", "g", "--band", "2000", "4000"]
+    assert main(["analyse", str(tmp_path / "comb.npy"), "--bearing", BEARING.name, *stated]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith(start)
+    assert len(lines) <= 15
+    assert lines[1].startswith("Not named: once tones and all that repeats exactly") == (jitter == 0)
+    assert ("--healthy FILE" in " ".join(lines[1:4])) == (jitter == 0)

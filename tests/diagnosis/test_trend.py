@@ -137,3 +137,9 @@ def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFi
     (channel,) = document["trend"]["channels"]
     assert [point["time"][:10] for point in channel["points"]] == [f"2026-11-{day:02}" for day in range(1, 13)]
     assert {point["zone"] for point in channel["points"]} <= set("ABCD")
+    machine = tmp_path / "pump.toml"
+    machine.write_text('title = "pump"\n[limits]\nmachine_class = "medium-rigid"\n', encoding="utf-8")
+    assert main(["analyse", str(folder / "2026-11-12.npy"), *GIVEN, "--machine", str(machine)]) == 0
+    last = channel["points"][-1]
+    wanted = f"zone {last['zone']} of ISO 20816-3, medium-rigid: velocity {last['velocity_rms_mm_s']:.2f} mm/s RMS"
+    assert f"\n{wanted}, 10 to 1000 Hz\n" in capsys.readouterr().out

@@ -15,8 +15,7 @@ import pytest
 
 from srbval.cli import main
 from srbval.models.run import EnergyFlow, Run
-from srbval.models.run_store import RUNS, run_content, stored_run, stored_summary
-from srbval.models.simulate import Step
+from srbval.models.simulate import RUNS, Step, run_content, stored_run, stored_summary
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.installation import package_folder
 
@@ -33,7 +32,7 @@ WITHOUT_KERNELS = ("kinematic", "impulse")
 SCRIPT = """
 import json
 from srbval.models.hierarchy import MODELS
-from srbval.models.run_store import RUNS, run_content, stored_run
+from srbval.models.simulate import RUNS, run_content, stored_run
 from srbval.scene import load_scene, paper_scene
 scenes = {m: paper_scene(model=m, duration="50 ms", defect={"kind": "outer"}) for m in MODELS}
 scenes["rig"] = load_scene("rig")
@@ -78,21 +77,10 @@ def test_a_stored_run_is_the_run(scene: Scene, step: Step, tmp_path: Path) -> No
     assert stored_run(scene, step=Step.UNCHECKED).stored_utc is None or step is Step.UNCHECKED
 
 
-def test_a_damaged_run_is_made_again() -> None:
-    scene = paper_scene(model="impulse", duration="50 ms")
-    made, path = stored_run(scene), RUNS.path(run_content(scene, Step.CHECKED))
-    whole = path.read_bytes()
-    for place in np.random.default_rng(3).integers(0, len(whole), 20).tolist():
-        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        again = stored_run(scene)
-        assert again.stored_utc is None
-        same(made, again)
-
-
 def test_what_stands_beside_the_scene_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = paper_scene(model="impulse", duration="50 ms")
     contents = {run_content(scene, step) for step in Step} | {run_content(paper_scene(model="impulse", seed=7))}
-    monkeypatch.setattr("srbval.models.run_store.machine", lambda: "another processor")
+    monkeypatch.setattr("srbval.models.simulate.machine", lambda: "another processor")
     assert len(contents | {run_content(scene)}) == 5
 
 

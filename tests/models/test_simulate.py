@@ -17,8 +17,6 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.recordings import load_recording
 from srbval.scene import RollerFit, paper_scene
 
-# Coulomb friction on three circles that cannot all roll: 0.4314; the band is what play and defects change.
-CAGE_RATIO = (0.4308, 0.4320)
 ROUNDING = 1e-12  # of a sum of two frequencies
 ALL = 0.01  # of the load, where the bearing alone carries it
 SLOW_CAGE = 0.005  # of a cage that slows down: 0.002 between imex2's steps, 0.02 to twice the paper's
@@ -43,13 +41,6 @@ TOO_COARSE, DRIVE = estimated("band_rms", 0.2), "drive_power"
 @pytest.fixture(scope="module")
 def run() -> Run:
     return simulate(paper_scene(duration="0.3 s", defect={"kind": "outer"}), step=Step.UNCHECKED)
-
-
-def test_the_bearing_turns_as_bearings_do(run: Run) -> None:
-    assert run.status is RunStatus.OK
-    assert CAGE_RATIO[0] < run.cage_ratio < CAGE_RATIO[1]
-    assert run.bpfo_hz + run.bpfi_hz == pytest.approx(19 * run.scene.shaft_hz, rel=ROUNDING)
-    assert run.displacement_m[:, 1].mean() < -1e-5, "the load pushes the ring down"
 
 
 @pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode2", 4)])
@@ -153,20 +144,6 @@ def test_load_share_follows_the_path(run: Run) -> None:
     alone = simulate(paper_scene(duration="0.1 s", settle="0.1 s", load={"path": "bearing"}))
     assert alone.roller_load_share == pytest.approx(1.0, abs=ALL)
     assert np.isnan(simulate(paper_scene(duration="0.01 s", settle="0 s", load={"radial": "0 N"})).roller_load_share)
-
-
-def test_a_run_straight_to_a_file_is_the_same(tmp_path: Path) -> None:
-    scene = paper_scene(duration="0.05 s", settle="0.01 s", detail_rate="512 Hz")
-    kept = simulate(scene, step=Step.UNCHECKED)
-    summary = simulate_to_file(scene, tmp_path / "streamed.h5", step=Step.UNCHECKED)
-    write_run(kept, tmp_path / "written.h5")
-    assert (summary.cage_ratio, summary.status) == (kept.cage_ratio, RunStatus.OK)
-    import h5py
-
-    with h5py.File(tmp_path / "streamed.h5") as streamed, h5py.File(tmp_path / "written.h5") as written:
-        assert set(streamed) == set(written)
-        for name in streamed:
-            assert np.array_equal(streamed[name][()], written[name][()]), name
 
 
 def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:

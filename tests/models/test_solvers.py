@@ -1,7 +1,4 @@
-"""Methods: their coefficients on equations with a closed form, and runs taken in pieces.
-
-Orders on the contact problem are tested in `tests/verification/test_convergence_order.py`.
-"""
+"""Runs taken in pieces, and solvers that are not known; orders: `tests/verification/test_convergence_order.py`."""
 
 import numpy as np
 import pytest
@@ -13,53 +10,10 @@ from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.methods import LEAPFROG
 from srbval.scene import paper_scene
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
 
-EXACT = 1e-15  # of sums of a few fractions below one
-STIFF, LEFT = -1e9, 1e-8  # R(z) falls as 1/z for an L-stable method: some of 1e-9 is left
-ROUNDING = 1e-12  # of |R| on the imaginary axis, where it is 1 for methods that do not damp
 PER_OUTPUT = 2
-
-
-@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if not method.implicit])
-def test_order_conditions(name: str) -> None:
-    """Hairer, Norsett & Wanner I, sect. II.2: one equation per rooted tree up to order 4."""
-    t = METHODS[name].coefficients
-    a, b, c = t.a, t.b, t.c
-    conditions = [
-        [(b.sum(), 1)],
-        [(b @ c, 1 / 2)],
-        [(b @ c**2, 1 / 3), (b @ a @ c, 1 / 6)],
-        [(b @ c**3, 1 / 4), (b @ (c * (a @ c)), 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
-    ]
-    for order, equations in enumerate(conditions, start=1):
-        met = all(np.isclose(found, wanted, atol=EXACT) for found, wanted in equations)
-        assert met == (order <= METHODS[name].order), f"order {order}"
-
-
-def growth(name: str, z: complex) -> complex:
-    """x(h) / x(0) of x' = J x, z = h J, by the stages as the method's coefficients give them."""
-    m = METHODS[name].coefficients
-    s = 1 / (1 - m.implicit_coefficient * z)
-    if m.family == LEAPFROG:
-        k1 = s * z
-        k2 = s * (z * (1 + k1) - 2 * k1)
-        return 1 + sum(b * k for b, k in zip(m.b, (k1, k2), strict=False))
-    u: list[complex] = []
-    for stage in range(len(m.b)):
-        state = 1 + sum(m.a[stage, p] * u[p] for p in range(stage))
-        u.append(m.implicit_coefficient * s * (z * state + sum(m.g[stage, p] * u[p] for p in range(stage))))
-    return 1 + sum(b * value for b, value in zip(m.b, u, strict=True))
-
-
-@pytest.mark.parametrize("name", [name for name, method in METHODS.items() if method.implicit])
-def test_stiff_components_die_within_a_step(name: str) -> None:
-    assert abs(growth(name, STIFF)) < LEFT
-    ray = -np.logspace(-3, 6, 200)
-    assert np.all(np.abs([growth(name, z) for z in ray]) < 1)
-    assert np.all(np.abs([growth(name, 1j * z) for z in ray]) <= 1 + ROUNDING), "A-stable: the imaginary axis"
 
 
 def damaged() -> Parameters:

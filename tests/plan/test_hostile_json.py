@@ -27,8 +27,8 @@ TEXTS = [b"", b"[" * 200_000, b'{"a": ' * 200_000, b"9" * 5000, b"NaN", b"\xff\x
          b'"\\ud800"', b"{}\0"]  # fmt: skip
 
 
-def mutated(rng: np.random.Generator, document: Any) -> Any:
-    """The document with a value somewhere in it replaced, removed or renamed."""
+def mutated(rng: np.random.Generator, document: Any, hostile: list[Any] = HOSTILE) -> Any:
+    """The document with a value somewhere in it replaced by a hostile one, removed or renamed."""
     changed = copy.deepcopy(document)
     at: Any = changed
     while True:
@@ -40,7 +40,7 @@ def mutated(rng: np.random.Generator, document: Any) -> Any:
         at = inner
     kind = rng.random()
     if kind < 0.7:
-        at[key] = HOSTILE[rng.integers(len(HOSTILE))]
+        at[key] = hostile[rng.integers(len(hostile))]
     elif kind < 0.85 or isinstance(at, list):
         del at[key]
     else:

@@ -97,16 +97,8 @@ def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
 def test_second_harmonic_of_a_slower_comb_is_no_race_line():
     samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)
     line = analyse(recording(samples), bearing=BEARING).line("BPFO")
-    assert line.half_snr > 0.5 * line.snr
     assert not line.detected
     assert "half" in line.explained_by
-
-
-def test_noise_shows_no_line():
-    samples = np.random.default_rng(2).standard_normal(round(SECONDS * FS_HZ))
-    result = analyse(recording(samples), bearing=BEARING)
-    assert not {"BPFO", "BPFI", "2xBSF"} & detected(result)
-    assert result.summary.startswith("No race or rolling-element line detected")
 
 
 def test_speed_uncertainty_enters_the_deviation_not_the_line(outer):

@@ -62,7 +62,7 @@ def with_hostile_names(findings: Findings) -> Findings:
         data={
             **data,
             "cautions": [{"file": HOSTILE, "caution": HOSTILE}],
-            "speed_and_slip": [dataclasses.replace(s, record=HOSTILE) for s in data["speed_and_slip"]],
+            "speed_and_slip": [row | {"record": HOSTILE} for row in data["speed_and_slip"]],
             "recordings_not_used": [{"file": HOSTILE, "status": "missing", "reason": HOSTILE}],
             "register_unreadable": HOSTILE,
         },

@@ -11,12 +11,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 import pytest
+
+from srbval.cli import main
+from tests.reading.test_shaft_speed import FS_HZ, record
 
 from .made import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
-PAGES = (("hostile", "html"), ("with_rig", "appendix_html"))  # every kind of block
+MADE = {"default": ("hostile", "html"), "appendix": ("with_rig", "appendix_html")}  # every kind of block
+OWN = {"file": ["report", "day07.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "5"]}
+GIVEN = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.
 CUT = """() => {
@@ -82,13 +88,31 @@ def violations(page: Any) -> list[str]:
     return [f"{v['id']}: {v['help']}: {v['nodes'][0]['html'][:200]} ({len(v['nodes'])})" for v in found]
 
 
-@pytest.mark.parametrize(("report", "document"), PAGES)
-def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(
-    chromium: Any, request: pytest.FixtureRequest, report: str, document: str
-) -> None:
-    """Wide and narrow, light and dark, before and after every chart is opened for zooming."""
-    made: Made = request.getfixturevalue(report)
-    with Visit(chromium, made.files[document]) as visit:
+@pytest.fixture
+def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The page of this name; those of a user's files are written from eight days of a machine and a broken file."""
+    if request.param in MADE:
+        report, kind = MADE[request.param]
+        made: Made = request.getfixturevalue(report)
+        return made.files[kind]
+    (tmp_path / "fan").mkdir()
+    monkeypatch.chdir(tmp_path / "fan")
+    for day in range(8):
+        np.save(f"day{day:02}.npy", record(shaft_hz=25.0, seed=day, fault=day > 6).channels["x"])
+    Path("broken.npy").write_bytes(b"")
+    output = ["--plot", "../trend.html"] if request.param == "trend" else ["--no-pdf", "-o", ".."]
+    assert main([*OWN[request.param], *GIVEN, *output]) == (0 if request.param == "file" else 3)
+    return tmp_path / ("trend.html" if request.param == "trend" else "report.html")
+
+
+@pytest.mark.parametrize("document", [*MADE, *OWN], indirect=True)
+def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium: Any, document: Path) -> None:
+    """Wide and narrow, light and dark, before and after every chart is opened for zooming; the answer is the top."""
+    with Visit(chromium, document) as visit:
+        if document.stem != "appendix":
+            order = ("#verdict", "#verdict figure", "main section:not(#verdict)")
+            tops = [visit.page.locator(what).first.bounding_box()["y"] for what in order]
+            assert tops == sorted(tops)
         for width, scheme in LOOKS:
             visit.page.set_viewport_size({"width": width, "height": 1000})
             visit.page.emulate_media(color_scheme=scheme)

@@ -28,13 +28,12 @@ from srbval.errors import SrbvalError
 from srbval.models.hierarchy import LEVELS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
-from srbval.scene import Scene, load_scene, scene_table
+from srbval.scene import Scene, load_scene
 from srbval.storage.tables import RANGES, SI_SUFFIX, UNITS
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip
 DECADES = 300  # of each sign of the exponent
-PAPER = dict(scene_table("paper"))
 KNOWN = Path(sys.modules[load_bearing.__module__].__file__ or "").parent / "known"
 SHORT_S = 0.003
 LONG_CAMPAIGN = 2000  # cases

@@ -61,8 +61,7 @@ class Friction:
 
     def _integral(self, slip: FloatArray) -> FloatArray:
         size, critical = np.abs(slip), self.critical_m_s
-        whole: FloatArray = np.where(size < critical, size**2 / (2 * critical), size - critical / 2)
-        return whole
+        return np.where(size < critical, size**2 / (2 * critical), size - critical / 2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,8 +164,7 @@ class SlicedBearing:
 
         def left(ring_um: FloatArray) -> FloatArray:
             ring = 1e-6 * ring_um
-            forces: FloatArray = load + self.on_ring(self.contacts(self.slides(ring), ring)).sum(axis=0)
-            return forces
+            return load + self.on_ring(self.contacts(self.slides(ring), ring)).sum(axis=0)
 
         for reach in (50.0, 100.0, 200.0, 400.0):
             start = np.round(reach * (load / np.linalg.norm(load) + [0.0, 0.0, np.sign(load[2])]), 6)

@@ -34,8 +34,7 @@ def along_the_motion(case: Case, function: Callable[[FloatArray], FloatArray]) -
     """Rate of change of a function of the state, fourth-order difference along the model's rates."""
     y, rate = case.y, case.found.rate
     near, far = (function(y + k * SPAN_S * rate) - function(y - k * SPAN_S * rate) for k in (1, 2))
-    change: FloatArray = (8 * near - far) / (12 * SPAN_S)
-    return change
+    return (8 * near - far) / (12 * SPAN_S)
 
 
 def assert_same(found: FloatArray, expected: FloatArray, tolerance: float, least: float = 0.0) -> None:

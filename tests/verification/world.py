@@ -124,38 +124,32 @@ class World:
     def cage_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocity of the cage that each roller is in [N, 3]: row 2's own turns about the same axis."""
         ahead = np.where(self.side < 0, y[layout_of(y).relative_rate].sum(), 0.0)
-        omega: FloatArray = y[layout_of(y).cage_rate] + ahead[:, None] * self.cage_axis(y)
-        return omega
+        return y[layout_of(y).cage_rate] + ahead[:, None] * self.cage_axis(y)
 
     def cage_axis(self, y: FloatArray) -> FloatArray:
         """Axis of the cage."""
-        axis: FloatArray = Rotation.from_euler("XYZ", y[layout_of(y).cage]).as_matrix()[:, 2]
-        return axis
+        return Rotation.from_euler("XYZ", y[layout_of(y).cage]).as_matrix()[:, 2]
 
     def centres(self, y: FloatArray) -> FloatArray:
         """Roller centres [N, 3]."""
         reach = self.g.pitch_radius_m / np.cos(self.g.tilt_rad) + y[layout_of(y).slide]
-        centres: FloatArray = self.slots(y)[:, :, 0] * reach[:, None]
-        return centres
+        return self.slots(y)[:, :, 0] * reach[:, None]
 
     def centre_rates(self, y: FloatArray) -> FloatArray:
         """Velocities of the roller centres [N, 3]."""
         where, slots = layout_of(y), self.slots(y)
         sliding = y[where.slide_rate][:, None] * slots[:, :, 0]
-        rates: FloatArray = np.cross(self.cage_omega(y), self.centres(y)) + sliding
-        return rates
+        return np.cross(self.cage_omega(y), self.centres(y)) + sliding
 
     def roller_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocities of the rollers [N, 3]: the cage's across their axes, their spin along."""
         axis, cage = self.slots(y)[:, :, 2], self.cage_omega(y)
-        omega: FloatArray = cage + (y[layout_of(y).spin] - (axis * cage).sum(axis=1))[:, None] * axis
-        return omega
+        return cage + (y[layout_of(y).spin] - (axis * cage).sum(axis=1))[:, None] * axis
 
     def momentum(self, y: FloatArray) -> FloatArray:
         """Angular momentum of cage and rollers about the bearing centre [kg m2/s], [3]."""
         own = np.cross(self.centres(y), self.bodies.roller * self.centre_rates(y)) + self._own_momentum(y)
-        total: FloatArray = own.sum(axis=0) + self._cage_momentum(y)
-        return total
+        return own.sum(axis=0) + self._cage_momentum(y)
 
     def mechanical_energy(self, y: FloatArray) -> float:
         """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
@@ -171,15 +165,13 @@ class World:
     def _own_momentum(self, y: FloatArray) -> FloatArray:
         axis, omega, b = self.slots(y)[:, :, 2], self.roller_omega(y), self.bodies
         along = (omega * axis).sum(axis=1)[:, None] * axis
-        own: FloatArray = b.roller_transverse * (omega - along) + b.roller_axial * along
-        return own
+        return b.roller_transverse * (omega - along) + b.roller_axial * along
 
     def _cage_momentum(self, y: FloatArray) -> FloatArray:
         omega, axis, b = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies
         along = (omega @ axis) * axis
         ahead = b.cage_axial / 2 * y[layout_of(y).relative_rate].sum() * axis
-        own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along + ahead
-        return own
+        return b.cage_axial / 2 * (omega - along) + b.cage_axial * along + ahead
 
     def lead_momentum(self, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Momenta [kg m/s] and own angular momenta [kg m2/s] of row 2's rollers, [M, 3]; that of their cage, [3]."""
@@ -345,8 +337,7 @@ def _circle(scene: Scene, race: str, row: int, circle: int, radius: float) -> tu
 
 def _from(middle: float, angle: FloatArray) -> FloatArray:
     """Angle from `middle`, between -pi and pi."""
-    turned: FloatArray = np.angle(np.exp(1j * (angle - middle)))
-    return turned
+    return np.angle(np.exp(1j * (angle - middle)))
 
 
 def _height(d: Defect, place: FloatArray) -> FloatArray:

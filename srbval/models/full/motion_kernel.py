@@ -7,6 +7,7 @@ Kane's method; the equations and the layout of the state stand at `srbval.models
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import state_indices
 from srbval.models.full.film_kernel import law_in_film
 from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
@@ -28,7 +29,6 @@ from srbval.models.full.search_kernel import (
 )
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import law_at_speed
-from srbval.models.full.state import state_indices
 from srbval.models.full.tilt_kernel import sums_in_slots, tilt_on_cages, tilt_rollers
 from srbval.models.jit import inlined, kernel, kernel_part
 

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.bias import biases
+from srbval.comparison.budget import STATED
+from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
@@ -23,7 +27,7 @@ from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
-from srbval.comparison.verdicts import Headline, verdicts
+from srbval.comparison.verdicts import Headline, Row, Verdict, joint_tests, second_looks, trend_pct, verdicts
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
@@ -32,7 +36,6 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds, dataset
 from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, load_entry, rig_recordings
-from srbval.report.findings.cage_ratios import cage_data
 from srbval.report.findings.load_zone import LoadZone, load_sharing, load_zone, load_zone_case, point_passing
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
@@ -44,13 +47,14 @@ from srbval.report.findings.records import (
     sideband_shares,
 )
 from srbval.report.pages import Page, StoredResults, results_of
-from srbval.signal import Scalogram
+from srbval.signal import NORMAL_95, Scalogram
 
 SCHEMA_VERSION = 1
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 # Stored ones that uncertainties, verdicts and the model's values are made of.
 RESULTS = ("sensitivity", "cage_draws", "verdict_power", COUNTERPARTS)
 Side = Mapping[Fault, Analysis]
+MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: its median and the ends of its 95 % interval
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,6 +137,8 @@ def gather(
     facts += [run_facts(side.case, side.run) for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
+    with stage(progress, "Look for impulsive bands"):
+        kurtograms = tuple(record_kurtogram(analyses[side][s]) for s in RACE_DEFECTS for side in ("model", "rig"))
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     registered = [chosen[state] for state in sides]
@@ -140,7 +146,7 @@ def gather(
         data={}, bearing=bearing, printed=printed, runs=runs, run_facts=tuple(facts), analyses=analyses, views=views,
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
         load_zone=load_zone(runs["load-zone"], geometry),
-        kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
+        kurtograms=kurtograms, known=known, matrix=matrix,
         cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
         speed_source=published_speeds(),
@@ -221,12 +227,6 @@ def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
     return model
 
 
-def _kurtograms(model: Side, rig: Side, progress: Progress) -> Iterator[RecordKurtogram]:
-    """Model and rig, outer race and inner race."""
-    with stage(progress, "Look for impulsive bands"):
-        yield from (record_kurtogram(side[fault]) for fault in RACE_DEFECTS for side in (model, rig))
-
-
 def cautions(records: Iterable[Any]) -> list[dict[str, str]]:
     """What may make the numbers of a recording wrong that this report uses, each file and caution once."""
     once = dict.fromkeys((Path(record.file).name, caution) for record in records for caution in record.cautions)
@@ -269,3 +269,54 @@ def choose_rig_recordings(
     best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)), default=None)
     chosen = {} if best is None else by_speed[best]
     return {state: chosen[state] for state in PAPER_STATES if state in chosen}
+
+
+def cage_ratio_rows(
+    readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
+) -> Iterator[Row]:
+    """By nominal speed: each record, their mean, each scene as it is stated, kinematics; see `cage_ratio_plot`."""
+    for place, rpm in enumerate(means.rpm):
+        for one in (one for one in readings if one.nominal_rpm == rpm):
+            half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
+            yield _row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
+        yield _row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
+        for variant in stored.get("variants", ()):
+            own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
+            if own and variant["form"] == STATED:
+                yield _row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
+        yield _row("kinematics", rpm, (kinematic,) * 3)
+
+
+def _row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row:
+    low, ratio, high = map(float, interval)
+    return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
+
+
+def trend(means: CageMeans, rows: Iterable[Verdict]) -> Row:
+    """How much the cage ratio changes from the fastest speed to the slowest [%]: rig, and the scene ``rig``.
+
+    The model's values are None without its stored draws.
+    """
+    rig, ci95 = trend_pct(means)
+    name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
+    own = next((one for one in rows if (one.scene, one.form, one.endpoint) == ("rig", STATED, name)), None)
+    return {
+        "endpoint": name, "records": list(means.records), "rig_pct": rig, "rig_ci95_pct": ci95,
+        "between_records_pct": 100 * means.between_u / means.means[-1],
+        "between_records_ci95_pct": [100 * end / means.means[-1] for end in means.between_ci95],
+        "model_pct": own and rig + own.error_pct, "u_pct": own and own.u_pct, "verdict": own and own.verdict,
+    }  # fmt: skip
+
+
+def cage_data(
+    readings: Sequence[CageReading], stored: Mapping[str, Any], rows: Sequence[Verdict], kinematic: float
+) -> dict[str, Any]:
+    """The keys of ``report.json`` that follow from the records' readings and the model's `stored` draws."""
+    means = cage_means(readings)
+    return {
+        "cage_readings": readings,
+        "cage_ratios": list(cage_ratio_rows(readings, means, stored, kinematic)),
+        "trend": trend(means, rows),
+        "joint_tests": list(joint_tests(readings, stored)),
+        "second_look": list(second_looks(readings, stored)),
+    }

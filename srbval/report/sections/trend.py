@@ -19,24 +19,29 @@ MOST_MARKED = 60  # points, up to which each has its marker
 def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
     """The page; `command` is the one that makes it again."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
-    sections = [_section(trend, one, number) for number, one in enumerate(trend.channels, start=1)]
+    pictures = [
+        TEXTS.figure("levels", levels_panel(one), id=f"levels-{number}", one=one, trend=trend)
+        for number, one in enumerate(trend.channels, start=1)
+    ]
+    first = trend.channels.index(trend.alarm) if trend.alarm else 0
+    sections = [
+        _section(one, number, () if number == first else (pictures[number],))
+        for number, one in enumerate(trend.channels)
+    ]
     return Report(
         title=TEXTS.text("title", trend=trend),
         subtitle=TEXTS.text("subtitle", trend=trend),
         generated_utc=datetime.now(UTC),
-        verdict=TEXTS.verdict(tone, trend=trend),
+        verdict=TEXTS.verdict(tone, figure=pictures[first], trend=trend),
         sections=(*sections, replace(provenance_section({"command": command, **provenance}), appendix=())),
         data={"trend": trend},
     )
 
 
-def _section(trend: Trend, one: ChannelTrend, number: int) -> Section:
+def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
     names = [name for name in one.reference if name != RMS]
-    blocks: list[Block] = [
-        TEXTS.figure("levels", levels_panel(one), id=f"levels-{number}", one=one, trend=trend),
-        TEXTS.table("records", one.points, id=f"records-{number}", one=one, names=names),
-    ]
-    return Section(id=f"channel-{number}", title=TEXTS.text("channel", one=one), blocks=tuple(blocks))
+    table = TEXTS.table("records", one.points, id=f"records-{number + 1}", one=one, names=names)
+    return Section(id=f"channel-{number + 1}", title=TEXTS.text("channel", one=one), blocks=(*pictures, table))
 
 
 @panel
@@ -48,11 +53,11 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     marked = len(times) <= MOST_MARKED
     columns: dict[str, Any] = {"time": [point.time_text for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
-        rises = [_number(one.rise_db(point, name)) for point in one.points]
+        rises = [_number(one.rise_db(point.levels, name)) for point in one.points]
         half = [_number(point.ci95_db.get(name)) for point in one.points]
         upper.errorbar(times, rises, yerr=half, color=colour, marker=mark if marked else None, ms=3.5, lw=0.9,
                        elinewidth=0.5, label=name)  # fmt: skip
-        if (limit := one.limit_db(name)) is not None:
+        if (limit := one.rise_db(one.limits, name)) is not None:
             upper.axhline(limit, color=colour, ls="--", lw=0.8)
         columns |= {f"{name}_db": rises, f"{name}_ci95_db": half}
     if one.first_alarm is not None:

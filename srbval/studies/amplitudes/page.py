@@ -10,9 +10,8 @@ from typing import Any
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.report.blocks import Block, Section
-from srbval.report.pages import Page, StoredResults
+from srbval.report.pages import Page, StoredResults, missing, origin_of
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 DEPTH = "modulation depth"

@@ -4,9 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.report.blocks import Section
-from srbval.report.pages import Page, StoredResults
+from srbval.report.pages import Page, StoredResults, missing, origin_of
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 FRICTION = "critical velocity of friction"

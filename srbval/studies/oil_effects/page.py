@@ -7,8 +7,8 @@ from typing import Any
 
 from srbval.report.blocks import Badge, Block
 from srbval.report.figures.style import BLUE, GREEN, VERMILION, PanelFiles, figure_style, new_figure, save_panel
+from srbval.report.pages import appendix_page
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import appendix_page
 
 Row = Mapping[str, Any]
 SIZE_INCHES = (7.6, 2.9)

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.report.blocks import Block
+from srbval.report.pages import appendix_page
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import appendix_page
 
 
 def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.report.blocks import Block
+from srbval.report.pages import appendix_page
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import appendix_page
 
 # A line this far above the noise is strong: what is asked of an error is asked from here on.
 STRONG_DB = 16.0

@@ -6,11 +6,10 @@ from typing import Any
 
 from srbval.models.run import USABLE
 from srbval.report.blocks import Badge, Block, Figure, Section
-from srbval.report.pages import Page, StoredResults
+from srbval.report.pages import Page, StoredResults, missing, origin_of
 from srbval.report.plain import literal
 from srbval.report.section_texts import Texts
 from srbval.scene import paper_scene
-from srbval.studies.appendix_page import missing, origin_of
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.speed_accuracy.figure import speed_accuracy_plot
 

@@ -6,10 +6,9 @@ from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
 from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
-from srbval.report.pages import Page, StoredResults
+from srbval.report.pages import Page, StoredResults, missing, origin_of
 from srbval.report.section_texts import Texts
 from srbval.scene import SolverSettings, paper_scene
-from srbval.studies.appendix_page import missing, origin_of
 from srbval.studies.scenes import RIG_SCENES
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.figure import stability_map

@@ -6,9 +6,8 @@ from typing import Any
 
 from srbval.report.blocks import Badge, Section
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, new_figure, panel
-from srbval.report.pages import Page, StoredResults
+from srbval.report.pages import Page, StoredResults, missing, origin_of
 from srbval.report.section_texts import Texts
-from srbval.studies.appendix_page import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of OR and IR records

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from srbval.errors import ConfigurationError
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import Statics, balance_friction, equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.state import layout_of
 from srbval.models.full.steps import take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
@@ -16,7 +16,6 @@ from tests.verification.harness import parameters, rolling_state
 
 BALANCED_N = 1.0  # of 124.8 kN
 ROLLING_M_S = 1e-12  # rounding of some metres per second
-CAGE_RATIO = 2e-4  # the same; rattling rollers drag, a tenth of the slip of 2.5e-3
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
 CAGE_ANGLES = (0.0, 0.09)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
 
