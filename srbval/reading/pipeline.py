@@ -26,7 +26,6 @@ from srbval.signal import (
     Spectrum,
     amplitude_spectrum,
     analytic_signal,
-    check_band,
     drop_ends,
     end_s,
     kurtogram,
@@ -157,11 +156,10 @@ def process(
     value wherever that chain itself is right. `channel` picks one channel instead of the recording's own choice.
     Raises `ConfigurationError` for an unknown channel or a band out of reach, `DataError` for a constant or short one.
     """
-    check_band(band_hz, recording.fs_hz)
     signal = one_signal(recording, channel)
     whole = normalise(signal)
-    ends = end_s(band_hz)
     square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz, band_filter=band_filter)
+    ends = end_s(band_hz)
     return Processed(
         whole=whole,
         squared=tracked(drop_ends(square, rate, ends), rate, ends, tracking),
