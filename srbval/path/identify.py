@@ -142,8 +142,9 @@ def identify(
     for _ in range(ROUNDS):
         off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, bands, order))[place] / 20)
         path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
-    scatter = float(np.std(20 * np.log10(path.load)))
-    wide = np.bincount(place)[place] > 1
+    each, count = np.unique(place, return_index=True, return_counts=True)[1:]  # joined bands have one gain
+    scatter = float(np.std(20 * np.log10(np.array(path.load)[each]), ddof=min(1, each.size - 1)))
+    wide = count[place] > 1
     path = replace(path, u_db=tuple(np.hypot(path.u_db, scatter * wide).tolist()))
     return Identified(path=path, record_db=levels[place], ring_db=ring[:, place], sidebands_db=sidebands)
 

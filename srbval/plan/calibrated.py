@@ -19,6 +19,9 @@ FREE = ("model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz"
 LONGER = 0.6  # a record may be this much of the calibrated length, or longer
 SAME = 1e-9
 AXES = ("rpm", "radial_kn", "height_mm")
+UNMEASURED = {
+    "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
+}
 LEAST_SCENES = 9  # that a margin is read from: it then holds for nine scenes in ten
 
 Key = tuple[str, str, Question]  # roller fit, model, question
@@ -137,7 +140,9 @@ def _differences(path: str, own: Mapping[str, object], base: Mapping[str, object
             if not math.isclose(value, right, rel_tol=1e-6, abs_tol=1e-15):
                 found.append(f"{path}{name} = {value:.6g}, measured only at {right:.6g}")
         elif value != right:
-            found.append(f"{path}{name} = {_text(value)}, measured only at {_text(right)}")
+            found.append(
+                UNMEASURED.get(path + name) or f"{path}{name} = {_text(value)}, measured only at {_text(right)}"
+            )
     return found
 
 

@@ -102,7 +102,11 @@ def _choose(
     Where none is enough, the reference model; where that refuses, the last model that does not and knows the question.
     """
     levels, bearing = [level for level in LEVELS if level.name in table.models], load_bearing(scene.bearing)
-    refused = {level.name: refusal(level, scene, bearing) or "" for level in levels if not level.runs(bearing)}
+    tables = scene.oil is not None or scene.bodies.free_rollers  # that only some models know
+    refused = {
+        level.name: why for level in levels
+        if (tables or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
+    }  # fmt: skip
     while True:
         able = [r for r in levels if r.name not in refused]
         knowing = [r.name for r in able if question.value not in r.lacks] or [r.name for r in able]

@@ -33,6 +33,8 @@ SAME = 1e-9  # sizes nearer than this are one
 POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
 # A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
+# Of one of another size the joints of the machine damp it as those of the rig do: see `rig_inputs.toml`.
+JOINTS: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
 # the rig's bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
@@ -111,7 +113,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
         return merge(base, WITHOUT_DIMENSIONS)
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
-    table = base if path == LoadPath.HOUSING else machine
+    table = base if path == LoadPath.HOUSING else merge(machine, JOINTS)
     table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 

@@ -59,10 +59,11 @@ STRIDE = 2056
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
     SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
     ON_CAGE,  # couple on the cage about its roller's axis, of the oil's drag and its pocket [N m], see `oil_kernel`
-    # of a roller that tilts: cosine, sine, how far along its axis it is [m], its skew moment [N m], see `tilt_kernel`
-    TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT,
-) = (np.uint64(i * STRIDE) for i in range(95))  # fmt: skip
-ROWS = 95
+    # of a roller that tilts: cosine, sine, how far along its axis it is [m], its skew moment and that on the cage about
+    # the slot's z [N m], see `tilt_kernel`
+    TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT, SKEW_ON_CAGE,
+) = (np.uint64(i * STRIDE) for i in range(96))  # fmt: skip
+ROWS = 96
 FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
 FRAME_ROWS = 18  # rows that set up a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
