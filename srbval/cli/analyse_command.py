@@ -24,7 +24,7 @@ from srbval.diagnosis.records import (
 )
 from srbval.diagnosis.trend import zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import Features, features_of
 from srbval.reading.pipeline import SQUARED_UNIT
@@ -144,7 +144,7 @@ def _run_many(options: argparse.Namespace) -> int:
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
     files = files_of(options.files)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
     return documents, *without_other_files(failed, options.files, documents)
 

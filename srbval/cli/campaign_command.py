@@ -15,7 +15,7 @@ from srbval.campaign.settings import Campaign, load_campaign
 from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.recordings.raw import printable
 from srbval.storage.json_files import to_json
 
@@ -39,7 +39,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     text = (
         f"{done.done} of {done.cases} cases have a result, {done.ran} of them new, in {done.wall_s:.1f} s "

@@ -15,7 +15,7 @@ from srbval.check.check import (
     write_reference,
 )
 from srbval.cli.output import answer, print_table
-from srbval.progress import ProgressDisplay, prefixed
+from srbval.progress import prefixed, progress_display
 from srbval.storage.json_files import to_json
 
 
@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Check, and with ``--update`` replace the reference; exit code 1 where anything is out of tolerance."""
     path = Path(options.reference) if options.reference else reference_path()
     reference = read_reference(path)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         result = run_check(reference, progress=prefixed(progress, "Check"))
     if options.update:
         return _update(options, path, reference, result)

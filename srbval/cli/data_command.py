@@ -8,7 +8,7 @@ from pathlib import Path
 from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.recordings import RecordingSettings
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
@@ -72,7 +72,7 @@ def _act(options: argparse.Namespace) -> RegisterListing:
         return listing()
     if options.action == "remove":
         return remove(options.name)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         if options.action == "add":
             band_hz = (options.band[0], options.band[1]) if options.band else None
             settings = dataclasses.replace(

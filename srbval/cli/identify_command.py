@@ -11,9 +11,9 @@ from srbval.diagnosis.baseline import load_healthy
 from srbval.errors import ConfigurationError
 from srbval.path.defect_size import defect_size, size_runs
 from srbval.path.identify import BAND_HZ, Identified, Pair, identify, identify_response, path_toml, simulated_run
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.recordings import Recording
-from srbval.recordings.frf import read_frf
+from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.files import atomic_write, check_suffix
@@ -50,7 +50,7 @@ def _from_responses(options: argparse.Namespace, band_hz: tuple[float, float]) -
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
     fault, healthy, bearing = _records(options, options.file)
     records = [fault, *([_records(options, options.cross_from)[0]] if options.cross_from else ())]
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
         pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
     return identify(*pairs, bearing=bearing, healthy=healthy, band_hz=band_hz)
@@ -82,7 +82,7 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     own = {"bearing": bearing}
     known = options.scene == "rig" and bearing == DEFAULT_BEARING  # whose inputs have ranges
     inputs = (*rig_inputs(), *rig_inputs("position")) if known else ()
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         drawn = [load_scene("rig", merge(own, one)) for one in (draws(inputs, POWER) if known else ())]
         runs = size_runs(fault, load_scene(options.scene, own), drawn, progress=progress)
     found = defect_size(

@@ -13,7 +13,7 @@ from srbval import __version__
 from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
-from srbval.progress import ProgressDisplay, stage
+from srbval.progress import progress_display, stage
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
 from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
@@ -81,7 +81,7 @@ def _version(name: str) -> str | None:
 
 def docs(options: argparse.Namespace) -> int:
     """Build the documentation, print where the first page is, and open it where asked."""
-    with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
+    with progress_display() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
     answer(options, {"page": str(page)}, str(page))
     if options.open:

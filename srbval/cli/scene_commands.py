@@ -16,7 +16,7 @@ from srbval.models.run import RunStatus
 from srbval.models.run_store import stored_summary
 from srbval.models.simulate import Step
 from srbval.models.solvers import METHODS
-from srbval.progress import ProgressDisplay
+from srbval.progress import progress_display
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
@@ -77,7 +77,7 @@ def run_scene(options: argparse.Namespace) -> int:
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     scene, step = _with_step(scene, options)
-    with ProgressDisplay() as progress:
+    with progress_display() as progress:
         result = stored_summary(scene, output, step=step, progress=progress)
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")

@@ -8,7 +8,7 @@ from typing import Any
 from srbval.cli.arguments import Parser
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
-from srbval.progress import ProgressDisplay, prefixed
+from srbval.progress import prefixed, progress_display
 from srbval.progress.tables import text_rows
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.pages import results_of
@@ -44,7 +44,7 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--all", action="store_true", help="print every row before the answer")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
-    with ProgressDisplay() as progress, stored_results(fresh=given.fresh):
+    with progress_display() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
         )

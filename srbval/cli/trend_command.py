@@ -64,7 +64,7 @@ def _print(trend: Trend) -> None:
 
 def _row(one: ChannelTrend, point: TrendPoint, names: Sequence[str]) -> tuple[str, ...]:
     stars = {name: "*" if name in point.risen else "" for name in (*names, RMS)}
-    rises = {name: one.rise_db(point, name) for name in names}
+    rises = {name: one.rise_db(point.levels, name) for name in names}
     velocity = "-" if point.velocity_rms_mm_s is None else f"{point.velocity_rms_mm_s:.2f} {point.zone or ''}"
     shown = ("-" if x is None else f"{x:.1f}±{point.ci95_db[n]:.1f}{stars[n]}" for n, x in rises.items())
     rms = f"{point.levels[RMS]:.3g}{stars[RMS]}" if point.comparable else "other speed"

@@ -92,7 +92,7 @@ class MatrixCell:
             "speed_source": self.speed.source,
             "rig_hz": line.found_hz,
             "rig_ci95_hz": line.ci95_hz,
-            "deviation_pct": line.detected_deviation_pct,
+            "deviation_pct": line.deviation_pct if line.detected else None,
             "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
             "verdict": self.verdict,
         }

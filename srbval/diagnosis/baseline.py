@@ -147,24 +147,18 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     if not _same(rpm, wanted_rpm):
         conditions.append(f"{rpm:.0f} rpm instead of {wanted_rpm:.0f} rpm")
     conditions += [f"{what} {a:.4g} kN instead of {b:.4g} kN" for what, a, b in loads if not _same(a, b)]
-    remarks = (
-        (
-            None in (healthy.radial_n, ours.radial_n),
-            "the load is not stated for both records: it is taken to be the same",
-        ),
-        (healthy.channel != ours.channel, f"another channel, {healthy.channel} instead of {ours.channel}"),
-        (
-            healthy.fs_hz != ours.fs_hz,
-            f"sampled at {healthy.fs_hz:g} Hz instead of {ours.fs_hz:g} Hz; the same band was used",
-        ),
-        (
-            not healthy.unit == ours.unit == "m/s2",
-            "not both in m/s2: lines are compared as shares of the mean, not as levels",
-        ),
-        (healthy.state is None, "declared healthy by the user alone"),
-    )
-    said = tuple(text for holds, text in remarks if holds)
-    return Baseline(analysis=found, conditions=tuple(conditions), remarks=said)
+    remarks = []
+    if None in (healthy.radial_n, ours.radial_n):
+        remarks.append("the load is not stated for both records: it is taken to be the same")
+    if healthy.channel != ours.channel:
+        remarks.append(f"another channel, {healthy.channel} instead of {ours.channel}")
+    if healthy.fs_hz != ours.fs_hz:
+        remarks.append(f"sampled at {healthy.fs_hz:g} Hz instead of {ours.fs_hz:g} Hz; the same band was used")
+    if not _both_in_m_s2(found, analysis):
+        remarks.append("not both in m/s2: lines are compared as shares of the mean, not as levels")
+    if healthy.state is None:
+        remarks.append("declared healthy by the user alone")
+    return Baseline(analysis=found, conditions=tuple(conditions), remarks=tuple(remarks))
 
 
 def _same(one: float, other: float) -> bool:
@@ -192,7 +186,8 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
         )
     lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
     ratios = {x.name: found for x in lines if (found := _ratio(analysis, x, healthy))}
-    risen = [x for x in detected_fault_lines(lines) if x.name in ratios and _has_risen(*ratios[x.name])]
+    high = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
+    risen = [x for x in detected_fault_lines(lines) if x.name in high]
     compared = BaselineComparison(
         sentence="", ratios=ratios, baseline=healthy.recording.file, by_level=_both_in_m_s2(analysis, healthy)
     )
@@ -212,10 +207,6 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
 
 def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
     return one.recording.unit == other.recording.unit == "m/s2"
-
-
-def _has_risen(ratio: float, ci95: tuple[float, float]) -> bool:
-    return ratio >= RISEN_RATIO and ci95[0] > 1
 
 
 def short_ratio(ratio: float) -> str:

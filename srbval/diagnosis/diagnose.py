@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.diagnosis.fault_posterior import UNDECIDED, Evidence, decide, evidence, most_probable
+from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable
 from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
@@ -38,11 +38,6 @@ class Diagnosis:
     def best_class(self) -> str:
         """The most probable class."""
         return most_probable(self.probabilities)
-
-    @property
-    def most_probable(self) -> Fault | None:
-        """The fault, where one is the most probable class."""
-        return fault_of(self.best_class)
 
     @property
     def _answer(self) -> str:
@@ -92,15 +87,14 @@ def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
 
 
 @one_thread()
-def diagnose(analysis: Analysis, *, all_channels: bool = False, by: Evidence | None = None) -> Diagnosis:
-    """Name the fault of an analysed record, `by` other evidence than that which comes with the program where given.
+def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
+    """Name the fault of an analysed record.
 
     With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
     the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
     gave the estimate need not be this shaft. Each of these views is paid for (`Evidence.log_likelihood`).
     """
-    by = by or evidence()
-    scored = views_of(analysis, all_channels=all_channels)
+    by, scored = evidence(), views_of(analysis, all_channels=all_channels)
     features = [np.array(one.features) for _, one in scored]
     together = by.log_likelihood(*features)
     shares = by.probabilities(together)

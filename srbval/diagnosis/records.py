@@ -27,12 +27,13 @@ from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError, open_channels, sha256_of
+from srbval.recordings.load import LeftOpenError, open_channels
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
+from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
 BAND_QUESTION = OpenQuestion("no demodulation band", "--band LO HI, or --auto-band", "--auto-band")
@@ -165,7 +166,9 @@ def read_records(
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
     if failed and not read:
         raise only_error(failed)
-    return sorted(read, key=_concern), failed
+    order = list(ALARMS)  # then the most probable fault
+    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), -(summary_of(one)["probability"] or 0.0)))
+    return read, failed
 
 
 def _answered(
@@ -279,11 +282,6 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _concern(document: dict[str, Any]) -> tuple[int, float]:
-    """What sorts documents: the verdict, then the most probable fault."""
-    return list(ALARMS).index(document["fault"]["verdict"]), -(summary_of(document)["probability"] or 0.0)
-
-
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one a channel where it is left open; or the error."""
     try:
@@ -302,7 +300,7 @@ def _content(request: RecordRequest, register: str) -> str:
         files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
         if not all(file.is_file() for file in files):  # a pipe would be waited for
             return ""
-        hashes = [sha256_of(file) for file in files]
+        hashes = [file_sha256(file) for file in files]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
     except (SrbvalError, OSError):  # OSError: a path that none can have
@@ -332,15 +330,12 @@ def _load(request: RecordRequest) -> Recording:
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
     band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
-    missing = [
-        asked
-        for asked, known in (
-            (BEARING_QUESTION, recording.bearing or request.bearing),
-            (SPEED_QUESTION, recording.speed),
-            (BAND_QUESTION, band or recording.origin is not Origin.MEASURED),
-        )
-        if not known
-    ]
+    known = {
+        BEARING_QUESTION: recording.bearing or request.bearing,
+        SPEED_QUESTION: recording.speed,
+        BAND_QUESTION: band or recording.origin is not Origin.MEASURED,
+    }
+    missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:
         error = ConfigurationError(f"{recording.name} leaves open: {'; '.join(map(str, missing))}.")
         error.subject, error.questions = recording.name, tuple(missing)

@@ -17,7 +17,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from importlib import resources
 from pathlib import Path
@@ -80,16 +80,9 @@ class ChannelTrend:
     zones: tuple[tuple[str, float], ...]
     velocity_missing: str
 
-    def rise_db(self, point: TrendPoint, name: str) -> float | None:
-        """A level over its reference [dB]; None where one of them is missing."""
-        return self._over_reference_db(point.levels.get(name), name)
-
-    def limit_db(self, name: str) -> float | None:
-        """A limit over its reference [dB]; None without one."""
-        return self._over_reference_db(self.limits.get(name), name)
-
-    def _over_reference_db(self, value: float | None, name: str) -> float | None:
-        before = self.reference.get(name)
+    def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
+        """A level of a point, or a limit, over its reference [dB]; None where one of them is missing."""
+        value, before = levels.get(name), self.reference.get(name)
         return DB * math.log(value / before) if value and before else None
 
     @property
@@ -131,11 +124,11 @@ class Trend:
             return f"No alarm in {count} records: no level rose above those of the first {self.baseline}; {chance}."
         n = first.first_alarm
         point, since = first.points[n], first.points[n:]
-        name = max(point.risen, key=lambda one: first.rise_db(point, one) or 0.0)
+        name = max(point.risen, key=lambda one: first.rise_db(point.levels, one) or 0.0)
         lasting, where = sum(name in one.risen for one in since), f" of {first.channel}" if first.channel else ""
         return (
             f"Alarm: {name}{where} first at {point.time_text} (record {n + 1} of {count}), "
-            f"{first.rise_db(point, name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
+            f"{first.rise_db(point.levels, name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
             f"{len(since)} records from then on; {chance}."
         )
 
@@ -237,15 +230,14 @@ def trend_of(
             channel=channel, unit=features["unit"], velocity_missing=missing, limits=limits,
             zones=tuple(zip("BCD", boundaries, strict=False)),
             reference={name: math.exp(x.mean()) for name, x in logs.items() if x.size},
-            points=(*points[:count], *(_judged(point, limits) for point in points[count:])),
+            points=(*points[:count], *(replace(one, risen=_risen(one, limits)) for one in points[count:])),
         ))  # fmt: skip
     first = min(count, max(map(len, series.values())))
     return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
 
 
-def _judged(point: TrendPoint, limits: Mapping[str, float]) -> TrendPoint:
-    risen = (name for name, limit in limits.items() if point.comparable and point.levels.get(name, 0.0) > limit)
-    return TrendPoint(**vars(point) | {"risen": tuple(risen)})
+def _risen(point: TrendPoint, limits: Mapping[str, float]) -> tuple[str, ...]:
+    return tuple(name for name, limit in limits.items() if point.comparable and point.levels.get(name, 0.0) > limit)
 
 
 def _points(

@@ -1,8 +1,8 @@
 """How far the work is: one callback signature for the whole package, and its display on standard error.
 
 Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
-fraction of it that is done. `ProgressDisplay` is such a callback and shows what it is told: bars on a terminal, plain
-lines elsewhere. All of them are safe to call from several threads.
+fraction of it that is done. `progress_display` makes such a callback, which shows what it is told: bars on a terminal,
+plain lines elsewhere. All of them are safe to call from several threads.
 """
 
 import contextlib
@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Self, TextIO
+from typing import TYPE_CHECKING, Self, TextIO
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -41,46 +41,25 @@ def prefixed(progress: Progress, title: str) -> Progress:
     return lambda task, fraction: progress(f"{title}: {task}", fraction)
 
 
-class ProgressDisplay:
+def progress_display(stream: TextIO | None = None) -> "_Bars | _Lines":
     """A `Progress` callback that shows what it is told, while its ``with`` block lasts.
 
-    ``with ProgressDisplay() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless
-    given; bars are drawn when it is a terminal, plain lines are written elsewhere.
+    ``with progress_display() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless
+    given; bars are drawn when it is a terminal, plain lines are written elsewhere. Its `message` shows one line of text
+    between the tasks.
     """
-
-    def __new__(cls, stream: TextIO | None = None) -> Self:
-        """The display that suits the stream."""
-        kind: Any = _Bars if (stream or sys.stderr).isatty() else _Lines
-        made: Self = object.__new__(kind)
-        return made
-
-    def __init__(self, stream: TextIO | None = None) -> None:
-        self._stream = stream or sys.stderr
-        self._lock = threading.Lock()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Show nothing any more."""
-
-    def __call__(self, task: str, fraction: float | None) -> None:
-        """Show that `fraction` of `task` is done; see `Progress`."""
-        raise NotImplementedError
-
-    def message(self, text: str) -> None:
-        """Show one line of text between the tasks."""
-        raise NotImplementedError
+    stream = stream or sys.stderr
+    return _Bars(stream) if stream.isatty() else _Lines(stream)
 
 
-class _Bars(ProgressDisplay):
+class _Bars:
     """Bars drawn by rich, one per task."""
 
-    def __init__(self, stream: TextIO | None = None) -> None:
+    def __init__(self, stream: TextIO) -> None:
         from rich import progress
         from rich.console import Console
 
-        super().__init__(stream)
+        self._lock = threading.Lock()
         self._bars = progress.Progress(
             progress.TextColumn("{task.description}", markup=False),
             progress.BarColumn(bar_width=28),
@@ -89,7 +68,7 @@ class _Bars(ProgressDisplay):
             progress.TextColumn("about"),
             progress.TimeRemainingColumn(),
             progress.TextColumn("to go"),
-            console=Console(file=self._stream),
+            console=Console(file=stream),
         )
         self._running: dict[str, TaskID] = {}
 
@@ -113,11 +92,11 @@ class _Bars(ProgressDisplay):
         self._bars.console.print(text, markup=False, highlight=False)
 
 
-class _Lines(ProgressDisplay):
+class _Lines:
     """Plain lines: when a task begins, at least every `LINE_EVERY_S` until it ends, and when it ends."""
 
-    def __init__(self, stream: TextIO | None = None) -> None:
-        super().__init__(stream)
+    def __init__(self, stream: TextIO) -> None:
+        self._stream, self._lock = stream, threading.Lock()
         # By task: the fraction done, when it began and when it was last reported (`time.monotonic`) [s].
         self._running: dict[str, tuple[float | None, float, float]] = {}
         self._written_at = time.monotonic()

@@ -30,11 +30,8 @@ def uncertain(value: float | None, ci95: float | None) -> str | None:
 def text_rows(rows: Sequence[Mapping[str, object]], columns: Mapping[str, str] | None = None) -> str:
     """`columns` (title: key) of the rows, by default all under their keys; four digits."""
     shown = columns or {key: key for key in rows[0]} if rows else {}
-    return text_table(tuple(shown), [[_four_digits(row[key]) for key in shown.values()] for row in rows])
-
-
-def _four_digits(value: object) -> object:
-    return float(f"{value:.4g}") if isinstance(value, float) else value
+    values = ([row[key] for key in shown.values()] for row in rows)
+    return text_table(tuple(shown), [[float(f"{v:.4g}") if isinstance(v, float) else v for v in row] for row in values])
 
 
 def _text(value: object) -> str:

@@ -75,8 +75,7 @@ class Line:
     `false_alarm` joins the three, None without a rank. A harmonic or sideband counts only with its own line.
     `isolated` and `covered` are those of `LineReading`.
     `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
-    the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
-    over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
+    the spacing of the sidebands fitted with the line, where some stood out.
     `explained_by` names the stronger line whose frequency this one is a simple multiple of, or says what else stands
     there; `identity_probability` is that of a first harmonic's peak being the line (`identity_probability`). Values are
     None where the line is out of the record's reach or its whole window is covered.
@@ -104,8 +103,6 @@ class Line:
     resolution_hz: float | None = None
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
-    half_snr: float | None = None
-    double_snr: float | None = None
 
     @property
     def false_alarm(self) -> float | None:
@@ -148,11 +145,6 @@ class Line:
     def is_first(self) -> bool:
         """Whether it is the first harmonic of a family and no sideband."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
-
-    @property
-    def detected_deviation_pct(self) -> float | None:
-        """The deviation from kinematics where the line was detected [%]."""
-        return self.deviation_pct if self.detected else None
 
 
 LINE_KEYS = (
@@ -301,17 +293,13 @@ def _lines_of(
     family: Family, first: Line, reading: LineReading, record: Periodogram, scale: float, speed: ShaftSpeed, brief: bool
 ) -> list[Line]:
     """A family's first harmonic, the others, and the sidebands; without them where `brief`."""
-    # None where out of reach, or hidden by the shaft.
-    half, double = (
-        peak_snr(record, times * reading.found_hz, record.bin_hz + 2 * reading.ci95_hz) for times in (0.5, 2.0)
-    )
-    shows, explained = first.detected, first.explained_by
-    # Not a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
-    if shows and first.name in RACE_LINES and (half or 0.0) > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
-        explained = "2/1 a line at half its frequency"
-    first = replace(
-        first, detected=explained is None and shows, explained_by=explained, half_snr=half, double_snr=double
-    )
+    shows = first.detected
+    # A comb at half its frequency would make it but a second harmonic. Not a roller's line: a roller strikes both races
+    # per revolution, so its own rate is half its line.
+    if shows and first.name in RACE_LINES:
+        half = peak_snr(record, 0.5 * reading.found_hz, record.bin_hz + 2 * reading.ci95_hz)
+        if half is not None and half > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
+            first = replace(first, detected=False, explained_by="2/1 a line at half its frequency")
     if brief:
         return [first]
 

@@ -19,7 +19,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.errors import DataError
-from srbval.reading.pipeline import Tracking, choose_tracking, one_signal, process
+from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
@@ -61,7 +61,9 @@ def without_passage_lines(
     With a fault's `line_order` they are read where the fault is quiet (`steady_tone`).
     """
     speed = _speed(recording)
-    turns = _turns(recording, choose_tracking(recording, bearing, speed), speed)
+    course = choose_tracking(recording, bearing, speed).course
+    at_s = np.arange(recording.samples) / recording.fs_hz
+    turns = speed.value_hz * at_s if course is None else course.turns_at(at_s)
     signal = one_signal(recording)
     for multiple in PASSAGE_LINES[recording.state is Fault.HEALTHY]:
         order = multiple * bearing.orders.bpfo
@@ -83,12 +85,6 @@ def _line(
     amplitude, slip = steady_tone(analytic, tone[inside], periods, SLIP * near_hz * kept / fs_hz)
     slipped = slip * (np.arange(signal.size) - first) / kept
     return np.asarray((amplitude * np.exp(2j * np.pi * (tone + slipped))).real)
-
-
-def _turns(recording: Recording, tracking: Tracking, speed: ShaftSpeed) -> FloatArray:
-    """The shaft's turns at each sample, [n]."""
-    at_s = np.arange(recording.samples) / recording.fs_hz
-    return speed.value_hz * at_s if tracking.course is None else tracking.course.turns_at(at_s)
 
 
 def _speed(recording: Recording) -> ShaftSpeed:

@@ -314,16 +314,12 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     )
 
 
-def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians."""
-    return whitened_bands(processed, bearing, speed, most=1)[0]
-
-
 def whitened_bands(
     processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
 ) -> tuple[Periodogram, ...]:
-    """The same of equal parts of the whole band, each wide enough for the bearing's lines, `most` at most.
+    """`periodogram_of` equal parts of the whole band, `most` at most, each wide enough for the bearing's lines.
 
+    After cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
     What a fault strikes in one part of the band is not drowned by the noise of the others where their spectra are
     averaged. Some few knocks far above all others would make up combs of any order among themselves, but for the clip;
     impacts of a fault come in hundreds, each of them little above it.

@@ -19,7 +19,7 @@ import scipy.stats
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.families import HARMONICS, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
-from srbval.reading.pipeline import Processed, periodogram_of, whitened_periodogram
+from srbval.reading.pipeline import Processed, periodogram_of, whitened_bands
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, frequency_error_hz, read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
@@ -168,7 +168,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
             return False
         return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
-    fits = estimate(stated, ()) or speed_by_comb(whitened_periodogram(processed, bearing, stated), stated)
+    fits = estimate(stated, ()) or speed_by_comb(whitened_bands(processed, bearing, stated, most=1)[0], stated)
     if is_within(fits):
         found = SpeedSearch(lines=_read(processed, bearing, fits), speed=fits)
     else:

@@ -107,18 +107,15 @@ def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
     detected = detected_fault_lines(lines)
     if not detected:
         return "No race or rolling-element line detected."
-    first, *others = (f"{_name(line)} line detected: {_numbers(line)}" for line in detected)
+    first, *others = (_in_words(line) for line in detected)
     nominal = " (the speed is only nominal)" if speed.source is SpeedSource.NOMINAL else ""
     return "; also ".join((first + nominal, *others)) + "."
 
 
-def _name(line: Line) -> str:
+def _in_words(line: Line) -> str:
     fault = Fault.of_line(line.name)
-    return line.name if fault is None else f"{line.name} ({fault.label})"
-
-
-def _numbers(line: Line) -> str:
     return (
+        f"{line.name}{f' ({fault.label})' if fault else ''} line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
         f"modulation {100 * (line.depth or 0.0):.0f} %, "
         f"{line.deviation_pct:+.2f} % from kinematic"

@@ -1,17 +1,18 @@
-"""From a file of any format, or a simulated run, to a `Recording`."""
+"""From a file of any format, or a simulated run, to a `Recording`; measured frequency responses."""
 
 import dataclasses
-import hashlib
 from pathlib import Path
 
 import numpy as np
 
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError, OpenQuestion
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
+from srbval.recordings.loaders.signals import RESPONSE, RESPONSE_COLUMNS, UFF
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
 from srbval.recordings.recording import Origin, Recording, SourceFacts
@@ -23,6 +24,7 @@ from srbval.recordings.settings import (
     open_questions,
 )
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
+from srbval.storage.files import file_sha256
 
 
 def load_recording(
@@ -48,7 +50,7 @@ def load_recording(
     given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
     reading = apply_settings(file, read_file(file), given.over(settings or RecordingSettings()))
-    return _assemble(file, reading, sha256_of(file))
+    return _assemble(file, reading, file_sha256(file))
 
 
 class LeftOpenError(DataError):
@@ -98,20 +100,30 @@ def recording_from_run(run: Run) -> Recording:
     )
 
 
+def read_frf(path: Path) -> tuple[FloatArray, ComplexArray]:
+    """A measured frequency response: frequencies [Hz], rising, and the response [m/s2/N], complex.
+
+    From a table of text with `RESPONSE_COLUMNS`, or UFF dataset 58; `DataError` for anything else.
+    """
+    kind = detect_format(path)
+    columns = (RESPONSE if kind is UFF else kind).load(path).variables
+    if tuple(columns) != RESPONSE_COLUMNS:
+        raise DataError(f"{path}: columns must be {', '.join(RESPONSE_COLUMNS)}; found {', '.join(columns)[:200]}.")
+    frequency_hz, real, imaginary = (np.asarray(column, np.float64) for column in columns.values())
+    values = real + 1j * imaginary
+    if frequency_hz.size < 2 or not (np.isfinite(frequency_hz).all() and np.isfinite(values).all()):
+        raise DataError(f"{path}: {frequency_hz.size} lines of a response; two or more finite ones are needed.")
+    if not (np.diff(frequency_hz) > 0).all() or frequency_hz[0] < 0:
+        place = int(np.argmin(np.diff(frequency_hz)))
+        raise DataError(f"{path}: frequencies must rise from 0 Hz or above; {frequency_hz[place]:g} Hz does not.")
+    return frequency_hz, values
+
+
 def read_file(path: Path) -> Reading:
     """Contents of the file, with open choices left open (`Reading.channel`, `Reading.fs_hz` may be None)."""
     try:
         return recognise(detect_format(path).load(path))
     except OSError as error:  # gone since, a disk that fails, no memory for a map of it
-        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of the file, hexadecimal."""
-    try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 

@@ -84,17 +84,13 @@ def prescribed_speed(value_hz: float) -> ShaftSpeed:
     return ShaftSpeed(value_hz=value_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
 
 
-def stated_speed(rpm: float, ci95_rpm: float) -> ShaftSpeed:
-    """A measured value written down by somebody [rpm]; `ci95_rpm` covers its rounding."""
-    return _scalar(rpm, ci95_rpm, SpeedSource.STATED)
-
-
 def nominal_speed(rpm: float, ci95_pct: float) -> ShaftSpeed:
     """A set point [rpm]; `ci95_pct` is how far the data set's description trusts it."""
-    return _scalar(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
+    return stated_speed(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
 
 
-def _scalar(rpm: float, ci95_rpm: float, source: SpeedSource) -> ShaftSpeed:
+def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.STATED) -> ShaftSpeed:
+    """A value written down by somebody [rpm]; of a measured one `ci95_rpm` covers its rounding."""
     if not 0 < rpm < LIMIT_HZ * RPM_PER_HZ:
         raise DataError(f"shaft speed {rpm} rpm must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f}.")
     return ShaftSpeed(value_hz=rpm / RPM_PER_HZ, ci95_hz=ci95_rpm / RPM_PER_HZ, source=source)

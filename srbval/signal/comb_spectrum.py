@@ -46,13 +46,16 @@ class CombSpectrum:
         """Combs from `lowest_hz` up to `highest_hz`, all lines in reach; masked ones count as noise does on average.
 
         `records` are of one signal, such as the envelopes of several bands, of the same length and the same masks.
+        Their powers over noise are averaged.
         """
         limit_hz = min(record.limit_hz for record in records)
         step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
         log_hz = np.arange(math.log(lowest_hz), math.log(min(limit_hz, harmonics * highest_hz)), step)
-        lines = _line_scores(records, np.exp(log_hz))
+        hz = np.exp(log_hz)
+        snr = np.mean([record.snr_at(hz) for record in records], axis=0)
+        lines = np.where(records[0].masked(hz), MASKED, np.log1p(snr))
         score = _summed(np.tile(lines, (harmonics, 1)), step)
-        return cls(frequency_hz=np.exp(log_hz[: score.size]), score=score, lines=lines, harmonics=harmonics, step=step)
+        return cls(frequency_hz=hz[: score.size], score=score, lines=lines, harmonics=harmonics, step=step)
 
     @functools.cached_property
     def mixed(self) -> FloatArray:
@@ -103,12 +106,3 @@ def _summed(lines: Sequence[FloatArray] | FloatArray, step: float) -> FloatArray
     shift = [round(math.log(number) / step) for number in range(1, len(lines) + 1)]
     size = max(0, lines[0].size - shift[-1])
     return np.asarray(np.sum([one[at : at + size] for one, at in zip(lines, shift, strict=True)], axis=0))
-
-
-def _line_scores(records: Sequence[Periodogram], frequency_hz: FloatArray) -> FloatArray:
-    """log(1 + power over local noise) of single lines [n]; of masked ones what noise has on average.
-
-    Of several records the powers over noise are averaged.
-    """
-    snr = np.mean([record.snr_at(frequency_hz) for record in records], axis=0)
-    return np.where(records[0].masked(frequency_hz), MASKED, np.log1p(snr))

@@ -134,10 +134,14 @@ class Periodogram:
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
     def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
-        """The same record with further zones masked; each at least `MASK_BINS` bins to either side."""
+        """The same record with further zones masked, each at least `MASK_BINS` bins to either side, in rising order."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
-        return dataclasses.replace(self, masks_hz=_merged(zones))
+        zones = zones[np.argsort(zones[:, 0])]
+        reach = np.maximum.accumulate(zones[:, 1])
+        first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))  # of those that overlap, which are joined
+        last = np.concatenate((first[1:], [True]))
+        return dataclasses.replace(self, masks_hz=np.column_stack((zones[first, 0], reach[last])))
 
     @property
     def seconds(self) -> float:
@@ -217,12 +221,3 @@ class Periodogram:
         noise = median_filter(self.power[bins * PADDING], NOISE_BINS, mode="nearest") / math.log(2)
         local = np.maximum(np.interp(frequency_hz, bins * spacing, noise), np.finfo(float).tiny)
         return self.power_at(frequency_hz) / local
-
-
-def _merged(zones: FloatArray) -> FloatArray:
-    """Overlapping zones joined, in rising order, [k, 2]."""
-    zones = zones[np.argsort(zones[:, 0])]
-    reach = np.maximum.accumulate(zones[:, 1])
-    first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))
-    last = np.concatenate((first[1:], [True]))
-    return np.column_stack((zones[first, 0], reach[last]))

@@ -140,7 +140,8 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = modes.contrasts @ phase
         excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
-        path_rad = phase - modes.contrasts.T @ (modes.noise_share(weight) * residual)
+        noise_share = weight @ (1 / (1 + RATIOS[:, None] * modes.share))  # of each residual
+        path_rad = phase - modes.contrasts.T @ (noise_share * residual)
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(RATIOS))
@@ -180,10 +181,6 @@ class Modes:
     slope: FloatArray
     slope_variance: float
     walk_over_noise: float
-
-    def noise_share(self, weight: FloatArray) -> FloatArray:
-        """Share of noise in each residual, [n - 2]."""
-        return np.asarray(weight @ (1 / (1 + RATIOS[:, None] * self.share)), dtype=np.float64)
 
     def carried(self, weight: FloatArray) -> FloatArray:
         """Share of each residual that the walk carries into the slope, [n - 2]."""

@@ -48,7 +48,11 @@ def cache_use() -> tuple[CacheUse, ...]:
     root = _root()
     names = {Path(name).name for name in next(os.walk(root), (root, [], []))[1]}
     kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]
-    return tuple(_use(kind) for kind in kinds if not cache_folder(kind).is_symlink())
+    found = ((kind, *_files(kind)) for kind in kinds if not cache_folder(kind).is_symlink())
+    return tuple(
+        CacheUse(kind=kind, folder=cache_folder(kind), files=len(own), size_bytes=sum(own.values()), left=left)
+        for kind, own, left in found
+    )
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
@@ -73,11 +77,6 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
             with contextlib.suppress(OSError):  # it holds what is not ours
                 folder.rmdir()
     return chosen
-
-
-def _use(kind: str) -> CacheUse:
-    files, left = _files(kind)
-    return CacheUse(kind=kind, folder=cache_folder(kind), files=len(files), size_bytes=sum(files.values()), left=left)
 
 
 def _files(kind: str) -> tuple[dict[Path, int], int]:

@@ -1,6 +1,7 @@
 """Files written as a whole or not at all, and files that someone named read within limits."""
 
 import contextlib
+import hashlib
 import os
 import re
 import stat
@@ -68,6 +69,15 @@ def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
         match = UNFINISHED.fullmatch(path.name)
         if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():
             path.unlink(missing_ok=True)
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, 64 hexadecimal digits; `DataError` where it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
 def read_limited(path: Path, most_bytes: int = MOST_BYTES) -> bytes:

@@ -28,7 +28,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.storage.files import MOST_BYTES, atomic_write, read_limited
+from srbval.storage.files import MOST_BYTES, atomic_write, file_sha256, read_limited
 from srbval.storage.tables import build
 
 T = TypeVar("T")
@@ -124,7 +124,7 @@ def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:
-        written = {path.relative_to(stage).as_posix(): _file_sha256(path) for path in files}
+        written = {path.relative_to(stage).as_posix(): file_sha256(path) for path in files}
         write_json(stage / listing, {**content, "files": written})
         files.append(stage / listing)
     stale = set(_listed_files(folder, listing))
@@ -146,13 +146,8 @@ def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
     yield folder / listing
     for name, sha256 in listed.items():
         inside = ".." not in Path(name).parts and not Path(name).is_absolute() and len(Path(name).parts) <= 2
-        if inside and (folder / name).is_file() and _file_sha256(folder / name) == sha256:
+        if inside and (folder / name).is_file() and file_sha256(folder / name) == sha256:
             yield folder / name
-
-
-def _file_sha256(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def checked_line(value: Any) -> bytes:

@@ -4,9 +4,7 @@ A study's result is the file ``NAME.json``, in the repository's ``reports`` or, 
 which machine it was made, when, from which revision, by which command, and by which sources from which data.
 """
 
-import hashlib
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +12,7 @@ from typing import Any
 
 from srbval.errors import DataError
 from srbval.storage.cache import RESULTS, cache_folder
+from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.storage.sources import sources_sha256
@@ -52,38 +51,28 @@ class StoredResult:
 
     @cached_property
     def stale(self) -> str | None:
-        """Why the result no longer holds, as far as the program alone can tell; see `staleness`."""
-        return staleness(self)
+        """Why the result no longer holds, as far as the program alone can tell; None where it does.
 
-
-def staleness(result: StoredResult, inputs: Mapping[str, str] | None = None) -> str | None:
-    """Why a result no longer holds, None where it does.
-
-    Its inputs are compared with `inputs`, the SHA-256 of data by name, and those that come with the program
-    (``reports/...``, ``data_manifest/...``) with the files; other inputs are taken for unchanged. A result that says
-    why it is `computed_once`, a prediction before a comparison or its outcome, is a document of its revision: later
-    sources do not change it, and what they would compute of records that are known by now is not that test.
-    """
-    content = result.content
-    revision, module, known = content.get("git_revision"), content.get("computed_by"), content.get("inputs_sha256")
-    if isinstance(revision, str) and revision.endswith(DIRTY):
-        return f"it was computed from a changed working tree, {revision}"
-    if content.get("computed_once"):
-        return _changed_input(known if isinstance(known, dict) else {}, inputs)
-    if not (isinstance(module, str) and isinstance(known, dict) and isinstance(content.get("sources_sha256"), str)):
-        return "it does not say by which sources it was computed"
-    try:
-        if sources_sha256(module) != content["sources_sha256"]:
-            return f"the sources of {module} have changed since"
-    except ModuleNotFoundError:
-        return f"the module that computed it, {module}, is no more"
-    return _changed_input(known, inputs)
-
-
-def _changed_input(known: Mapping[str, str], inputs: Mapping[str, str] | None) -> str | None:
-    now = dict(inputs or {}) | {name: _shipped_sha256(name) for name in known if SHIPPED_INPUT.fullmatch(name)}
-    changed = [name for name, sha256 in known.items() if now.get(name, sha256) != sha256]
-    return f"its input {changed[0]} has changed since" if changed else None
+        Inputs that come with the program (``reports/...``, ``data_manifest/...``) are compared with the files, others
+        are taken for unchanged. A result that says why it is `computed_once`, a prediction before a comparison or its
+        outcome, is a document of its revision: later sources do not change it, and what they would compute of records
+        that are known by now is not that test.
+        """
+        stated = self.content.get
+        revision, module, known = stated("git_revision"), stated("computed_by"), stated("inputs_sha256")
+        if isinstance(revision, str) and revision.endswith(DIRTY):
+            return f"it was computed from a changed working tree, {revision}"
+        if not stated("computed_once"):
+            if not (isinstance(module, str) and isinstance(known, dict) and isinstance(stated("sources_sha256"), str)):
+                return "it does not say by which sources it was computed"
+            try:
+                if sources_sha256(module) != stated("sources_sha256"):
+                    return f"the sources of {module} have changed since"
+            except ModuleNotFoundError:
+                return f"the module that computed it, {module}, is no more"
+        inputs = known if isinstance(known, dict) else {}
+        changed = [name for name in inputs if SHIPPED_INPUT.fullmatch(name) and _shipped_sha256(name) != inputs[name]]
+        return f"its input {changed[0]} has changed since" if changed else None
 
 
 def newest_result(name: str) -> StoredResult | None:
@@ -93,17 +82,11 @@ def newest_result(name: str) -> StoredResult | None:
     return max(found, key=lambda result: result.made_utc, default=None)
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file, 64 hexadecimal digits; `OSError` where it cannot be read."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
 def _shipped_sha256(name: str) -> str:
     folder, _, rest = name.partition("/")
     try:
         return file_sha256(shipped_folder(folder) / rest)
-    except (OSError, DataError):
+    except DataError:
         return ""
 
 

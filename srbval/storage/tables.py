@@ -78,13 +78,6 @@ def number_and_unit(text: str) -> tuple[float, str] | None:
     return number / divisor if divisor else math.inf, match[3]
 
 
-def check_range(number: float, dimension: str, name: str) -> None:
-    """Refuse a `number` in SI that is beyond the `RANGES` of its dimension, or NaN."""
-    least, most = RANGES[dimension]
-    if number and not least <= abs(number) <= most:
-        raise ConfigurationError(f"{name} = {number:.6g}: its size must be between {least:g} and {most:g}, or zero.")
-
-
 def shown(value: object) -> str:
     """The value as an error quotes it, whatever it is."""
     try:
@@ -124,7 +117,10 @@ class Limited:
 
 def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     if "dimension" in field.metadata:
-        check_range(number, field.metadata["dimension"], field.name)
+        low, high = RANGES[field.metadata["dimension"]]
+        if number and not low <= abs(number) <= high:  # NaN neither
+            said = f"its size must be between {low:g} and {high:g}, or zero."
+            raise ConfigurationError(f"{field.name} = {number:.6g}: {said}")
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
         return

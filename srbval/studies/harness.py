@@ -18,11 +18,11 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.cache import RESULTS, cache_folder
-from srbval.storage.files import check_suffix
+from srbval.storage.files import check_suffix, file_sha256
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult, file_sha256
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult
 from srbval.storage.tables import build, read_toml
 from srbval.studies.machine import this_machine
 

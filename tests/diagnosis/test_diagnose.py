@@ -24,7 +24,7 @@ OF_6203 = load_bearing("skf-6203")
 def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
     analysis = faulted_analysis()
     naming = diagnose(analysis)
-    assert (naming.most_probable, naming.state) == (Fault.INNER, "inner")
+    assert (naming.best_class, naming.state) == ("inner", "inner")
     assert sum(naming.probabilities.values()) == pytest.approx(1)
     assert "named: inner race" in naming.sentence
 

@@ -12,9 +12,8 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import film
 from srbval.models.full.film_kernel import film_at_speed, film_drag, film_on_race
-from srbval.models.full.oil_kernel import rate_power
 from srbval.models.hierarchy import level_of
-from srbval.models.oil import ContactShape, oil_law
+from srbval.models.oil import ContactShape
 from srbval.models.slices import slice_parameters, sliced_contacts
 from srbval.scene import Oil, load_scene
 
@@ -175,14 +174,3 @@ def test_thin_films_leave_a_share_to_asperities() -> None:
     assert film.asperity_share(3.0, 1.0) == pytest.approx(1e-3, rel=0.3)
     shear = film_on_race(MODEL.slices.film, still, 0)
     assert film_drag(shear, 22.0, 1e3, 3e-3, 1.0, 0.0) == pytest.approx(1e3 * oil().boundary_friction, rel=0.02)
-
-
-def test_the_kernels_roots_are_the_formulas_powers() -> None:
-    """Couple of rolling resistance over load and rate, to a per cent of the formula."""
-    law = oil_law(oil(), SHAPES, 0.02)
-    for race, shape in enumerate(SHAPES):
-        for load in (100.0, 5e3, 2e4, 6e4):
-            for rate in (30.0, 300.0, 500.0):
-                short, full = law.rolling[race, 0] * load**0.5, law.rolling[race, 1] * load**0.25
-                expected = shape.rolling_couple_nm(oil(), rate, load, shape.length_m(load))
-                assert min(short, full) * rate_power(rate) == pytest.approx(expected, rel=0.02)

@@ -11,7 +11,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.scene import load_scene
 
 CLOSED = 1e-3  # of the losses
-SHARE, SHARE_OFF = 0.244, 0.01  # of row 1: the closed form of `test_slices_free_rollers`; rollers come and go
+SHARE, SHARE_OFF = 0.244, 0.01  # of row 1: the closed form of `test_free_rollers`; rollers come and go
 AXIAL = {"bodies": {"free_rollers": True}, "load": {"axial": "12.5 kN"}, "solver": {"step_s": 1 / 81920}}
 
 

@@ -22,7 +22,7 @@ from srbval.path.identify import (
     simulated_run,
     third_octaves,
 )
-from srbval.recordings.frf import read_frf
+from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene, load_sensor_path
 from srbval.studies.simulated_rig import BEARING, GAINS, RATIO, TRUE, SimulatedRig, simulated_rig
@@ -167,8 +167,8 @@ def test_a_measured_response_from_a_table_and_from_uff(
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3", "two or more"),
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3\n1,2,3", "must rise"),
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,nan\n2,2,3", "finite"),
-        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not a table"),
-        ("", "not a table"),
+        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not finite"),
+        ("", "empty"),
     ],
 )
 def test_what_is_no_response_is_refused(text: str, said: str, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import time
 import pytest
 
 import srbval.progress
-from srbval.progress import ProgressDisplay, stage
+from srbval.progress import progress_display, stage
 
 LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
 FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
@@ -21,7 +21,7 @@ class Terminal(io.StringIO):
 
 def test_lines_report_the_beginning_and_the_end() -> None:
     stream = io.StringIO()
-    with ProgressDisplay(stream) as progress:
+    with progress_display(stream) as progress:
         progress("Simulate [OR]", 0.0)
         progress("Simulate [OR]", 0.5)
         progress.message("half [way]")
@@ -35,7 +35,7 @@ def test_lines_report_the_beginning_and_the_end() -> None:
 def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()
-    with ProgressDisplay(stream) as progress:
+    with progress_display(stream) as progress:
         with stage(progress, "Compile"):
             _wait_for(r"Compile: after \d+ s", 2, stream)
         with stage(progress, "Draw"):
@@ -48,7 +48,7 @@ def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch:
 def test_bars_are_drawn_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
-    with ProgressDisplay(stream) as progress:
+    with progress_display(stream) as progress:
         with stage(progress, "Analyse [it]"):
             progress("Simulate [OR]", 0.5)
         progress("Simulate [OR]", 1.0)
@@ -73,7 +73,7 @@ def test_many_threads_lose_no_line() -> None:
         progress(name, None)
         progress(name, 1.0)
 
-    with ProgressDisplay(stream) as progress:
+    with progress_display(stream) as progress:
         threads = [threading.Thread(target=work, args=(f"t{i}",)) for i in range(count)]
         for thread in threads:
             thread.start()

@@ -97,7 +97,6 @@ def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
 def test_second_harmonic_of_a_slower_comb_is_no_race_line():
     samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)
     line = analyse(recording(samples), bearing=BEARING).line("BPFO")
-    assert line.half_snr > 0.5 * line.snr
     assert not line.detected
     assert "half" in line.explained_by
 

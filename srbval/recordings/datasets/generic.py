@@ -64,7 +64,9 @@ def read_generic(raw: RawFile) -> Reading:
 
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
-        if is_time(name) or _counts(column):
+        values = column.ravel()
+        is_number_of_sample = values[0] in (0, 1) and (np.diff(values) == 1).all()
+        if is_time(name) or is_number_of_sample:
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
         text = _unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else "")
@@ -91,12 +93,6 @@ def _unit_text(raw: RawFile, variable: str) -> str | None:
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
     known = (text for text in (*texts[:1], split_unit(variable)[1], *texts) if text and known_unit(text))
     return next(known, texts[0] if texts else None)
-
-
-def _counts(column: NDArray[np.generic]) -> bool:
-    """Whether the values are 0, 1, 2 ... or 1, 2, 3 ...: the samples' numbers."""
-    values = column.ravel()
-    return values[0] in (0, 1) and bool((np.diff(values) == 1).all())
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:

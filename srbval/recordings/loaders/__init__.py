@@ -21,7 +21,17 @@ FORMATS: tuple[FileFormat, ...] = (
 
 def detect_format(path: Path) -> FileFormat:
     """Format of the file at `path`; `DataError` for a file that is missing, empty or of no known format; `OSError`."""
-    head = _head(path)
+    try:
+        if path.is_dir():
+            raise DataError(f"{path}: is a folder, not a recording; `srbval data add {path}` registers it.")
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path}: is not a regular file.")
+        with path.open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file. Check the path.") from None
+    except ValueError as error:
+        raise DataError(f"{str(path)!r}: not a usable path ({error}).") from None
     if not head:
         raise DataError(f"{path}: the file is empty (0 bytes). Copy or download it again.")
     for candidate in FORMATS:
@@ -31,17 +41,3 @@ def detect_format(path: Path) -> FileFormat:
     raise NoRecordingError(
         f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}."
     )
-
-
-def _head(path: Path) -> bytes:
-    try:
-        if path.is_dir():
-            raise DataError(f"{path}: is a folder, not a recording; `srbval data add {path}` registers it.")
-        if path.exists() and not path.is_file():
-            raise DataError(f"{path}: is not a regular file.")
-        with path.open("rb") as stream:
-            return stream.read(HEAD_BYTES)
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file. Check the path.") from None
-    except ValueError as error:
-        raise DataError(f"{str(path)!r}: not a usable path ({error}).") from None

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,11 @@ TDMS_UNITS = ("unit_string", "NI_UnitDescription")  # properties of a channel th
 TDMS_INCREMENT = "wf_increment"  # and its time step [s]
 UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
 FUNCTION, UNITS = 58, 164  # data sets
-TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
-ACCELERATION = 12  # specific data type of its ordinate
+TIME_SIGNALS, FREQUENCY_RESPONSE = (0, 1), 4  # function types of data set 58: general, time response; FRF
+ACCELERATION, FORCE = 12, 13  # specific data types of its ordinate and that one's denominator
 SI = 1  # units code of data set 164
 EVEN = 1  # abscissa spacing
+RESPONSE_COLUMNS = ("frequency_hz", "real_m_s2_n", "imag_m_s2_n")
 _SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
 _UFF_MARK = re.compile(rb"^    -1[ \t]*\r?$", re.MULTILINE)
 _UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
@@ -153,6 +155,24 @@ def load_uff(path: Path) -> RawFile:
     return RawFile(path=path, format=UFF.name, variables=variables, units=units, rates_hz=rates)
 
 
+def load_response(path: Path) -> RawFile:
+    """Read the one frequency response of a universal file, acceleration over force, into `RESPONSE_COLUMNS`."""
+    import pyuff
+
+    sets = pyuff.UFF(str(path)).read_sets()
+    found = [one for one in (sets if isinstance(sets, list) else [sets]) if one.get("type") == FUNCTION]
+    responses = [one for one in found if one["func_type"] == FREQUENCY_RESPONSE]
+    kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in responses]
+    if len(responses) != 1 or kinds[0] != (ACCELERATION, FORCE):
+        raise DataError(
+            f"{path}: {len(responses)} frequency responses of {len(found)} datasets 58, of types {kinds}: exactly one, "
+            f"of acceleration over force, ({ACCELERATION}, {FORCE}), is needed. Export that one alone."
+        )
+    response = np.asarray(responses[0]["data"])
+    values = np.asarray(responses[0]["x"]), response.real, response.imag
+    return RawFile(path=path, format=UFF.name, variables=dict(zip(RESPONSE_COLUMNS, values, strict=True)))
+
+
 AUDIO = FileFormat(
     name="sound",
     description="WAV, FLAC",
@@ -182,3 +202,4 @@ UFF = FileFormat(
     library=("pyuff", "pyuff"),
     expansion=UFF_EXPANSION,
 )
+RESPONSE = replace(UFF, read=load_response)

@@ -216,9 +216,11 @@ def _decimal_commas(path: Path, data: list[int], body: str, separator: str | Non
     return comma is not None and separator != ","
 
 
-def _is_text(head: bytes) -> bool:
-    """Text has no control characters but white space; any 8-bit encoding and UTF-16 with its mark will do."""
-    return head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
-
-
-FORMAT = FileFormat(name=TEXT, description="a text table", matches=_is_text, read=load_text, trusted=True)
+FORMAT = FileFormat(
+    name=TEXT,
+    description="a text table",
+    # No control characters but white space; any 8-bit encoding, and UTF-16 with its mark.
+    matches=lambda head: head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head),
+    read=load_text,
+    trusted=True,
+)

@@ -17,6 +17,7 @@ from srbval.recordings.speed import RPM_PER_HZ
 
 Registered = tuple[RegisteredRecording, ...]
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
+RADIAL_KN = 124.8  # under which most of the rig's records were taken
 SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ, where no set point is known
 
 
@@ -53,26 +54,23 @@ def unopened(entry: RegisteredRecording) -> bool:
     return _usable_of_rig(entry) and not known
 
 
-def find_recording(
-    *, state: Fault, nominal_rpm: float, radial_kn: float = 124.8, axial_kn: float = 0.0
-) -> RegisteredRecording | None:
-    """The rig recording at one operating point [rpm, kN], or None; the longest if there are several."""
+def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording | None:
+    """The rig recording at one speed [rpm] under `RADIAL_KN` alone, or None; the longest if there are several."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
-    at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (radial_kn, axial_kn)]
+    at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (RADIAL_KN, 0.0)]
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
 
 
-def healthy_baseline(recording: Recording, registered: Registered | None = None) -> RegisteredRecording | None:
+def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
     """The registered healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
 
-    The baseline that a faulted record is compared with. `registered` saves listing the register again. Of several the
-    longest. Without a data set the rig is the folder, the bearing must be the same, and the mean speeds must agree to
-    `SAME_SPEED`; a record without a speed has none: nothing says that another one is comparable. Never the record
-    itself.
+    The baseline that a faulted record is compared with. Of several the longest. Without a data set the rig is the
+    folder, the bearing must be the same, and the mean speeds must agree to `SAME_SPEED`; a record without a speed has
+    none: nothing says that another one is comparable. Never the record itself.
     """
     if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
-    candidates = (*listing().recordings, *shipped_recordings()) if registered is None else registered
+    candidates = (*listing().recordings, *shipped_recordings())
     fitting = [entry for entry in candidates if _comparable(entry, recording, os.path.abspath(recording.file))]
     return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
 

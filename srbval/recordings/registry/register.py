@@ -13,7 +13,7 @@ from srbval.bearing import known_bearings, load_bearing
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import dataset, known_datasets
-from srbval.recordings.load import read_file, sha256_of
+from srbval.recordings.load import read_file
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.raw import first_line
@@ -31,6 +31,7 @@ from srbval.recordings.registry.manifest import (
 )
 from srbval.recordings.settings import RecordingSettings, apply_settings, label_table, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
+from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 
 MAX_WORKERS = 4
@@ -216,7 +217,7 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
             return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
         if output := _own_output(path):
             return entry.with_status(FileStatus.NO_RECORDING, output)
-        sha256 = sha256_of(path)
+        sha256 = file_sha256(path)
         entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
         entry = replace(entry, format=detect_format(path).name)
         entry = _described(entry, path, settings or RecordingSettings())
@@ -377,7 +378,7 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
             FileStatus.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
         )
     try:
-        sha256 = sha256_of(path) if entry.sha256 else ""  # without one it could not even be hashed
+        sha256 = file_sha256(path) if entry.sha256 else ""  # without one it could not even be hashed
     except DataError as error:
         return entry.with_status(FileStatus.UNREADABLE, str(error))
     if sha256 == entry.sha256 and (entry.status is FileStatus.CHANGED or not sha256):

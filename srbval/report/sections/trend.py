@@ -53,11 +53,11 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     marked = len(times) <= MOST_MARKED
     columns: dict[str, Any] = {"time": [point.time_text for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
-        rises = [_number(one.rise_db(point, name)) for point in one.points]
+        rises = [_number(one.rise_db(point.levels, name)) for point in one.points]
         half = [_number(point.ci95_db.get(name)) for point in one.points]
         upper.errorbar(times, rises, yerr=half, color=colour, marker=mark if marked else None, ms=3.5, lw=0.9,
                        elinewidth=0.5, label=name)  # fmt: skip
-        if (limit := one.limit_db(name)) is not None:
+        if (limit := one.rise_db(one.limits, name)) is not None:
             upper.axhline(limit, color=colour, ls="--", lw=0.8)
         columns |= {f"{name}_db": rises, f"{name}_ci95_db": half}
     if one.first_alarm is not None:
