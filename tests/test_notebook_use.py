@@ -71,9 +71,3 @@ def test_every_command_is_a_function() -> None:
     commands = next(a for a in parser()._actions if a.dest == "command").choices
     assert set(commands) - set(verbs) == {"completion"}  # a script for shells
     assert all(callable(getattr(srbval, function)) for function in verbs.values())
-
-
-def test_the_package_says_that_it_is_typed() -> None:
-    from importlib.resources import files
-
-    assert (files("srbval") / "py.typed").is_file()

@@ -19,11 +19,7 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert tests in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
-def test_nothing_says_to_install_srbval_from_an_index() -> None:
-    """It is on none: in documents a folder or a wheel is named, in messages the libraries alone."""
-    texts = [path for kind in ("*.md", "*.py", "*.toml", "*.ipynb") for path in (ROOT / "srbval").rglob(kind)]
-    for path in (*texts, ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "notebooks").glob("*.ipynb")):
-        assert not re.search(r"pip install[^\n&#]*[\s\"']srbval(?!-\d)\b", path.read_text(encoding="utf-8")), path
+def test_the_extra_for_formats_brings_what_they_need() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     in_formats = {re.split(r"\W", library)[0] for library in extras["formats"]}
     assert {form.library[1] for form in FORMATS if form.library} - {"scipy"} == in_formats

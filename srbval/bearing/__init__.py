@@ -12,6 +12,13 @@ from srbval.bearing.catalogue import (
     load_bearing,
     with_slip,
 )
-from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
-from srbval.bearing.kinematics import ElementShape, FaultFrequencies, FaultOrders, RollingElements
+from srbval.bearing.kinematics import (
+    DEFECTS,
+    RACE_DEFECTS,
+    ElementShape,
+    Fault,
+    FaultFrequencies,
+    FaultOrders,
+    RollingElements,
+)

@@ -163,7 +163,8 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
         document = read_toml(path)
         if isinstance(document.get("bearing"), dict):  # a machine's file holds it among other things
-            document = {"title": document.get("title"), "source": path.name} | document["bearing"]
+            document = {"title": document.get("title")} | document["bearing"]
+        document = {"source": path.name} | document  # a user's own file is its own source
         return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)
     close = nearest(text, known_bearings())
     hint = f" Did you mean {close!r}?" if close else ""

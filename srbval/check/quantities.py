@@ -16,7 +16,7 @@ from srbval.models.full.parameters import make_parameters
 from srbval.models.full_run import static_share
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.run_store import stored_run
+from srbval.models.simulate import stored_run
 from srbval.plan.measures import measure
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse

@@ -4,6 +4,7 @@ import argparse
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
@@ -12,7 +13,6 @@ from srbval.progress import progress_display
 from srbval.recordings import RecordingSettings
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
-    Coverage,
     FileStatus,
     RegisteredRecording,
     RegisterListing,
@@ -114,15 +114,15 @@ def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
         print("To state what a file leaves open: `srbval data add FILE|DIR OPTIONS`; it is stored for these files.")
 
 
-def _print_grid(covered: Coverage) -> None:
+def _print_grid(covered: dict[str, Any]) -> None:
     """The number of usable files, state and load down, nominal speed across; a dot for none."""
-    speeds = list(dict.fromkeys(p.nominal_rpm for p in covered.points))
+    speeds = list(dict.fromkeys(point["nominal_rpm"] for point in covered["points"]))
     rows: dict[tuple[str, float, float], list[str]] = {}
-    for point in covered.points:
-        row = rows.setdefault((point.state.value, point.radial_kn, point.axial_kn), [])
-        row.append(str(len(point.files)) if point.files else ".")
-    points, missing = len(covered.points), covered.missing
-    print(f"\n{covered.dataset}: {points - missing} of {points} operating points present, {missing} missing")
+    for point in covered["points"]:
+        row = rows.setdefault((point["state"].value, point["radial_kn"], point["axial_kn"]), [])
+        row.append(str(len(point["files"])) if point["files"] else ".")
+    points, missing = len(covered["points"]), covered["missing"]
+    print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
     print_table(
         ("state", "radial kN", "axial kN", *(f"{rpm:g} rpm" for rpm in speeds)),
         [(*point, *counts) for point, counts in rows.items()],

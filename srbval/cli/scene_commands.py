@@ -13,8 +13,7 @@ from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run import RunStatus
-from srbval.models.run_store import stored_summary
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import progress_display
 from srbval.scene import Scene, load_scene, paper_scene, scene_table

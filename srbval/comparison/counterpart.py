@@ -20,8 +20,7 @@ from srbval.comparison.runs import side_by_side
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_content
-from srbval.models.run_store import run_content, stored_run
-from srbval.models.simulate import Step, simulate
+from srbval.models.simulate import Step, run_content, simulate, stored_run
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run

@@ -27,7 +27,7 @@ from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError, open_channels
+from srbval.recordings.load import LeftOpenError, open_channels, subject_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -337,8 +337,9 @@ def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     }
     missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:
-        error = ConfigurationError(f"{recording.name} leaves open: {'; '.join(map(str, missing))}.")
-        error.subject, error.questions = recording.name, tuple(missing)
+        subject = subject_of(Path(recording.file)) if recording.file else recording.name
+        error = ConfigurationError(f"{subject} leaves open: {'; '.join(map(str, missing))}.")
+        error.subject, error.questions = subject, tuple(missing)
         raise error
 
 

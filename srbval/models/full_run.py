@@ -8,26 +8,26 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
-from srbval.models.balances import MomentumBalance
 from srbval.models.full import columns as col
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
 from srbval.models.full.motion_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.slices_kernel import law_at_speed
-from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import precompile
+from srbval.models.linear_stability import Linear, longest_step
 from srbval.models.outputs import Outputs, chunks
-from srbval.models.run_statistics import RunStatistics, load_share
+from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
 from srbval.models.solvers import METHODS, Method
-from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene
 
 CARRIES = 0.01  # of the highest load: rollers that count
@@ -92,14 +92,14 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     stats.compile_s += precompile(scene)
     run = full_run(scene, stats.bearing)
     model = run.model
-    stats.balanced_share = static_share(scene, model, run.state[layout_of(run.state).ring])
+    stats.figures["balanced_share"] = static_share(scene, model, run.state[layout_of(run.state).ring])
     stats.momentum = MomentumBalance(
         mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
         weight_n=-model.ring_mass * model.gravity,
     )  # fmt: skip
     methods = run.method, METHODS[default_solver()]
     limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
-    stats.step_s, stats.step_limit_s, stats.default_limit_s = run.step_s, *limits
+    stats.figures |= zip(("step_s", "step_limit_s", "default_limit_s"), (run.step_s, *limits), strict=True)
     started = time.perf_counter()
     run.advance(0, 0)
     stats.compile_s += time.perf_counter() - started
@@ -110,13 +110,13 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         stats.wall_s += time.perf_counter() - started
         yield first, steps
     if scene.oil is not None:
-        stats.film_um, stats.lambda_min = films_at_end(scene, stats.bearing, run, whole)
+        stats.figures |= films_at_end(scene, stats.bearing, run, whole)
     if scene.bodies.free_rollers:
-        stats.free_rollers = rollers_at_end(run, whole)
+        stats.figures["free_rollers"] = rollers_at_end(run, whole)
 
 
-def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> tuple[dict[str, float], float]:
-    """See `run.RunSummary`; of a run that stands after `whole` output intervals."""
+def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
+    """`film_um` and `lambda_min`, see `run.RunSummary`; of a run that stands after `whole` output intervals."""
     from srbval.models.slices import films_m  # the one level that knows oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
@@ -124,7 +124,7 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> tu
     middle, least = films_m(scene, geometry_of(bearing), run.model, load_n, cage_rad_s)
     assert scene.oil is not None
     films = {"min": 1e6 * float(least.min()), "mean": 1e6 * float(middle.mean())}
-    return films, float(least.min()) / scene.oil.roughness_m
+    return {"film_um": films, "lambda_min": float(least.min()) / scene.oil.roughness_m}
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
@@ -170,8 +170,7 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
         there[part] += size
         back[part] -= size
         difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
-        found: FloatArray = difference[layout.slide_rate] / (2 * size)
-        return found
+        return difference[layout.slide_rate] / (2 * size)
 
     stiffness, damping = slope(layout.slide, SLIDE_M), slope(layout.slide_rate, SLIDE_RATE_M_S)
     one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)

@@ -130,7 +130,7 @@ def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
             f"energy does not close: {gap:.0%} of the losses have no source, the limit is {limit:.0%}; friction "
             f"chatters from step to step; {remedy}"
         )
-    if _too_long(run):
+    if run.step_s > STEP_LIMIT * run.step_limit_s:
         return RunStatus.STEP_TOO_LONG, (
             f"the step of {run.step_s * 1e6:.4g} us is longer than the {run.step_limit_s * 1e6:.4g} us up to which "
             f"a roller's bouncing between the races decays; the longest step below that is {_finer(run)} (--dt)"
@@ -223,11 +223,6 @@ def _load_lost(run: RunSummary) -> bool:
     return run.idle_share > IDLE_SHARE or (missing and not abs(_energy_gap(run)) <= ENERGY_OPEN)
 
 
-def _too_long(run: RunSummary) -> bool:
-    """Whether the step is longer than the contacts allow."""
-    return run.step_s > STEP_LIMIT * run.step_limit_s
-
-
 def _driven(run: RunSummary) -> bool:
     low, high = (share * run.rolling_ratio for share in CAGE_RANGE)
     return not (run.cage_ratio < low or run.cage_ratio > high)
@@ -236,7 +231,8 @@ def _driven(run: RunSummary) -> bool:
 def _sound(run: RunSummary) -> bool:
     """Is no failure of the integration to be seen? Energy may be open in a speed ramp, and where steps are short."""
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT * run.step_limit_s
-    return not (run.idle_share > IDLE_SHARE or _too_long(run) or (wild and run.scene.speed_profile is None))
+    too_long = run.step_s > STEP_LIMIT * run.step_limit_s
+    return not (run.idle_share > IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
 
 
 def _carried(run: RunSummary) -> str:

@@ -9,7 +9,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from srbval.bearing import Bearing, SphericalRollerGeometry
 from srbval.errors import ConfigurationError, UnknownNameError
@@ -46,20 +46,14 @@ class FidelityLevel:
 
     def check_scene(self, scene: Scene) -> None:
         """Refuse a surface where the model has no continuous contacts, and what slices alone have where it has none."""
-        if scene.surface is not None and self.name not in CONTINUOUS:
-            raise ConfigurationError(
-                f"[surface]: the model {self.name} knows no waves of races and rollers; use --model "
-                f"{' or '.join(CONTINUOUS)}, or leave the table out."
-            )
-        if scene.oil is not None and self.name != SLICED:
-            raise ConfigurationError(
-                f"[oil]: the model {self.name} knows no oil; use --model {SLICED}, or leave the table out."
-            )
-        if scene.bodies.free_rollers and self.name != SLICED:
-            raise ConfigurationError(
-                f"bodies free_rollers = true: the model {self.name} holds its rollers; use --model {SLICED}, or leave "
-                "the key out."
-            )
+        for there, models, place, lack, what in (
+            (scene.surface is not None, CONTINUOUS, "[surface]", "knows no waves of races and rollers", "table"),
+            (scene.oil is not None, SLICED, "[oil]", "knows no oil", "table"),
+            (scene.bodies.free_rollers, SLICED, "bodies free_rollers = true", "holds its rollers", "key"),
+        ):
+            if there and self.name not in models:
+                use = f"use --model {' or '.join(models)}, or leave the {what} out"
+                raise ConfigurationError(f"{place}: the model {self.name} {lack}; {use}.")
 
     def steps_per_output(self, scene: Scene) -> int:
         """Solver steps in one output interval."""
@@ -71,8 +65,8 @@ class FidelityLevel:
 
     @property
     def run(self) -> Callable[..., Any]:
-        """The level's function, imported only when it is asked for."""
-        return _imported(self.place)
+        """The level's function."""
+        return imported(self.place)
 
     @property
     def make_parameters(self) -> Callable[..., Any]:
@@ -82,12 +76,7 @@ class FidelityLevel:
         """
         if self.parameters is None:
             raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
-        return _imported(self.parameters)
-
-    @property
-    def check_step(self) -> Callable[..., Any]:
-        """The function that estimates the step's error or chooses a step, for models as of `make_parameters`."""
-        return _imported(STEP_CHECK)
+        return imported(self.parameters)
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -96,16 +85,17 @@ class FidelityLevel:
         return tuple(place.split(":")[0] for place in places)
 
 
-STEP_CHECK = "srbval.models.step_error:check_step"  # of models with the full model's equations
+# Estimates a step's error or chooses a step, of models with the full model's equations.
+STEP_CHECK = "srbval.models.step_error:check_step"
 CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
-SLICED = "slices"  # the model that knows oil, and rollers that tilt and slide along their axes
+SLICED = ("slices",)  # the model that knows oil, and rollers that tilt and slide along their axes
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
 
-def _imported(place: str) -> Callable[..., Any]:
+def imported(place: str) -> Callable[..., Any]:
+    """The function at ``module:function``, imported only when it is asked for."""
     module, name = place.split(":")
-    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
-    return function
+    return cast(Callable[..., Any], getattr(importlib.import_module(module), name))
 
 
 COLUMNS = {

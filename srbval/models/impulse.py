@@ -2,7 +2,7 @@
 
 McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
 (Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Each pulse has the length and height that the defect has under a
-roller at that angle of the load zone (see `srbval.models.planar.statics`); the ring answers as a mass on housing and
+roller at that angle of the load zone (see `srbval.models.planar.contacts`); the ring answers as a mass on housing and
 contacts linearised about static balance.
 
 Of a bearing of which only orders are known the places of the lines alone are right; the strength of the pulses is
@@ -70,16 +70,16 @@ def _passages(
     scene: Scene, number: int, motion: Prescribed, rolling_elements: int, samples: int
 ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
     """Passages of defect `number`, [k]: times [s], race hit (0 outer, 1 inner), and angle around the bearing [rad]."""
-    defect, zone_rad, random = scene.defects[number], scene.load.zone_rad, np.random.default_rng([scene.seed, number])
+    defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
     time_s, race = passages(
-        defect, motion, rolling_elements, zone_rad, samples / scene.output_rate_hz,
+        defect, motion, rolling_elements, samples / scene.output_rate_hz,
         lambda count: scene.slip_jitter * random.standard_normal(count),
     )  # fmt: skip
     if defect.kind is Fault.ROLLER:
         angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
     else:
         turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
-        angle = zone_rad + defect.angle_rad + turned
+        angle = scene.load.zone_rad + defect.angle_rad + turned
     return time_s, race, angle
 
 
@@ -114,30 +114,23 @@ def _add(
 
 
 def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
-    """Force of all pulses on the ring of a bearing with orders alone at each sample, [samples, 2]."""
+    """Force of the half-sine pulses on the ring of a bearing with orders alone at each sample, [samples, 2]."""
     scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
     motion = Prescribed(scene=scene, orders=bearing.orders)
-    force = np.zeros((samples, 2))
+    force, rate_hz = np.zeros((samples, 2)), scene.output_rate_hz
+    half = math.ceil(PULSE_S / 2 * rate_hz) + 1
     for number in range(len(scene.defects)):
         time_s, _, angle = _passages(scene, number, motion, bearing.rolling_elements, samples)
-        away = np.cos(angle - scene.load.zone_rad)
         load_n = motion.radial_n(time_s) * HIGHEST_SHARE / bearing.rolling_elements
-        strength = load_n * np.maximum(away, 0.0) ** LINE_CONTACT
+        strength = load_n * np.maximum(np.cos(angle - scene.load.zone_rad), 0.0) ** LINE_CONTACT
         height = strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
-        _add_half_sines(force, time_s, height, scene.output_rate_hz)
+        sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
+        away = (sample / rate_hz - time_s[:, None]) / PULSE_S
+        inside = (np.abs(away) < 0.5) & (sample >= 0) & (sample < samples)
+        for axis in range(2):
+            np.add.at(force[:, axis], sample[inside], (np.cos(np.pi * away) * height[:, axis, None])[inside])
     return force
-
-
-def _add_half_sines(force: FloatArray, time_s: FloatArray, height: FloatArray, rate_hz: float) -> None:
-    """Add half-sine pulses of this `height`, [k, 2] [N], about each time."""
-    half = math.ceil(PULSE_S / 2 * rate_hz) + 1
-    sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
-    away = (sample / rate_hz - time_s[:, None]) / PULSE_S
-    inside = (np.abs(away) < 0.5) & (sample >= 0) & (sample < force.shape[0])
-    shape = np.cos(np.pi * away)
-    for axis in range(2):
-        np.add.at(force[:, axis], sample[inside], (shape * height[:, axis, None])[inside])
 
 
 def _velocity(scene: Scene, mass: float, stiffness: FloatArray, damping: FloatArray, force: FloatArray) -> FloatArray:

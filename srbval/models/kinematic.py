@@ -50,8 +50,7 @@ class Prescribed:
         since = np.clip(time_s, times[0], times[-1]) - times[i]
         inside = turned[i] + (speeds[i] + slope * since / 2) * since
         outside = np.minimum(time_s - times[0], 0.0) * speeds[0] + np.maximum(time_s - times[-1], 0.0) * speeds[-1]
-        angle: FloatArray = inside + outside
-        return angle
+        return inside + outside
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
         """Cage angle."""
@@ -80,21 +79,24 @@ def refuse_axial(scene: Scene) -> None:
 
 
 def passages(
-    defect: Defect,
-    motion: Prescribed,
-    rolling_elements: int,
-    zone_rad: float,
-    seconds: float,
+    defect: Defect, motion: Prescribed, rolling_elements: int, seconds: float,
     jitter: Callable[[int], FloatArray] | None = None,
-) -> tuple[FloatArray, NDArray[np.int64]]:
+) -> tuple[FloatArray, NDArray[np.int64]]:  # fmt: skip
     """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
 
-    `jitter` gives k random parts of the spacings, [k], relative to the mean one, added up one after the other: a
-    process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282), whose phase wanders off. None:
-    strictly periodic in the shaft's angle. `ConfigurationError` for more passages than memory is meant for.
+    A roller's defect meets the outer race at even ones. `jitter` gives k random parts of the spacings, [k], relative to
+    the mean one, added up one after the other: a process of stationary increments (Antoni & Randall 2003, J. Vib.
+    Acoust. 125, 282), whose phase wanders off. None: strictly periodic in the shaft's angle. `ConfigurationError` for
+    more passages than memory is meant for.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
-    phase = _phase(defect, motion, rolling_elements, zone_rad, grid)
+    fixed, per_turn = defect.angle_rad + motion.scene.load.zone_rad, rolling_elements / (2 * np.pi)
+    if defect.kind is Fault.ROLLER:
+        phase = -(motion.spun_rad(grid) + defect.angle_rad) / np.pi
+    elif defect.kind is Fault.INNER:
+        phase = (fixed + motion.shaft_rad(grid) - motion.cage_rad(grid)) * per_turn
+    else:
+        phase = (motion.cage_rad(grid) - fixed) * per_turn  # passages so far, whole at each one
     if phase[-1] - phase[0] > MOST_PASSAGES:
         raise ConfigurationError(
             f"{phase[-1] - phase[0]:.3g} passages of a defect in {seconds:g} s; the limit of the {motion.scene.model} "
@@ -103,22 +105,9 @@ def passages(
     numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
     wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter(len(numbers)))
     time_s = np.interp(numbers + wander, phase, grid)
-    roller, inner = defect.kind is Fault.ROLLER, int(defect.kind is Fault.INNER)
-    race = numbers.astype(np.int64) % 2 if roller else np.full(len(numbers), inner)
-    return time_s, race
-
-
-def _phase(
-    defect: Defect, motion: Prescribed, rolling_elements: int, zone_rad: float, time_s: FloatArray
-) -> FloatArray:
-    """Number of passages so far, rising; whole at each one. A roller's defect meets the outer race at even ones."""
-    fixed = defect.angle_rad + zone_rad
-    per_turn = rolling_elements / (2 * np.pi)
-    if defect.kind is Fault.OUTER:
-        return (motion.cage_rad(time_s) - fixed) * per_turn
-    if defect.kind is Fault.INNER:
-        return (fixed + motion.shaft_rad(time_s) - motion.cage_rad(time_s)) * per_turn
-    return -(motion.spun_rad(time_s) + defect.angle_rad) / np.pi
+    if defect.kind is Fault.ROLLER:
+        return time_s, numbers.astype(np.int64) % 2
+    return time_s, np.full(len(numbers), int(defect.kind is Fault.INNER))
 
 
 def prescribed_outputs(
@@ -141,7 +130,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)
     for defect in scene.defects:
-        times = passages(defect, motion, stats.bearing.rolling_elements, scene.load.zone_rad, whole / rate)[0]
+        times = passages(defect, motion, stats.bearing.rolling_elements, whole / rate)[0]
         place = times[(times >= 0) & (times * rate < whole)] * rate
         below = place.astype(np.int64)
         np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))

@@ -129,8 +129,7 @@ class Patch:
         deep = np.maximum(depth, 0.0)
         reach = np.sqrt(2 * deep / self.curvature_1_m)
         a, b = np.clip(start, -reach, reach), np.clip(end, -reach, reach)
-        area: FloatArray = deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
-        return area
+        return deep * (b - a) - self.curvature_1_m / 6 * (b**3 - a**3)
 
 
 class Piece(NamedTuple):
@@ -149,23 +148,14 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
     """
     r_x, found = geometry.raceway_radius_m, []
     for p in CIRCLES:
-        normal, lean = p * geometry.tilt_rad, (p - 1) * geometry.tilt_rad
+        lean, circle = (p - 1) * geometry.tilt_rad, (inner_circle if inner else outer_circle)(geometry, p)
         across = roller_radius_m - r_x + r_x * math.cos(lean)
-        radius = (geometry.inner_centre_radial_m if inner else 0.0) + (-r_x if inner else r_x) * math.cos(normal)
-        race = math.cos(normal) / radius
-        spacing = 2 * math.pi * radius / contact.points_per_circle
-        found.append(
-            Patch(
-                stiffness_n_m2=contact.stiffness_n_m / spacing,
-                damping_ns_m2=contact.damping_ns_m / spacing,
-                curvature_1_m=math.cos(lean) / across + (race if inner else -race),
-                lean_rad=lean,
-                normal_rad=normal,
-                spacing_m=spacing,
-                race_radius_m=radius,
-                roller_radius_m=across,
-            )
-        )
+        spacing = 2 * math.pi * circle.radius_m / contact.points_per_circle
+        found.append(Patch(
+            stiffness_n_m2=contact.stiffness_n_m / spacing, damping_ns_m2=contact.damping_ns_m / spacing,
+            curvature_1_m=math.cos(lean) / across + circle.normal_radial / circle.radius_m, lean_rad=lean,
+            normal_rad=p * geometry.tilt_rad, spacing_m=spacing, race_radius_m=circle.radius_m, roller_radius_m=across,
+        ))  # fmt: skip
     return found
 
 

@@ -57,7 +57,7 @@ class RunSummary:
     without a load, the housing spring carries the rest, `balanced_share` what they carry in static balance;
     `drive_power_w` the mean power that the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as
     a share of what was lost, both NaN where a model has no energies; `missing_n`, along the load: see
-    `balances.MomentumBalance`; `deepest_m`: penetration; `idle_share`: of the time without contact.
+    `run_statistics.MomentumBalance`; `deepest_m`: penetration; `idle_share`: of the time without contact.
 
     `step_error`: what the step leaves, None where it was not estimated; `step_limit_s`: see
     `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the

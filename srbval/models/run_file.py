@@ -170,8 +170,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
             del table[name]
     if not scene.bodies.free_rollers:
         del table["bodies"]["free_rollers"]
-    plain: dict[str, Any] = json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
-    return plain
+    return json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
 
 
 def _attributes(run: RunSummary) -> dict[str, Any]:

@@ -1,16 +1,14 @@
-"""Running sums over a run, enough to assess it without its signals in memory."""
+"""Running sums over a run, with its balances of energy and momentum: enough to assess it without its signals."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.balances import EnergyBalance, MomentumBalance
-from srbval.models.estimates import StepError
 from srbval.models.health import assess
 from srbval.models.hierarchy import level_of
 from srbval.models.run import RunStatus, RunSummary
@@ -23,28 +21,83 @@ LOSSES = {"sliding": col.FRICTION_POWER, "rolling": col.ROLLING_POWER, "drag": c
 
 
 @dataclass
+class EnergyBalance:
+    """Work done on the bearing, losses and stored energy over a run.
+
+    The energy stored is known at an interval's start, so the latest interval, `pending`, is left out of the sums.
+    """
+
+    work_w: float = 0.0
+    lost_w: float = 0.0
+    pending: tuple[float, float] = (0.0, 0.0)
+    first_j: float | None = None
+    last_j: float = 0.0
+
+    def add(self, out: FloatArray) -> None:
+        """Enter a chunk's rows, see `outputs`."""
+        work = out[:, col.DRIVE_POWER] + out[:, col.LOAD_POWER]
+        lost = out[:, col.FRICTION_POWER] + out[:, col.DAMPING_POWER] + out[:, col.HOUSING_POWER]
+        lost = lost + out[:, col.OIL].sum(axis=1)
+        stored = out[:, col.BODY_ENERGY] + out[:, col.CONTACT_ENERGY] + out[:, col.SPRING_ENERGY]
+        self.first_j = float(stored[0]) if self.first_j is None else self.first_j
+        self.work_w += self.pending[0] + float(work[:-1].sum())
+        self.lost_w += self.pending[1] + float(lost[:-1].sum())
+        self.pending, self.last_j = (float(work[-1]), float(lost[-1])), float(stored[-1])
+
+    def imbalance(self, interval_s: float) -> float:
+        """Work in less stored less lost, as a share of what was lost; NaN where nothing was."""
+        gained, lost = self.last_j - (self.first_j or 0.0), self.lost_w * interval_s
+        return (self.work_w * interval_s - gained - lost) / lost if lost else math.nan
+
+
+@dataclass
+class MomentumBalance:
+    """Forces on the outer ring over a run: rollers, load, weight, spring and damper make up its change of momentum.
+
+    Newton's second law in the mean; what is missing is the integrator's. The first row is left out, as the ring's speed
+    before it is not known. The arrays, [9]: accelerations, displacements, forces of the rollers.
+    """
+
+    mass_kg: float = math.nan
+    stiffness_n_m: float = math.nan
+    damping_ns_m: float = math.nan
+    weight_n: float = math.nan
+    rows: int = 0
+    first: FloatArray = field(default_factory=lambda: np.zeros(9))
+    last: FloatArray = field(default_factory=lambda: np.zeros(9))
+    total: FloatArray = field(default_factory=lambda: np.zeros(9))
+
+    def add(self, out: FloatArray) -> None:
+        """Enter a chunk's rows, see `outputs`."""
+        rows = np.hstack([out[:, part] for part in (col.ACCELERATION, col.DISPLACEMENT, col.RING_FORCE)])
+        self.first = self.first if self.rows else rows[0]
+        self.rows, self.last, self.total = self.rows + len(rows), rows[-1], self.total + rows.sum(axis=0)
+
+    def missing_n(self, load_n: FloatArray, interval_s: float) -> FloatArray:
+        """Mean force on the ring beside these, under a mean external load, [3]; NaN where it is not known."""
+        intervals = self.rows - 1 if self.rows > 1 else math.nan
+        acceleration, displacement, rollers = np.split((self.total - self.first) / intervals, 3)
+        moved = (self.last - self.first)[3:6] / intervals
+        held = self.stiffness_n_m * (displacement - moved / 2) + self.damping_ns_m * moved / interval_s
+        weight = np.array([0.0, -self.weight_n, 0.0])
+        return rollers + load_n + weight - held - self.mass_kg * acceleration
+
+
+@dataclass
 class RunStatistics:
-    """Running sums over a run's chunks, enough to assess it; what bears a name of `RunSummary` is told there."""
+    """Running sums over a run's chunks; `figures`: what else is known of it, by names of `RunSummary`."""
 
     scene: Scene
     bearing: Bearing
+    wall_s: float = 0.0
+    compile_s: float = 0.0
     samples: int = 0
     finite: bool = True
     deepest_m: float = -math.inf
-    balanced_share: float = math.nan
-    step_s: float = math.nan
-    step_limit_s: float = math.nan
-    default_limit_s: float = math.inf
-    wall_s: float = 0.0
-    compile_s: float = 0.0
-    check_wall_s: float = 0.0
-    step_error: StepError | None = None
     cage_rad: float = 0.0
     drive_w: float = 0.0
     idle: int = 0
-    film_um: Mapping[str, float] = field(default_factory=dict)
-    lambda_min: float = math.nan
-    free_rollers: Mapping[str, float] = field(default_factory=dict)
+    figures: dict[str, Any] = field(default_factory=dict)
     course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
     energy: EnergyBalance = field(default_factory=EnergyBalance)
     momentum: MomentumBalance = field(default_factory=MomentumBalance)
@@ -89,9 +142,10 @@ class RunStatistics:
         shaft, direction = scene.mean_shaft_rad_s or math.nan, load_direction(scene)
         with np.errstate(all="ignore"):  # of a state that is not finite
             missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
-        told = {name: value for name, value in vars(self).items() if name in RunSummary.__dataclass_fields__}
         run = RunSummary(
-            **told, status=RunStatus.OK, reason="", rolling_elements=self.bearing.rolling_elements,
+            **self.figures, scene=scene, wall_s=self.wall_s, compile_s=self.compile_s, samples=self.samples,
+            finite=self.finite, deepest_m=self.deepest_m, status=RunStatus.OK, reason="",
+            rolling_elements=self.bearing.rolling_elements,
             rolling_ratio=self.bearing.orders.ftf, cage_ratio=self.cage_rad / n / shaft,
             cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
             roller_load_share=load_share(scene, self.momentum.total[6:] / n, scene.mean_radial_n),

@@ -15,8 +15,7 @@ FILTER_S = 0.05  # length of a path's filters
 
 def along_sensor(acceleration: FloatArray) -> FloatArray:
     """The component of accelerations, [n, 3], along the sensor's axis."""
-    component: FloatArray = acceleration[:, :2] @ np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
-    return component
+    return acceleration[:, :2] @ np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
@@ -39,22 +38,19 @@ def band_squares(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
     """Squares of `samples`, [n], in a band, by a Butterworth band-pass without phase, [n]; ends are its transients."""
     from scipy.signal import sosfiltfilt  # takes half a second to load, and who reads a stored run needs none
 
-    squares: FloatArray = sosfiltfilt(_sections(fs_hz, band_hz), samples) ** 2
-    return squares
+    return sosfiltfilt(_sections(fs_hz, band_hz), samples) ** 2
 
 
 def hann(length: int) -> FloatArray:
     """Hann's window without its zeros, [length]."""
-    window: FloatArray = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
-    return window
+    return np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
 
 
 @cache
 def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     from scipy.signal import butter
 
-    sections: FloatArray = butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
-    return sections
+    return butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
 
 
 @dataclass
@@ -113,5 +109,4 @@ class SensorFilter:
 
         joined = np.concatenate((self._before, parts_along_sensor(acceleration, self.load_direction_rad)))
         self._before = joined[len(joined) - len(self._before) :]
-        found: FloatArray = oaconvolve(joined, self._taps, mode="valid", axes=0).sum(axis=1)
-        return found
+        return oaconvolve(joined, self._taps, mode="valid", axes=0).sum(axis=1)

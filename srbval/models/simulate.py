@@ -1,11 +1,18 @@
-"""Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file."""
+"""Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file.
 
+A stored run, from the user's cache, is what the same code would compute now on this machine, bit for bit; only the
+times that it took are of then, see `RunSummary.stored_utc`. Runs that are not usable, or too large, are not stored; nor
+are hundreds of draws of a scene, which would leave room for nothing else: what is read from them may be.
+"""
+
+import contextlib
 import enum
 import math
 import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +22,23 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.hierarchy import check_known, geometry_of, level_of
-from srbval.models.jit import WITHOUT_KERNELS, is_compiled, precompile
+from srbval.models.health import default_solver
+from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, imported, level_of
+from srbval.models.jit import WITHOUT_KERNELS, is_compiled, machine, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import EnergyFlow, Run, RunSummary
-from srbval.models.run_file import run_writer
+from srbval.models.run_file import read_run, read_summary, run_writer, scene_content, write_run
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent, stage
 from srbval.scene import Scene
-from srbval.storage.files import check_suffix
+from srbval.storage.content_store import LARGEST_BYTES, ContentStore
+from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5
+from srbval.storage.sources import content_version
 
 COPIES = 3  # of the signals that are in memory at once when they are put together
+RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
 
 
@@ -96,7 +107,7 @@ def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = N
     check_room(stats, folder)
     stats.compile_s = compile_for(scene, progress=progress)
     if step is not Step.UNCHECKED and level.parameters is not None:
-        level.check_step(stats, choose=step is Step.AUTO)
+        imported(STEP_CHECK)(stats, choose=step is Step.AUTO)
     return stats
 
 
@@ -155,3 +166,53 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
             yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
         if lost:
             return
+
+
+def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
+    """All that a run follows from, as text, but for the run layer: the scene and its bearing's data, seed included.
+
+    Further how its step is checked, the sources of its level alone, the solver that statuses compare it with, and the
+    `machine`: what is computed differs in its last digits from processor to processor and from one version of numba or
+    NumPy to the next, and a rattling roller makes that grow.
+    """
+    version = content_version(*level_of(scene.model).modules, lazy=False)
+    return f"{version} {step} {default_solver()} {machine()} {scene.bearing} {scene_content(scene)}"
+
+
+def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
+    """As `simulate`, but a run that was made before is read."""
+    content = run_content(scene, step)
+    found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
+    if found is None:
+        found = simulate(scene, step=step, progress=progress)
+        if _is_worth_it(found):
+            RUNS.keep(content, partial(write_run, found))
+    return found
+
+
+def stored_summary(
+    scene: Scene, output: Path | None, *, step: Step = Step.CHECKED, progress: Progress = silent
+) -> RunSummary:
+    """The summary of a run, its signals in the file `output` if named: see `stored_run`, `simulate_to_file`."""
+    content = run_content(scene, step)
+    found = RUNS.load(content, partial(read_summary, scene=scene))
+    if output is None:
+        return found or stored_run(scene, step=step, progress=progress)
+    check_suffix(output, *HDF5)
+    if found is not None:
+        with contextlib.suppress(FileNotFoundError):  # removed meanwhile
+            _copy(RUNS.path(content), output)
+            return found
+    found = simulate_to_file(scene, output, step=step, progress=progress)
+    if _is_worth_it(found):
+        RUNS.keep(content, partial(_copy, output))
+    return found
+
+
+def _is_worth_it(run: RunSummary) -> bool:
+    return run.status.usable and run.samples * col.COUNT * np.dtype(float).itemsize < LARGEST_BYTES
+
+
+def _copy(path: Path, to: Path) -> None:
+    with path.open("rb") as source, atomic_write(to) as part, part.open("wb") as copied:
+        shutil.copyfileobj(source, copied)

@@ -18,11 +18,10 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.balances import EnergyBalance
 from srbval.models.estimates import BLOCKS, FINER, Estimate, StepError
 from srbval.models.full_run import FullRun, elastic_limit_s, full_run
 from srbval.models.hierarchy import level_of
-from srbval.models.run_statistics import RunStatistics
+from srbval.models.run_statistics import EnergyBalance, RunStatistics
 from srbval.models.sensor import along_sensor, band_squares
 from srbval.scene import BANDS_HZ, Scene
 
@@ -48,10 +47,10 @@ def check_step(stats: RunStatistics, *, choose: bool) -> None:
     stats.compile_s, started = stats.compile_s + time.perf_counter() - started, time.perf_counter()
     with np.errstate(all="ignore"):
         if choose:
-            stats.scene, stats.step_error = with_chosen_step(scene, stats.bearing)
+            stats.scene, error = with_chosen_step(scene, stats.bearing)
         else:
-            stats.step_error = step_error(scene, stats.bearing)
-    stats.check_wall_s = time.perf_counter() - started
+            error = step_error(scene, stats.bearing)
+    stats.figures |= {"step_error": error, "check_wall_s": time.perf_counter() - started}
 
 
 def step_error(scene: Scene, bearing: Bearing) -> StepError:

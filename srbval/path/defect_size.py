@@ -135,7 +135,7 @@ def defect_size(
     logs = np.log([extent for extent, _ in nominal])
     between = PchipInterpolator(logs, [levels for _, levels in nominal], extrapolate=True)
     off = np.array([levels - between(math.log(extent)) for extent, levels in drawn]).reshape(len(drawn), len(middles))
-    covariance = np.diag(u_db**2 + _path_variance(path, np.array(middles)))
+    covariance = np.diag(u_db**2) + _path_covariance(path, np.array(middles))
     if len(drawn) > 1:
         covariance += (1 + 1 / len(drawn)) * np.atleast_2d(np.cov(off.T))
     tried = np.linspace(logs[0], logs[-1], TRIED)
@@ -149,10 +149,12 @@ def defect_size(
     )  # fmt: skip
 
 
-def _path_variance(path: SensorPath, middles_hz: FloatArray) -> FloatArray:
-    """Of the gains in these bands [dB^2]."""
-    u_db = np.array(path.u_db or (0.0,) * len(path.load))
-    return np.asarray(np.interp(np.log(middles_hz), np.log(path.frequency_hz), u_db) ** 2)
+def _path_covariance(path: SensorPath, middles_hz: FloatArray) -> FloatArray:
+    """Of the gains in these bands [dB^2], [n, n]; bands that were joined have one gain and share its error."""
+    u_db = np.interp(np.log(middles_hz), np.log(path.frequency_hz), path.u_db or (0.0,) * len(path.load))
+    gain = np.cumsum(np.diff(path.load, prepend=path.load[0]) != 0)  # its number, of each band of the path
+    read = np.rint(np.interp(middles_hz, path.frequency_hz, gain))
+    return np.asarray(np.outer(u_db, u_db) * (read[:, None] == read))
 
 
 def _interval(

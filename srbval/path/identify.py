@@ -29,9 +29,8 @@ from srbval.arrays import ComplexArray, FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
-from srbval.models.run_store import stored_run
 from srbval.models.sensor import SensorFilter
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_run
 from srbval.path.amplitudes import DB, SIDEBANDS, pattern
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
@@ -143,8 +142,9 @@ def identify(
     for _ in range(ROUNDS):
         off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, bands, order))[place] / 20)
         path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
-    scatter = float(np.std(20 * np.log10(path.load)))
-    wide = np.bincount(place)[place] > 1
+    each, count = np.unique(place, return_index=True, return_counts=True)[1:]  # joined bands have one gain
+    scatter = float(np.std(20 * np.log10(np.array(path.load)[each]), ddof=min(1, each.size - 1)))
+    wide = count[place] > 1
     path = replace(path, u_db=tuple(np.hypot(path.u_db, scatter * wide).tolist()))
     return Identified(path=path, record_db=levels[place], ring_db=ring[:, place], sidebands_db=sidebands)
 

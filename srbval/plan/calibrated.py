@@ -19,6 +19,9 @@ FREE = ("model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz"
 LONGER = 0.6  # a record may be this much of the calibrated length, or longer
 SAME = 1e-9
 AXES = ("rpm", "radial_kn", "height_mm")
+UNMEASURED = {
+    "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
+}
 LEAST_SCENES = 9  # that a margin is read from: it then holds for nine scenes in ten
 
 Key = tuple[str, str, Question]  # roller fit, model, question
@@ -133,15 +136,14 @@ def _differences(path: str, own: Mapping[str, object], base: Mapping[str, object
         right = base[name]
         if hasattr(value, "__dataclass_fields__") and hasattr(right, "__dataclass_fields__"):
             found += _differences(f"{path}{name}.", vars(value), vars(right))
-        elif not _same(value, right):
-            found.append(f"{path}{name} = {_text(value)}, measured only at {_text(right)}")
+        elif isinstance(value, float) and isinstance(right, float):
+            if not math.isclose(value, right, rel_tol=1e-6, abs_tol=1e-15):
+                found.append(f"{path}{name} = {value:.6g}, measured only at {right:.6g}")
+        elif value != right:
+            found.append(
+                UNMEASURED.get(path + name) or f"{path}{name} = {_text(value)}, measured only at {_text(right)}"
+            )
     return found
-
-
-def _same(value: object, right: object) -> bool:
-    if isinstance(value, float) and isinstance(right, float):
-        return math.isclose(value, right, rel_tol=1e-6, abs_tol=1e-15)
-    return value == right
 
 
 def _text(value: object) -> str:
@@ -155,21 +157,16 @@ def corners(entries: Iterable[Entry], case: CalibrationScene) -> list[Entry]:
     """
     found = [e for e in entries if (e.case.kind, e.case.fit) == (case.kind, case.fit)]
     for axis in AXES:
-        bracket = _bracket(known_values(found, axis), getattr(case, axis))
-        found = [e for e in found if getattr(e.case, axis) in bracket]
+        known, value = known_values(found, axis), getattr(case, axis)
+        low = max((k for k in known if k <= value + SAME), default=min(known, default=value))
+        high = min((k for k in known if k >= value - SAME), default=max(known, default=value))
+        found = [e for e in found if getattr(e.case, axis) in (low, high)]
     return found
 
 
 def known_values(entries: Iterable[Entry], axis: str) -> list[float]:
     """The values of an axis, in ascending order."""
     return sorted({getattr(e.case, axis) for e in entries})
-
-
-def _bracket(known: Sequence[float], value: float) -> set[float]:
-    """The known values on either side of `value`; one value where it hits it or lies beyond."""
-    low = max((k for k in known if k <= value + SAME), default=known[0] if known else value)
-    high = min((k for k in known if k >= value - SAME), default=known[-1] if known else value)
-    return {low, high}
 
 
 def largest_error_pct(entries: Sequence[Entry], model: str, question: Question) -> float | None:

@@ -103,7 +103,7 @@ def line_heights(envelope: FloatArray, fs_hz: float, lines_hz: Sequence[float]) 
     reads a.
     """
     length = scipy.fft.next_fast_len(PADDING * envelope.size, real=True)
-    window = np.sin(np.pi * (np.arange(envelope.size) + 0.5) / envelope.size) ** 2
+    window = hann(envelope.size)
     spectrum = np.abs(scipy.fft.rfft((envelope - envelope.mean()) * window, n=length)) * (2 / window.sum())
     bin_hz, reach_hz = fs_hz / length, REACH * fs_hz / envelope.size
     heights = []

@@ -15,6 +15,7 @@ from srbval.plan.table import BASES, CalibrationTable
 from srbval.scene import Scene
 
 IN_THE_PLANE = ("impulse", "planar")
+NOTHING_KNOWN = "nothing is known of its error here"
 VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing
 
 
@@ -88,13 +89,9 @@ def make_plan(
         near = replace(near, outside=(*near.outside, unasked))
     candidates, chosen = _choose(scene, question, tolerance_pct, table, near)
     return Plan(
-        chosen=chosen,
-        question=question,
-        tolerance_pct=tolerance_pct,
-        met=any(c.ok for c in candidates),
-        candidates=candidates,
-        outside=near.outside,
-    )
+        chosen=chosen, question=question, tolerance_pct=tolerance_pct, met=any(c.ok for c in candidates),
+        candidates=candidates, outside=near.outside,
+    )  # fmt: skip
 
 
 def _choose(
@@ -105,7 +102,11 @@ def _choose(
     Where none is enough, the reference model; where that refuses, the last model that does not and knows the question.
     """
     levels, bearing = [level for level in LEVELS if level.name in table.models], load_bearing(scene.bearing)
-    refused = {level.name: refusal(level, scene, bearing) or "" for level in levels if not level.runs(bearing)}
+    tables = scene.oil is not None or scene.bodies.free_rollers  # that only some models know
+    refused = {
+        level.name: why for level in levels
+        if (tables or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
+    }  # fmt: skip
     while True:
         able = [r for r in levels if r.name not in refused]
         knowing = [r.name for r in able if question.value not in r.lacks] or [r.name for r in able]
@@ -132,7 +133,7 @@ def _judge(
     error = near.error_pct(level.name, question)
     pace = near.wall_per_simulated_s(level.name)
     margin = near.margin_of(level.name, question) if error is not None else None
-    ok, why = _verdict(level, question, error, tolerance_pct, near, reference)
+    ok, why = _verdict(level, question, error, tolerance_pct, near, level.name == reference)
     if margin is not None and not near.outside and question.value not in level.lacks:
         why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
@@ -144,22 +145,14 @@ def _judge(
 
 
 def _verdict(
-    level: FidelityLevel,
-    question: Question,
-    error: float | None,
-    tolerance_pct: float,
-    near: Neighbours,
-    reference: str,
+    level: FidelityLevel, question: Question, error: float | None, tolerance_pct: float, near: Neighbours, right: bool
 ) -> tuple[bool, str]:
-    lacking = level.lacks.get(question.value)
-    if lacking is not None:
+    """Whether a model is enough, the one that is `right` by definition outside what was measured, and why."""
+    if (lacking := level.lacks.get(question.value)) is not None:
         return False, f"cannot answer: {lacking}"
     if near.outside:
-        right = level.name == reference
-        known = (
-            "this is the reference model, its own error unknown here" if right else "nothing is known of its error here"
-        )
-        return right, f"the scene lies outside what was measured: {known}"
+        own = "this is the reference model, its own error unknown here"
+        return right, f"the scene lies outside what was measured: {own if right else NOTHING_KNOWN}"
     if error is None:
         return False, "gave no answer on a calibration scene near this one, or on too many between them"
     asked = MEANING[question]

@@ -119,14 +119,17 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
 
     An increment is over `healthy`, the same model's without the defect, and has no answer where that is not given.
 
-    A line's frequency is that of the cage passing the race, which a defect there has on average: read from a record of
-    seconds it would be some tenths of a per cent uncertain, and errors of models would be hidden by that.
+    A line's frequency is that of the cage passing the race (BPFO of a healthy bearing, none of a defect on a roller),
+    which a defect there has on average: read from a record of seconds it would be some tenths of a per cent uncertain,
+    and errors of models would be hidden by that.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, Answer | None] = dict.fromkeys(Question)
     found[Question.SLIP] = (ratio / bearing.orders.ftf - 1,)
     found[Question.POWER] = (run.drive_power_w,) if math.isfinite(run.drive_power_w) else None
-    found[Question.LINES] = _line_of_cage(run, ratio)
+    kind = run.scene.defect.kind
+    passed = (Fault.OUTER if kind is Fault.HEALTHY else kind).passing_order(run.rolling_elements, ratio)
+    found[Question.LINES] = None if passed is None else (passed * run.scene.shaft_hz,)
     try:
         measures = measure(run)
         analysis = analyse(recording_from_run(run), bearing=bearing)
@@ -155,14 +158,6 @@ def _amplitudes(run: Run, ratio: float, bearing: Bearing, healthy: Recording | N
 def _shown(own: Mapping[str, QuantityValue], names: Sequence[str]) -> Answer | None:
     read = tuple(own[name].value if name in own and own[name].present else None for name in names)
     return None if set(read) == {None} else read
-
-
-def _line_of_cage(run: Run, ratio: float) -> Answer | None:
-    """BPFO or BPFI, by the defect; BPFO of a healthy bearing; None for a defect on a roller."""
-    kind = run.scene.defect.kind
-    passed = Fault.OUTER if kind is Fault.HEALTHY else kind
-    order = passed.passing_order(run.rolling_elements, ratio)
-    return None if order is None else (order * run.scene.shaft_hz,)
 
 
 def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:

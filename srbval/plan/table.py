@@ -27,7 +27,7 @@ MOST_BYTES = 2**26
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationBase:
-    """A bundled scene that models are compared on: its `name`, and the grid's fits of the rollers and defects' heights.
+    """A bundled scene that models are compared on: its `name`; fits, heights and kinds of defects of the grid.
 
     Right is the model `reference` at a fraction of the scene's step, with the `finest` changes to the scene.
     """
@@ -37,6 +37,7 @@ class CalibrationBase:
     fits: tuple[str, ...]
     height_mm: tuple[float, ...]
     finest: Mapping[str, Any]
+    kinds: tuple[Fault, ...] = KINDS
 
     @cached_property
     def scene(self) -> Scene:
@@ -54,6 +55,14 @@ BASES = {
     "paper": CalibrationBase(name="paper", reference="full", fits=FITS, height_mm=HEIGHT_MM, finest={}),
     "rig": CalibrationBase(
         name="rig", reference="slices", fits=FITS[:1], height_mm=(-0.5,), finest={"line_contact": {"slices": 31}}
+    ),
+    "rig-oil": CalibrationBase(
+        name="rig-oil",
+        reference="slices",
+        fits=FITS[:1],
+        height_mm=(-0.5,),
+        finest={"line_contact": {"slices": 31}},
+        kinds=KINDS[:1],
     ),
 }
 

@@ -146,6 +146,11 @@ class Line:
         """Whether it is the first harmonic of a family and no sideband."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
+    @property
+    def detected_deviation_pct(self) -> float | None:
+        """The deviation from kinematics where the line was detected [%]."""
+        return self.deviation_pct if self.detected else None
+
 
 LINE_KEYS = (
     "kinematic_hz", "found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "snr", "depth", "detected",

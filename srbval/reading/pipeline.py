@@ -17,7 +17,7 @@ from srbval.errors import ConfigurationError
 from srbval.reading.families import highest_line_hz
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
-from srbval.scene.similar import size_of
+from srbval.scene.read import size_of
 from srbval.signal import (
     BandFilter,
     Kurtogram,
@@ -26,7 +26,6 @@ from srbval.signal import (
     Spectrum,
     amplitude_spectrum,
     analytic_signal,
-    check_band,
     drop_ends,
     end_s,
     kurtogram,
@@ -157,11 +156,10 @@ def process(
     value wherever that chain itself is right. `channel` picks one channel instead of the recording's own choice.
     Raises `ConfigurationError` for an unknown channel or a band out of reach, `DataError` for a constant or short one.
     """
-    check_band(band_hz, recording.fs_hz)
     signal = one_signal(recording, channel)
     whole = normalise(signal)
-    ends = end_s(band_hz)
     square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz, band_filter=band_filter)
+    ends = end_s(band_hz)
     return Processed(
         whole=whole,
         squared=tracked(drop_ends(square, rate, ends), rate, ends, tracking),
@@ -233,8 +231,8 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
-    paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.similar_parts`), so
+    the paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
     unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
     what that costs). `ConfigurationError` asks for it instead.
     """

@@ -58,11 +58,16 @@ class LeftOpenError(DataError):
 
     def __init__(self, path: Path, questions: tuple[OpenQuestion, ...], *, band: bool) -> None:
         self.path, self.questions, self.band = path, questions, band
-        self.subject = f"{path} ({detect_format(path).name})"
+        self.subject = subject_of(path)
         super().__init__(
             f"{self.subject} leaves open: {'; '.join(map(str, questions))}. Give the option to this command, or once "
             "to `srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
         )
+
+
+def subject_of(path: Path) -> str:
+    """How a message that asks for something calls a file: with its format."""
+    return f"{path} ({detect_format(path).name})"
 
 
 def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:

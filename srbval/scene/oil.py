@@ -93,19 +93,16 @@ class Oil(Limited):
         share = thick * math.log(thick) / self.kinematic_mm2_s()
         return self.walther_slope * share / (self.temperature_c + KELVIN)
 
-    @property
-    def roelands_exponent(self) -> float:
-        """z of Roelands' law, which has the given pressure-viscosity coefficient at no pressure."""
-        return self.pressure_viscosity_1_pa * ROELANDS_PA / (math.log(self.viscosity_pa_s) + ROELANDS_LOG)
-
     def log_thickening(self, pressure_pa: float) -> float:
         """Logarithm of the viscosity under pressure over that without: C. Roelands 1966, in SI.
 
         ln(eta / eta_0) = (ln eta_0 + 9.67) ((1 + p / 1.96e8)^z - 1), as in Hamrock, Schmid & Jacobson, Fundamentals of
-        Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the same constants in Stachowiak & Batchelor).
+        Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the same constants in Stachowiak & Batchelor). z gives
+        the pressure-viscosity coefficient at no pressure.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
-        return scale * ((1 + pressure_pa / ROELANDS_PA) ** self.roelands_exponent - 1)
+        exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale
+        return scale * ((1 + pressure_pa / ROELANDS_PA) ** exponent - 1)
 
 
 @cache

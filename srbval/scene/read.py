@@ -3,8 +3,9 @@
 What is not known exactly of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
 """
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -12,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from srbval.bearing import load_bearing
+from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
-from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
 from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
@@ -27,6 +27,19 @@ DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
 BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
+SAME = 1e-9  # sizes nearer than this are one
+# With which power of the size a value of a similar machine goes, by the end of its name, the first that fits: lengths
+# with the size, forces and dampings with its square, masses with its cube, stiffnesses with itself.
+POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
+# A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
+IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
+# Of one of another size the joints of the machine damp it as those of the rig do: see `rig_inputs.toml`.
+JOINTS: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
+# Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
+# the rig's bearing.
+NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
+DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
+WITHOUT_DIMENSIONS = {"model": "impulse"}
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -88,9 +101,9 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     """The table `base`, written for the default bearing, with the values that a bearing of another size has.
 
     Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
-    (see `similar`), unless another load `path` is asked for. A bearing of which only orders are known has no size, and
-    changes the model alone; one of the same geometry changes nothing but, with the path ``bearing``, the support that
-    this leaves out. Raises what `load_bearing` raises.
+    (see `similar_parts`), unless another load `path` is asked for. A bearing of which only orders are known has no size
+    and changes the model alone; one of the same geometry changes nothing but, with the path ``bearing``, the support
+    that this leaves out. Raises what `load_bearing` raises.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -100,9 +113,51 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
         return merge(base, WITHOUT_DIMENSIONS)
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
-    table = base if path == LoadPath.HOUSING else machine
+    table = base if path == LoadPath.HOUSING else merge(machine, JOINTS)
     table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
+
+
+def similar_parts(scene: Scene, size: float) -> Scene:
+    """The scene with all but its bearing `size` times as large, at the same shaft speed; see `POWERS`.
+
+    Times of elastic bodies then go with the size, and stresses stay. The friction law's velocity and the shaft's speed
+    stay. (Dimensional analysis with the same materials; Bridgman 1922.)
+    """
+    return replace(scene, **{part: replace(old, **_scaled(vars(old), size)) for part, old in _sized(scene).items()})
+
+
+def _sized(scene: Scene) -> dict[str, Any]:
+    return {part: getattr(scene, part) for part in ("load", "contact", "housing", "bodies", "defect")}
+
+
+def _scaled(values: Mapping[str, Any], size: float) -> dict[str, Any]:
+    """Those of a part's values that go with the size, `size` times as large."""
+    powers = {key: next((p for end, p in POWERS.items() if key.endswith(end)), 0) for key in values}
+    return {key: value * size ** powers[key] for key, value in values.items() if powers[key] and value is not None}
+
+
+def size_of(bearing: Bearing) -> float | None:
+    """Pitch diameter over that of the default bearing, for which the bundled scenes were written; None without one."""
+    own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
+    return None if own is None or usual is None else own / usual
+
+
+def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
+    """What changes in the table of `base` for a bearing of that size, in SI; its step with the times of the bodies.
+
+    Of a bearing that is not `spherical` the housing's damping is `DAMPING_RATIO`.
+    """
+    table: dict[str, Any] = {
+        part: {key: value for key, value in _scaled(vars(old), size).items() if value != vars(old)[key]}
+        for part, old in _sized(base).items()
+    }
+    if spherical:
+        steps = max(1, math.ceil(base.steps_per_output / size - SAME))
+        return table | {"solver": {"step_s": 1 / (base.output_rate_hz * steps)}}
+    housing = similar_parts(base, size).housing
+    damping = 2 * DAMPING_RATIO * math.sqrt(housing.mass_kg * housing.stiffness_n_m)
+    return table | {"housing": table["housing"] | {"damping_ns_m": damping}}
 
 
 def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None = None) -> Scene:

@@ -92,5 +92,4 @@ def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> F
     angle = load_direction_rad
     axes = np.array([(math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))])
     sensor = np.array([math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)])
-    parts: FloatArray = acceleration[:, :2] @ axes.T * (axes @ sensor)
-    return parts
+    return acceleration[:, :2] @ axes.T * (axes @ sensor)

@@ -9,7 +9,6 @@ from srbval.signal.envelope import (
     analytic_signal,
     bandpass,
     butterworth_gain,
-    check_band,
     drop_ends,
     end_s,
     envelope,

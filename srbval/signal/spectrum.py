@@ -12,7 +12,7 @@ import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
-from srbval.signal.envelope import END_S, BandFilter, analytic_signal, drop_ends, end_s
+from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 
 if TYPE_CHECKING:
     import pandas
@@ -77,15 +77,13 @@ def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
     )
 
 
-def envelope_spectrum(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
-) -> Spectrum:
+def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> Spectrum:
     """Amplitude spectrum of the envelope (the modulus) of `samples` [n] in `band_hz` [Hz], ends dropped, in their unit.
 
     What the pictures show; lines are read from the spectrum of `squared_envelope_one_pass`. Raises what
     `analytic_signal` and `drop_ends` raise.
     """
-    modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz, band_filter=band_filter))
+    modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz))
     return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
 
 

@@ -59,7 +59,7 @@ def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
 class ContentStore:
     """Results of one `kind`, which the module `computed_by` computes, in `folder`, by default in the user's cache.
 
-    Of the models only what `computed_by` itself imports counts: `models.run_store.run_content` names a scene's own.
+    Of the models only what `computed_by` itself imports counts: `models.simulate.run_content` names a scene's own.
     """
 
     kind: str

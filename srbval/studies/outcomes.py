@@ -12,9 +12,8 @@ from srbval.comparison.runs import Attempt, Ended, run_all
 from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import SLIDING
 from srbval.models.run import RunStatus
-from srbval.models.run_store import run_content
 from srbval.models.sensor import band_rms
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, run_content
 from srbval.models.step_error import block_means, differences
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress

@@ -3,6 +3,7 @@
 `SRBVAL_FLIPS` is the number of flipped bits (2000 take some minutes), `SRBVAL_JOURNALS` that of hostile folders.
 """
 
+import errno
 import hashlib
 import json
 import os
@@ -145,6 +146,18 @@ def test_results_of_another_plan_and_of_none_yet(folder: Path) -> None:
     (folder / PLAN).write_bytes(b"".join(ended))
     missing.unlink()
     assert verify_campaign(folder).ok
+
+
+def test_a_full_disk_while_refused_cases_are_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    (folder / "lock-holder.json").mkdir()
+    assert resume(folder)[0].done == 6
+    shutil.rmtree(folder / "cases")
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(DataError, match=r"cannot be written \(No space left on device\)"):
+        resume(folder)
 
 
 def test_verify_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -72,8 +72,9 @@ def test_everything_missing_is_asked_for_at_once(two_channels: Path, capsys: pyt
 
 
 def test_the_message_names_the_format_of_the_file(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["analyse", str(two_channels)]) == 3
-    assert capsys.readouterr().err.startswith(f"srbval: {two_channels} (NumPy) leaves open:\n")
+    for given, code in (([], 3), (["--channel", "data[1]", *RECORD[4:8]], 2)):
+        assert main(["analyse", str(two_channels), *given]) == code
+        assert capsys.readouterr().err.startswith(f"srbval: {two_channels} (NumPy) leaves open:\n")
 
 
 @pytest.mark.parametrize("stated", [["--band", "500", "3000"], ["--auto-band"]])

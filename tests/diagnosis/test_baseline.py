@@ -49,13 +49,6 @@ def test_fault_stands_above_the_healthy_record() -> None:
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
 
 
-def test_scale_free_where_the_unit_is_unknown() -> None:
-    quiet = healthy()
-    loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})
-    faulted = dataclasses.replace(record(shaft_hz=25.0), unit="unknown")
-    assert compare_with_baseline(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).risen is Fault.INNER
-
-
 def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:
     for state, rpm in (("H", 353), ("H", 877), ("OR", 877), ("OR", 353)):
         files.excerpt(

@@ -122,14 +122,6 @@ def test_every_command_runs_as_it_is_printed(page: str, files: Path, capsys: pyt
         printed = capsys.readouterr().out.splitlines()
 
 
-@pytest.mark.parametrize("command", ["srbval plan scene.toml", "srbval simulate scene.toml --model auto --seconds 0.1"])
-@pytest.mark.usefixtures("files")
-def test_the_guides_scene_is_planned_and_run(command: str, tmp_path: Path) -> None:
-    """Its profile of speed ends with its own two seconds."""
-    assert load_scene("scene.toml").contact.roller_fit.value == "printed"
-    run(command, tmp_path)
-
-
 def test_every_reason_to_leave_a_command_out_has_a_command() -> None:
     lines = [line for page in TEXTS for line in commands(page)]
     assert [words for words in LEFT_OUT if not any(words in line for line in lines)] == []

@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import srbval
@@ -40,22 +39,6 @@ def test_the_tableau_is_of_its_order() -> None:
     coefficients = example("A tableau")["RK38"].coefficients
     for power in range(4):
         assert coefficients.b @ coefficients.c**power == pytest.approx(1 / (power + 1), abs=ORDER_CONDITION)
-
-
-def test_the_loader_loads(tmp_path: Path) -> None:
-    import wave
-
-    path = tmp_path / "a.wav"
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(8000)
-        file.writeframes(np.arange(4, dtype="<i2").tobytes())
-    form = example("A loader")["FORMAT"]
-    assert form.matches(path.read_bytes()[:64])
-    raw = form.load(path)
-    assert raw.number("fs") == 8000.0
-    assert raw.signal("data").tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
 def toml(title: str, tmp_path: Path) -> Path:

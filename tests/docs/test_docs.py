@@ -12,7 +12,6 @@ import srbval
 from tests.test_layers import ORDER
 
 PACKAGE = Path(srbval.__file__).parent
-ROOT = Path(__file__).parents[2]
 DOCS = PACKAGE / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 THEORY = [path for path in PAGES if path.parent.name == "theory" and path.stem != "index"]
@@ -100,20 +99,3 @@ def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(p
     assert "\nPICTURE" not in source[0]
     found = re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0])
     assert len(set(found)) == pictures
-
-
-def test_the_picture_shows_every_room() -> None:
-    picture = (DOCS / "architecture.svg").read_text(encoding="utf-8")
-    shown = re.findall(r'font-weight="bold"[^>]*>(\w+)<', picture)
-    assert tuple(shown) == ORDER
-
-
-def test_every_term_of_the_glossary_stands_once_with_a_source() -> None:
-    text = (DOCS / "glossary.md").read_text(encoding="utf-8")
-    terms, sources = text.split("## Sources")
-    known = {"-", *re.findall(r"^- (.*?):", sources, flags=re.MULTILINE)}
-    rows = [line.strip("|").split(" | ") for line in terms.splitlines() if line.startswith("| ") and "---" not in line]
-    rows = [row for row in rows if row[0].strip() != "term"]
-    names = [name for row in rows for name in row[0].strip().split(", ")]
-    assert len(names) == len(set(names))
-    assert {row[2].strip() for row in rows} <= known

@@ -15,8 +15,7 @@ import pytest
 
 from srbval.cli import main
 from srbval.models.run import EnergyFlow, Run
-from srbval.models.run_store import RUNS, run_content, stored_run, stored_summary
-from srbval.models.simulate import Step
+from srbval.models.simulate import RUNS, Step, run_content, stored_run, stored_summary
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.installation import package_folder
 
@@ -33,7 +32,7 @@ WITHOUT_KERNELS = ("kinematic", "impulse")
 SCRIPT = """
 import json
 from srbval.models.hierarchy import MODELS
-from srbval.models.run_store import RUNS, run_content, stored_run
+from srbval.models.simulate import RUNS, run_content, stored_run
 from srbval.scene import load_scene, paper_scene
 scenes = {m: paper_scene(model=m, duration="50 ms", defect={"kind": "outer"}) for m in MODELS}
 scenes["rig"] = load_scene("rig")
@@ -81,7 +80,7 @@ def test_a_stored_run_is_the_run(scene: Scene, step: Step, tmp_path: Path) -> No
 def test_what_stands_beside_the_scene_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = paper_scene(model="impulse", duration="50 ms")
     contents = {run_content(scene, step) for step in Step} | {run_content(paper_scene(model="impulse", seed=7))}
-    monkeypatch.setattr("srbval.models.run_store.machine", lambda: "another processor")
+    monkeypatch.setattr("srbval.models.simulate.machine", lambda: "another processor")
     assert len(contents | {run_content(scene)}) == 5
 
 

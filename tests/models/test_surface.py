@@ -20,9 +20,8 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import SurfaceHeights
-from srbval.models.full.parameters import Parameters, state_layout
+from srbval.models.full.parameters import Parameters, felt_share, state_layout
 from srbval.models.full.steps import rates
-from srbval.models.full.surface import felt_share
 from srbval.models.hierarchy import MODELS, geometry_of, level_of
 from srbval.models.simulate import Step, simulate
 from srbval.scene import load_scene

@@ -24,6 +24,7 @@ LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is tak
 OFF_BIN = 1e-3  # the lines are looked up 1e-5 beside their frequency
 RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
 ROUNDING = 1e-14
+EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
 
 
 def test_noise_floor_of_white_noise() -> None:
@@ -62,6 +63,13 @@ def test_scatter_of_white_noise_is_its_standard_error() -> None:
     expected = math.sqrt(1.5 / values.size) / 10.0
     assert expected / 2 < scatter(values) < 2 * expected
     assert scatter(np.full(1000, 3.0)) == pytest.approx(0.0, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+def test_lines_stand_where_the_cage_puts_them(kind: str) -> None:
+    run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
+    found = answers(run, load_bearing("skf-22240"))[Question.LINES]
+    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=EQUAL_SAMPLES)
 
 
 def test_amplitudes_are_those_that_are_compared_with_the_rig() -> None:

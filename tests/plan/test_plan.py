@@ -178,6 +178,21 @@ def test_a_margin_covers_what_was_seen_and_too_few_scenes_give_none(monkeypatch:
     assert margins.__wrapped__(table) == {}
 
 
+def test_power_is_answered_from_the_table_in_oil() -> None:
+    plan = make_plan(load_scene("rig-oil"), question=Question.POWER, tolerance_pct=2.0)
+    assert (plan.chosen, plan.met, plan.outside) == ("slices", True, ())
+    assert candidate(plan, "slices").scenes == 16
+    assert "knows no oil" in candidate(plan, "full").why
+    assert not make_plan(load_scene("rig-oil"), question=Question.POWER, tolerance_pct=0.1).met
+
+
+def test_free_rollers_lie_outside_the_tables_in_words() -> None:
+    plan = make_plan(load_scene("rig-oil", {"bodies": {"free_rollers": True}}), question=Question.POWER)
+    assert [reason for reason in plan.outside if "tilt and slide" in reason]
+    held = make_plan(load_scene("rig", {"bodies": {"free_rollers": True}}), question=Question.SLIP)
+    assert "holds its rollers" in candidate(held, "line").why
+
+
 @pytest.mark.parametrize(
     ("changes", "chosen"),
     [

@@ -2,10 +2,8 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from srbval.recordings import SpeedSource, load_recording
 
@@ -23,17 +21,6 @@ def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
     assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=TIME_DIGITS), "acc", "m/s2")
     np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=SAMPLE_DIGITS)
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
-
-
-def test_plain_mat_and_h5(tmp_path: Path) -> None:
-    savemat(tmp_path / "a.mat", {"x": files.vibration(), "Fs": 8000})
-    with h5py.File(tmp_path / "b.h5", "w") as file:
-        file.attrs["fs_hz"] = 8000.0
-        file["group/x"] = files.vibration()
-        file.attrs["unit"] = "mg"
-    assert load_recording(tmp_path / "a.mat", unit="V").fs_hz == 8000
-    r = load_recording(tmp_path / "b.h5")
-    assert (r.fs_hz, r.channel, r.unit) == (8000, "group.x", "m/s2")
 
 
 def test_matrix_columns_are_channels(tmp_path: Path) -> None:

@@ -108,10 +108,10 @@ def test_a_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
 
 def test_rig_look_up_and_what_is_missing(folder: Path) -> None:
     assert rig_recordings() == ()
-    grids = {c.dataset: c for c in add(folder).coverage}
-    assert (len(grids["torino-full"].points), grids["torino-full"].missing) == (160, 159)
-    there = [p for p in grids["torino-excerpts"].points if p.files]
-    assert [(p.state, p.nominal_rpm) for p in there] == [(Fault.OUTER, 353.0)]
+    grids = {c["dataset"]: c for c in add(folder).coverage}
+    assert (len(grids["torino-full"]["points"]), grids["torino-full"]["missing"]) == (160, 159)
+    there = [p for p in grids["torino-excerpts"]["points"] if p["files"]]
+    assert [(p["state"], p["nominal_rpm"]) for p in there] == [(Fault.OUTER, 353.0)]
     assert [Path(r.file).name for r in rig_recordings()] == [RIG, EXCERPT]
     found = find_recording(state=Fault.OUTER, nominal_rpm=353)
     assert found.dataset == "torino-excerpts"

@@ -92,16 +92,6 @@ def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(tmp_path: Path)
     assert (r.speed.value_hz * 60, r.speed.source) == (pytest.approx(700), SpeedSource.STATED)
 
 
-def test_two_sensors_are_ambiguous_and_named(tmp_path: Path) -> None:
-    signals = files.rig_signals()
-    struct = signals["Signal_3"]
-    struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0][:, :2].copy())
-    path = files.rig_v5(tmp_path / FULL_NAME, signals)
-    with pytest.raises(DataError, match=r"which of 2 channels: --channel Signal_3\[1\] \| Signal_3\[2\]"):
-        load_recording(path)
-    assert load_recording(path, channel="Signal_3[2]").channel == "Signal_3[2]"
-
-
 def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) -> None:
     path = files.rig_v5(tmp_path / "gearbox_run_3.mat", files.rig_signals())
     with pytest.raises(DataError, match=r"--channel Signal_3\[1\].*Signal_3\[4\]"):

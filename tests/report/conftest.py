@@ -107,10 +107,9 @@ def panels() -> tuple[Figure, ...]:
 @pytest.fixture(scope="session")
 def table() -> Table:
     """A table with intervals, badges, tones, notes, a missing and a hostile value."""
+    model = Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997")
     return Table(
-        id="table6",
-        label="Table 6",
-        caption="Fault frequencies.",
+        id="table6", label="Table 6", caption="Fault frequencies.",
         columns=(
             Column(title="Defect"),
             Column(title="Kinematic", unit="Hz", format=".2f"),
@@ -121,19 +120,13 @@ def table() -> Table:
         rows=tuple(
             tuple(cell if isinstance(cell, Cell) else Cell(value=cell) for cell in row)
             for row in (
-                (
-                    "outer",
-                    96.79,
-                    Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997"),
-                    0.2149,
-                    Cell(value="within", tone=Tone.GOOD),
-                ),
+                ("outer", 96.79, model, 0.2149, Cell(value="within", tone=Tone.GOOD)),
                 ("inner", 128.04, float("nan"), -0.164, Cell(value="outside", tone=Tone.BAD)),
                 (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
             )
         ),
         notes=("Deviation from **kinematics**.",),
-    )
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="session")
@@ -148,19 +141,14 @@ def report(panels: tuple[Figure, ...], table: Table) -> Report:
         Command("srbval report -o out"),
         KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),
     )
+    grid = FigureGrid(figures=panels[:1], columns=2, caption="One panel.")
     return Report(
-        title="Model against rig",
-        subtitle="A test",
-        generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
+        title="Model against rig", subtitle="A test", generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
         verdict=VerdictBox(tone=Tone.GOOD, headline="Within **0.25 %**.", points=("One.", "Two.")),
         sections=(
             Section(id="text", title="Text " + HOSTILE, blocks=blocks),
             Section(id="numbers", title="Numbers", blocks=(table,)),
-            Section(
-                id="pictures",
-                title="Pictures",
-                blocks=(FigureGrid(figures=panels[:1], columns=2, caption="One panel."), panels[1]),
-            ),
+            Section(id="pictures", title="Pictures", blocks=(grid, panels[1])),
         ),
         data={"table6": [{"defect": "outer", "model_hz": np.float64(96.998), "rig_hz": float("nan")}]},
-    )
+    )  # fmt: skip

@@ -14,7 +14,6 @@ from srbval.signal import (
     analytic_signal,
     bandpass,
     butterworth_gain,
-    check_band,
     drop_ends,
     envelope,
     normalise,
@@ -22,6 +21,7 @@ from srbval.signal import (
     squared_envelope,
     squared_envelope_one_pass,
 )
+from srbval.signal.envelope import check_band
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]

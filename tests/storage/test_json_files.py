@@ -3,7 +3,7 @@
 import enum
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -40,25 +40,6 @@ class Part:
     @property
     def doubled(self) -> float:
         return 2 * self.value
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Whole:
-    JSON_OMITTED: ClassVar = ("signal",)
-    JSON_PROPERTIES: ClassVar = ("parts_by_side", "worst")
-
-    file: Path
-    parts: tuple[Part, ...]
-    signal: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    first: Part | None = None
-
-    @property
-    def parts_by_side(self) -> dict[Side, Part]:
-        return {part.side: part for part in self.parts}
-
-    @property
-    def worst(self) -> np.float64:
-        return np.float64(np.inf)
 
 
 @dataclass(frozen=True)
@@ -106,17 +87,6 @@ PART = {"value": 1.5, "side": "left", "doubled": 3.0}
 def test_values_become_plain_json(value: Any, expected: Any) -> None:
     assert read(value) == expected
     assert type(to_json(value)) in (str, int, float, bool, list, dict, type(None))
-
-
-def test_a_dataclass_is_written_with_its_fields_and_named_properties() -> None:
-    whole = Whole(file=Path("x/y.mat"), parts=(Part(value=1.5),), first=Part(value=float("nan")))
-    assert read(whole) == {
-        "file": "x/y.mat",
-        "parts": [PART],
-        "first": {"value": None, "side": "left", "doubled": None},
-        "parts_by_side": {"left": PART},
-        "worst": None,
-    }
 
 
 def test_a_class_with_a_shape_of_its_own_says_so() -> None:

@@ -14,7 +14,8 @@ from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.datasets.description import dataset
 from srbval.storage.stored_result import newest_result
-from srbval.studies.amplitudes.study import INPUTS, band_row, counts
+from srbval.studies.amplitudes.counts import ceiling, counts
+from srbval.studies.amplitudes.study import INPUTS, band_row
 from srbval.studies.amplitudes.study import tested_apart as level_apart
 from srbval.studies.rig_amplitudes import rows
 
@@ -36,12 +37,27 @@ def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows() -> 
         compared("locked 1995 Hz", -9.0, shown=False), compared("locked 2512 Hz", 6.0, shown=False),
         compared("harmonic 2", 1.0), compared("harmonic 3", 1.0, shown=False), compared("total 1000 Hz", 4.5),
     ]  # fmt: skip
-    assert counts(found, [1.0, -4.5]) == {
-        "locked": {"within": 2, "of": 4, "shown": {"within": 1, "of": 2}}, "harmonics": {"within": 1, "of": 1},
-        "totals": {"within": 0, "of": 1, "healthy_alone": 1},
+    assert counts(found, {"IR": {"total 1000 Hz": -19.0}}) == {
+        "locked": {
+            "within": 2, "of": 4, "shown": {"within": 1, "of": 2}, "halves": {"within": 2, "of": 2}, "ceiling": 4
+        },
+        "harmonics": {"within": 1, "of": 1},
+        "totals": {"within": 0, "of": 1, "healthy_alone": 1, "ceiling": 1},
     }  # fmt: skip
     row = band_row(found[3])
     assert (row["censored"], row["rig_db"], row["halves_db"]) == (True, -20.0, 1.5)
+
+
+def test_the_ceiling_is_that_of_the_best_gain_of_each_band_for_all_records_at_once() -> None:
+    band = [compared("locked 1000 Hz", error) for error in (9.0, 2.0, -5.5)]
+    assert ceiling(band[:2], {}) == 2  # 7 dB apart
+    assert ceiling(band, {}) == 2
+    assert ceiling([*band, compared("locked 1259 Hz", 30.0)], {}) == 3
+    hidden = compared("locked 1000 Hz", 9.0, shown=False)
+    assert ceiling([hidden, compared("locked 1000 Hz", 9.0), compared("locked 1000 Hz", 16.0)], {}) == 3
+    total = compared("total 1000 Hz", 9.0)
+    assert ceiling([total], {"IR": {"total 1000 Hz": -17.0}}) == 1  # without the model within 3 dB
+    assert ceiling([total], {"IR": {"total 1000 Hz": -15.0}}) == 0  # no gain takes the healthy power away
 
 
 def test_ratios_are_compared_in_logarithms() -> None:

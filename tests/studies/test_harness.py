@@ -45,12 +45,6 @@ def test_every_study_says_what_it_asks_and_has_options_that_parse(name: str) -> 
     parser.parse_args([word for option in required for word in (option, "x")])
 
 
-def test_pages_have_places_and_names_of_their_own() -> None:
-    found = pages()
-    assert len({page.place for page in found}) == len({page.name for page in found}) == len(found)
-    assert [page.place for page in found] == sorted(page.place for page in found)
-
-
 @pytest.mark.parametrize(
     ("command", "name", "function"),
     [("bench", "speed_accuracy", "run_bench"), ("stability", "stability", "run_stability")],

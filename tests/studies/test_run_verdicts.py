@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.models.estimates import BLOCKS
-from srbval.models.full.state import layout_of
+from srbval.models.full.columns import layout_of
 from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
 from srbval.models.run import USABLE

@@ -24,8 +24,8 @@ from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import elastic_limit_s, without_friction
 from srbval.models.hierarchy import geometry_of, level_of
+from srbval.models.linear_stability import longest_step, spectral_radius, step_map
 from srbval.models.solvers import METHODS, Method
-from srbval.models.solvers.linear_stability import longest_step, spectral_radius, step_map
 from srbval.models.step_error import KINDS
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.json_files import to_json

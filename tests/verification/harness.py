@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.columns import FAR_M
+from srbval.models.full.columns import layout_of as layout_of
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters, state_layout
-from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps

@@ -24,7 +24,6 @@ from tests.verification.harness import (
     parameters,
     rolling_state,
 )
-from tests.verification.test_free_motion import floating
 from tests.verification.world import World
 
 ORDERS = {"ode1": 1, "ode2": 2, "ode3": 3, "ode4": 4, "imex1": 1, "imex2": 2, "ros2": 2}
@@ -33,8 +32,6 @@ WINDOW_S = 4e-4
 STEPS = dict.fromkeys(ORDERS, (100, 200)) | {"ode1": (400, 800), "ode3": (50, 100)}
 REFERENCE = 16
 ORDER = 0.2  # the error's next term still counts at these steps; finer ones would meet rounding
-FREE_S, FREE_STEPS = 5e-4, 50
-FREE_ROUNDING = 1e-12  # of the whole: below it the higher orders have nothing left to gain
 STIFF_S, STIFF_STEPS = 2e-4, (48, 3072)  # the paper's step is 12; friction relaxes in 20 ns
 STIFF_REFERENCE = 16000  # ode4 at 12.5 ns; at 25 ns it is 6e-5 off
 # Error of rollers and ring at the finer step, of their changes in the window: that is three times as long as friction
@@ -94,22 +91,6 @@ def test_order_without_contact_changes(method: str) -> None:
     assert np.log2(coarse / fine) == pytest.approx(ORDERS[method], abs=ORDER)
     advance(model, y, step_s=WINDOW_S / 100, steps=100)
     assert world.contacts(WINDOW_S, y).touching == touching > LEAST_TOUCHING
-
-
-@pytest.mark.parametrize("method", ORDERS)
-def test_order_of_free_motion(method: str) -> None:
-    """Nothing touches, a tilted cage tumbles: positions and velocities, each kind by itself."""
-    free = floating(load={"radial": "0 N"})
-    model, start = free.model, free.y
-    exact = after(model, start, "ode4", FREE_STEPS * REFERENCE, FREE_S)
-    coarse, fine = (after(model, start, method, count, FREE_S) for count in (FREE_STEPS // 2, FREE_STEPS))
-    where = layout_of(start)
-    for part in (where.slide, where.rotation, where.cage, where.slide_rate, where.cage_rate):
-        off, less = (np.linalg.norm((y - exact)[part]) for y in (coarse, fine))
-        if less > FREE_ROUNDING * np.linalg.norm(exact[part]):
-            assert np.log2(off / less) == pytest.approx(ORDERS[method], abs=ORDER)
-        else:
-            assert ORDERS[method] > 2
 
 
 def test_implicit_methods_go_to_the_same_limit_with_stiff_friction() -> None:

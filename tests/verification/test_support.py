@@ -22,8 +22,8 @@ DESCRIBED: dict[str, tuple[str, dict[str, Any], tuple[float, float]]] = {
     "paper": ("paper", {}, TABLE_4),
     "paper, continuous": ("paper", {"model": "line"}, TABLE_4),
     "paper, load on the rollers": ("paper", PATH, NOTHING),
-    "rig": ("rig", {}, (0.0, 4.5e4)),
-    "rig, its points": ("rig", {"model": "full"}, (0.0, 4.5e4)),
+    "rig": ("rig", {}, (0.0, 3.1e4)),
+    "rig, its points": ("rig", {"model": "full"}, (0.0, 3.1e4)),
     "rig without joints": ("rig", {"housing": {"damping": "0 Ns/m"}}, NOTHING),
 }
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
+from srbval.models.full.columns import state_indices
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
-from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import inlined, kernel, kernel_part
-from srbval.models.solvers.methods import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
+from srbval.models.solvers import LEAPFROG, ROSENBROCK, RUNGE_KUTTA
 
 
 @partial(kernel_part, fastmath=False)  # rounded as written, whatever stands around a call

@@ -1,4 +1,4 @@
-"""Layout of the arrays that the kernels share: names of their rows and columns.
+"""Layout of the arrays that the kernels share, and of the state vector.
 
 Kernels import this module as ``col``. A compiler takes the names for the numbers they stand for.
 
@@ -13,8 +13,13 @@ roller) is copied to `SINGLE` or behind, one to each lane group.
 Row 2 is row 1 mirrored at the mid-plane: the shaft axes of its columns are reversed, and its points are those of row 1.
 """
 
+import itertools
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+
+from srbval.models.jit import kernel_part
 
 LANES = 8  # slots the processor works on together
 RACE, COMPACTED, SINGLE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
@@ -54,10 +59,11 @@ STRIDE = 2056
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
     SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
     ON_CAGE,  # couple on the cage about its roller's axis, of the oil's drag and its pocket [N m], see `oil_kernel`
-    # of a roller that tilts: cosine, sine, how far along its axis it is [m], its skew moment [N m], see `tilt_kernel`
-    TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT,
-) = (np.uint64(i * STRIDE) for i in range(95))  # fmt: skip
-ROWS = 95
+    # of a roller that tilts: cosine, sine, how far along its axis it is [m], its skew moment and that on the cage about
+    # the slot's z [N m], see `tilt_kernel`
+    TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT, SKEW_ON_CAGE,
+) = (np.uint64(i * STRIDE) for i in range(96))  # fmt: skip
+ROWS = 96
 FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
 FRAME_ROWS = 18  # rows that set up a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
@@ -124,3 +130,61 @@ def aligned_zeros(size: int) -> NDArray[np.float64]:
     whole = np.zeros(size + per_line)
     skipped = -whole.ctypes.data % CACHE_LINE // 8
     return whole[skipped : skipped + size]
+
+
+# State vector, see the table at `srbval.models.full`.
+CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, three displacements
+
+
+class StateIndices(NamedTuple):
+    """Index of the first value of each part of a state vector; velocities follow from `slide_rate` on.
+
+    `relative_angle`, `relative_rate`: of a second cage; without one there is nothing, and the next part begins there.
+    """
+
+    slide: int
+    rotation: int
+    cage: int
+    ring: int
+    relative_angle: int
+    slide_rate: int
+    spin: int
+    cage_rate: int
+    ring_rate: int
+    relative_rate: int
+
+
+def indices_of(rollers: int, half: int) -> StateIndices:
+    """Layout of the state of `rollers` rollers, both rows together, and `half` coordinates."""
+    cage = 2 * rollers
+    return StateIndices(
+        0, rollers, cage, cage + 3, cage + 6, half, half + rollers, half + cage, half + cage + 3, half + cage + 6
+    )
+
+
+state_indices = kernel_part(indices_of)  # for kernels
+
+
+class StateLayout:
+    """The parts of the state of so many rollers as slices, so that ``y[layout.ring]`` is the ring's displacement.
+
+    `half` is the number of coordinates, with which the velocities begin; `velocities` are the parts of that half in
+    order, `parts` those of both; `shaft_cage_rate` is the cage's angular velocity about the shaft. `relative_angle` and
+    `relative_rate` are empty with one cage, and then not among the parts.
+    """
+
+    def __init__(self, rollers: int, cages: int = 1) -> None:
+        self.rollers = rollers
+        self.half = half = 2 * rollers + CAGE_AND_RING + cages - 1
+        parts = [slice(*ends) for ends in itertools.pairwise((*indices_of(rollers, half), 2 * half))]
+        self.slide, self.rotation, self.cage, self.ring, self.relative_angle = parts[:5]
+        self.slide_rate, self.spin, self.cage_rate, self.ring_rate, self.relative_rate = parts[5:]
+        self.shaft_cage_rate = slice(self.ring_rate.start - 1, self.ring_rate.start)
+        self.velocities = parts[5:] if cages > 1 else parts[5:-1]
+        self.parts = (parts[:5] if cages > 1 else parts[:4]) + self.velocities
+
+
+def layout_of(state: NDArray[np.float64]) -> StateLayout:
+    """Layout of a state vector."""
+    rollers, more = divmod(len(state) // 2 - CAGE_AND_RING, 2)
+    return StateLayout(rollers, 1 + more)

@@ -20,8 +20,8 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import state_indices
 from srbval.models.full.second_cage_kernel import rate_about_roller, relative_border, relative_load
-from srbval.models.full.state import state_indices
 from srbval.models.jit import inlined, kernel_part
 
 BORDER = 6  # cage angular velocity, ring velocity, world axes

@@ -209,11 +209,10 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE
 
-    def cage_acceleration(speed: FloatArray) -> FloatArray:
-        y = _spun(model, state, float(speed[0]))
-        return rates(model, 0.0, y).rate[state_layout(model).shaft_cage_rate]
-
-    (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
+    (balanced,) = _falling_root(
+        lambda speed: rates(model, 0.0, _spun(model, state, float(speed[0]))).rate[state_layout(model).shaft_cage_rate],
+        np.array([cage - width]), np.array([cage + width]),
+    )  # fmt: skip
     return _spun(model, state, float(balanced))
 
 

@@ -21,7 +21,7 @@ GAUSS = 1.0 / math.sqrt(3.0)  # places of a slice, from its middle, in half widt
 LEAST_M_S = 1e-6  # added to slips; a thousandth of Eyring's
 BOUNDARY_M_S = 1e-3  # slip to which asperities' friction is taken as a slope
 LEAST_GPA, MOST_GPA = 1e-6, 4.0  # of the mean pressure; the curve ends there
-MOST_S_M, MOST_SINE = 1e8, 1e15  # far beyond any film's; squares of more are none in single precision
+MOST_S_M = 1e8  # far beyond any film's; squares of more are none in single precision
 SPEED_EXPONENT, ASPERITY, ASPERITY_EXPONENT = 0.69, 1.8, 1.2  # of Dowson & Toyoda, and of Zhou & Hoeprich
 # Polynomials: 2^(y + 1/2) from -1/2 to 1/2 to 3e-6, and ln(1.1 + t) for 1.1 + t from 0.75 to 1.5 to 2e-5, 0 at 1.
 EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
@@ -92,11 +92,11 @@ def power_of_two(x):
 
 
 @kernel_part
-def area_sine(y):
-    """arsinh y to 2e-5 for y from 0 to 1e15, in single precision: the logarithm of a number and its exponent."""
-    bits = np.float32(y + math.sqrt(np.float32(1.0) + y * y)).view(np.int32)
-    exponent = np.int32((bits - np.int32(MIDDLE_BITS)) >> np.int32(23))
-    t = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(LOG_MIDDLE)
+def logarithm(x):
+    """ln x to 2e-5 for x above 0.75, in single precision: a polynomial, and the number's exponent."""
+    bits = np.float32(x).view(np.int32)
+    exponent = np.int32(np.int32(bits - np.int32(MIDDLE_BITS)) >> np.int32(23))
+    t = np.int32(bits - np.int32(exponent << np.int32(23))).view(np.float32) - np.float32(LOG_MIDDLE)
     series = np.float32(LOG_2) + t * (np.float32(LOG_3) + t * (np.float32(LOG_4) + t * np.float32(LOG_5)))
     return np.float32(LOG_0) + t * (np.float32(LOG_1) + t * series) + np.float32(exponent) * np.float32(math.log(2.0))
 
@@ -132,10 +132,9 @@ def film_drag(film, sagging, normal, length, square, more):
     squared, aside = np.float32(square), np.float32(GAUSS) * np.float32(more)
     slip = math.sqrt(squared) + np.float32(LEAST_M_S)
     a, b = (slip + aside) * per_slip, (slip - aside) * per_slip
-    # arsinh a + arsinh b = arsinh(...): one logarithm serves both; where they differ in sign nothing is subtracted
-    size = a * math.sqrt(one + b * b) + abs(b) * math.sqrt(one + a * a)
-    apart = np.float32(4.0) * slip * aside * per_slip * per_slip / (size + np.float32(1e-30))
-    y = size if b > np.float32(0.0) else apart
-    sheared = area_sine(y if y < np.float32(MOST_SINE) else np.float32(MOST_SINE))
+    # arsinh a + arsinh b, a the larger: one logarithm serves both
+    size = abs(b)
+    greater, less = a + math.sqrt(one + a * a), size + math.sqrt(one + size * size)
+    sheared = logarithm(greater * less if b > np.float32(0.0) else greater / less)
     resting = slip + aside + np.float32(BOUNDARY_M_S)
     return normal * np.float64((eyring * sheared * resting + boundary * pressure * slip) / (pressure * slip * resting))

@@ -7,6 +7,7 @@ Kane's method; the equations and the layout of the state stand at `srbval.models
 import numpy as np
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import state_indices
 from srbval.models.full.film_kernel import law_in_film
 from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
@@ -18,7 +19,7 @@ from srbval.models.full.frames_kernel import (
     roller_frames,
     tilted_about_x,
 )
-from srbval.models.full.oil_kernel import add_oil_forces, oil_on_cages
+from srbval.models.full.oil_kernel import add_oil_forces
 from srbval.models.full.search_kernel import (
     gather_columns,
     plan_contacts,
@@ -28,8 +29,7 @@ from srbval.models.full.search_kernel import (
 )
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import law_at_speed
-from srbval.models.full.state import state_indices
-from srbval.models.full.tilt_kernel import sums_in_slots, tilt_on_cages, tilt_rollers
+from srbval.models.full.tilt_kernel import sums_in_slots, tilt_rollers
 from srbval.models.jit import inlined, kernel, kernel_part
 
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
@@ -164,8 +164,8 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
     totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
     relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, (g_x, g_y, g_z), (t02, t12, t22))
-    relative, on_cages = oil_on_cages(model.oil, model, slots, relative, on_cages)
-    relative, on_cages = tilt_on_cages(model.free, model, slots, relative, on_cages)
+    relative, on_cages = couples_on_cages(model.oil, col.ON_CAGE, model, slots, relative, on_cages)
+    relative, on_cages = couples_on_cages(model.free, col.SKEW_ON_CAGE, model, slots, relative, on_cages)
     on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, (m00, m11, m22, m01, m02, m12))
     g_x, g_y, g_z = on_cages
     m00, m11, m22, m01, m02, m12 = inertia
@@ -197,6 +197,25 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
     if loads is not None:
         normal_loads(model, rotation, groups, compacted, single, loads)
+
+
+@kernel_part
+def couples_on_cages(law, row, model, slots, relative, on_cages):
+    """Torque on the angle between both cages and on the cages, x, y, z, with the couples of a `row` of the slots [N m].
+
+    They are about the rollers' axes as the cages hold them. Nothing is added without the `law` that fills the row.
+    """
+    if law is None:
+        return relative, on_cages
+    space = model.scratch.space
+    g_x, g_y, g_z = on_cages
+    for p in range(slots):
+        couple = space[row + p]
+        g_x += couple * space[col.Z_WX + p]
+        g_y += couple * space[col.Z_WY + p]
+        g_z += couple * space[col.Z_WZ + p]
+        relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
+    return relative, (g_x, g_y, g_z)
 
 
 @inlined

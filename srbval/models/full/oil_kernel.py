@@ -93,19 +93,3 @@ def add_oil_forces(oil, model, slots, cage, shaft, totals):
         space[col.ON_CAGE + p] = (centre + space[col.SLIDE + p]) * drag - couple
         rubbed -= couple * turning
     totals[col.ROLLING_POWER], totals[col.DRAG_POWER], totals[col.POCKET_POWER] = rolled, dragged, rubbed
-
-
-@kernel_part
-def oil_on_cages(oil, model, slots, relative, on_cages):
-    """Torque on the angle between both cages and on the cages, x, y, z, with what `add_oil_forces` found [N m]."""
-    if oil is None:
-        return relative, on_cages
-    space = model.scratch.space
-    g_x, g_y, g_z = on_cages
-    for p in range(slots):
-        couple = space[col.ON_CAGE + p]
-        g_x += couple * space[col.Z_WX + p]
-        g_y += couple * space[col.Z_WY + p]
-        g_z += couple * space[col.Z_WZ + p]
-        relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
-    return relative, (g_x, g_y, g_z)

@@ -86,8 +86,7 @@ def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
 
 def wrapped(angle: FloatArray) -> FloatArray:
     """Angle between -pi and pi [rad]."""
-    turned: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
-    return turned
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float, times: int) -> CirclePoints:

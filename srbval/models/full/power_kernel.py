@@ -12,7 +12,7 @@ with the accelerations a at v. Evaluated at v alone, the drive's power is 26 % t
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.state import state_indices
+from srbval.models.full.columns import state_indices
 from srbval.models.jit import kernel_part
 
 

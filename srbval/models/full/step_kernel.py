@@ -10,11 +10,11 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
+from srbval.models.full.columns import state_indices
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.power_kernel import add_implicit_powers, shaft_row
-from srbval.models.full.state import state_indices
 from srbval.models.jit import inlined, kernel_part
 
 

@@ -68,7 +68,7 @@ def sums_in_slots(free, model, slots):
     """Turn the columns' forces and torques back: forces and the inner race's torque into slot axes, about the slot.
 
     The outer race's torque is such that both together are, about x and y, what the cage bears, and about z what turns
-    the roller about its own axis; a couple about the slot's z is left for `tilt_on_cages`.
+    the roller about its own axis; a couple about the slot's z is left for the cages.
     """
     if free is None:
         return
@@ -81,7 +81,7 @@ def sums_in_slots(free, model, slots):
         inner_z = space[col.T_Z + q]
         space[col.T_X + q], space[col.T_Z + q] = c * inner_skew - s * inner_z, s * inner_skew + c * inner_z
         space[col.T_X + p], space[col.T_Z + p] = c * skew - space[col.T_X + q], spin - space[col.T_Z + q]
-        space[col.SKEW_MOMENT + p] = skew
+        space[col.SKEW_MOMENT + p], space[col.SKEW_ON_CAGE + p] = skew, s * skew
 
 
 @inlined
@@ -90,19 +90,3 @@ def force_in_slot(space, j, c, s, shift):
     f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
     space[col.F_X + j], space[col.F_Z + j] = c * f_x - s * f_z, s * f_x + c * f_z
     return space[col.T_X + j] - shift * f_y
-
-
-@kernel_part
-def tilt_on_cages(free, model, slots, relative, on_cages):
-    """Torque on the angle between both cages and on the cages, with tilted rollers' skew about the slots' z [N m]."""
-    if free is None:
-        return relative, on_cages
-    space = model.scratch.space
-    g_x, g_y, g_z = on_cages
-    for p in range(slots):
-        couple = space[col.TILT_SINE + p] * space[col.SKEW_MOMENT + p]
-        g_x += couple * space[col.Z_WX + p]
-        g_y += couple * space[col.Z_WY + p]
-        g_z += couple * space[col.Z_WZ + p]
-        relative += couple * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
-    return relative, (g_x, g_y, g_z)

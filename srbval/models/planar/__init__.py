@@ -1,7 +1,7 @@
 """A planar ring on kinematic rollers or balls: two free coordinates, contact stiffness varying as they pass.
 
 Runs spherical roller bearings with a [geometry], and any other with [elements]: balls in Hertz's point contact,
-cylindrical rollers in line contact, see `elements`.
+cylindrical rollers in line contact, see `contacts`.
 
 Answers: harmonic pattern, load-zone modulation and sidebands, amplitude, roller passage (variable compliance) of a
 healthy bearing. Cannot answer: slip (its cage turns kinematically, or lags by the scene's `cage_slip`), noise floor

@@ -15,9 +15,16 @@ from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.elements import element_slot, fullest_n
+from srbval.models.planar.contacts import (
+    ElementContact,
+    ForceTable,
+    bump_table,
+    element_slot,
+    fullest_n,
+    make_slot,
+    plain_table,
+)
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
-from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
 from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -65,27 +72,28 @@ class PlanarRing:
             turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
         return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
 
-    def undamaged_force_n(self, ring_m: FloatArray, cage_rad: float = 0.0) -> FloatArray:
+    @property
+    def outwards(self) -> FloatArray:
+        """Directions of the rollers at time zero, [2, rollers]."""
+        angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
+        return np.array([np.cos(angle), np.sin(angle)])
+
+    def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
         """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
-        angle = cage_rad + np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
-        outwards = np.array([np.cos(angle), np.sin(angle)])
-        force: FloatArray = self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
-        return force
+        outwards = self.outwards
+        return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
         """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         contact = -np.array([self.undamaged_force_n(ring_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
-        whole: FloatArray = self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
-        return whole
+        return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
         """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
-        angle = np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
-        outwards = np.array([np.cos(angle), np.sin(angle)])
+        outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.DAMPER]
-        whole: FloatArray = self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
-        return whole
+        return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
@@ -175,7 +183,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
-    stats.balanced_share = load_share(scene, push, load)
+    stats.figures["balanced_share"] = load_share(scene, push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
     step = 1 / (scene.output_rate_hz * per_output)

@@ -12,7 +12,6 @@ from srbval.recordings.registry.lookup import (
     unopened,
 )
 from srbval.recordings.registry.manifest import (
-    Coverage,
     FileStatus,
     RegisteredRecording,
     RegisterListing,

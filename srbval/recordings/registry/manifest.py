@@ -28,6 +28,7 @@ from srbval.storage.tables import build
 SCHEMA_VERSION = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
+POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm", "files")  # of a data set's grid [kN, rpm]
 
 
 class FileStatus(enum.StrEnum):
@@ -98,31 +99,12 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
     return list(found.values())
 
 
-@dataclass(frozen=True)
-class GridPoint:
-    """One operating point [kN, rpm] of a grid (for the rig: of the paper's Table 5) and its usable files."""
-
-    state: Fault
-    radial_kn: float
-    axial_kn: float
-    nominal_rpm: float
-    files: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coverage:
-    """All points of one data set's grid, and how many of them have no usable file."""
-
-    dataset: str
-    points: tuple[GridPoint, ...]
-    missing: int
-
-
 class RegisterListing:
     """The register (`unreadable` says why it is not), or the part that a command changed, and the points it covers.
 
     `manifest` is its path; `recordings` are sorted by file, `left_out` are files that are none; `coverage` has the
-    grids of the data sets that have one and a file here. Files that are not ok do not cover a point.
+    grids of the data sets that have one and a file here (for the rig: the paper's Table 5): all `points` with their
+    `files`, and how many have none, `missing`. Files that are not ok do not cover a point.
     """
 
     def __init__(self, recordings: Iterable[RegisteredRecording], unreadable: str = "") -> None:
@@ -132,19 +114,18 @@ class RegisterListing:
         self.left_out = tuple(r for r in found if r.status is FileStatus.NO_RECORDING)
         self.coverage = tuple(self._covered())
 
-    def _covered(self) -> Iterable[Coverage]:
-        files: dict[tuple[object, ...], tuple[str, ...]] = {}
+    def _covered(self) -> Iterable[dict[str, Any]]:
+        files: dict[tuple[object, ...], list[str]] = {}
         for r in self.recordings:
             if r.status is FileStatus.OK:
-                key = (r.dataset, *r.operating_point)
-                files[key] = (*files.get(key, ()), r.file)
+                files.setdefault((r.dataset, *r.operating_point), []).append(r.file)
         present = {r.dataset for r in self.recordings}
         for name, grid in ((d.name, d.grid) for d in known_datasets() if d.name in present):
             if grid is not None:
                 loads = zip(grid.radial_kn, grid.axial_kn, strict=True)
                 places = [(s, *load, rpm) for s, load, rpm in itertools.product(grid.states, loads, grid.nominal_rpm)]
-                points = tuple(GridPoint(*place, files.get((name, *place), ())) for place in places)
-                yield Coverage(dataset=name, points=points, missing=sum(not p.files for p in points))
+                points = [dict(zip(POINT, (*p, files.get((name, *p), [])), strict=True)) for p in places]
+                yield {"dataset": name, "points": points, "missing": sum(not point["files"] for point in points)}
 
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:

@@ -38,6 +38,7 @@ def section(results: StoredResults) -> Section:
         TEXTS.table("worth", content["worth"]),
         TEXTS.paragraph(
             "causes",
+            counts=content["counts"],
             unexplained=[row for row in content["bands"] if row["record"] == UNEXPLAINED and not row["censored"]],
         ),
         TEXTS.table("locked", content["bands"], mounting=content["mounting"]),

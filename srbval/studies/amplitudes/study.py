@@ -54,6 +54,7 @@ from srbval.recordings.registry import listing, load_entry
 from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.storage.tables import read_toml
+from srbval.studies.amplitudes.counts import LOCKED, TOTAL, counts, healthy_errors
 from srbval.studies.harness import StudyResult, input_hashes
 from srbval.studies.level_and_pattern import draws_covariance, level_and_pattern, mounting_scatter
 from srbval.studies.rig_amplitudes import (
@@ -82,7 +83,7 @@ from srbval.studies.rig_amplitudes import (
 FAULTS, FITTED = (Fault.OUTER, Fault.INNER, Fault.ROLLER), (Fault.OUTER, FAST)
 RIGS = 2000  # simulated, for the chances of a level and a pattern
 POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
-LOCKED, HARMONICS, TOTAL, LEVEL = "locked level", "harmonic pattern", "total level", "band level"
+LEVEL = "band level"
 CLASSES, HEIGHTS_NM = ("N1", "N3"), (14.0, 28.0, 56.0)  # of surfaces, on every body
 Row = dict[str, Any]
 Key = tuple[Fault, float]
@@ -241,36 +242,6 @@ def judge(
     return rows(rig, model, parts, record=one.record.name, fault=one.state, used_for=one.used_for), drawn
 
 
-def counts(found: Sequence[Comparison], healthy_alone: Sequence[float]) -> Row:
-    """How many withheld bands, harmonics and totals are within the limit; `shown`: of those alone that the rig shows.
-
-    A locked band that the record does not show is within it where the model is no farther above what would be shown.
-    """
-    of = {kind: [row for row in found if row.kind == kind and row.used_for == "withheld"] for kind in KINDS}
-
-    def count(chosen: Sequence[Comparison]) -> Row:
-        near = [row for row in chosen if abs(row.error) <= VERDICT.near_db]
-        return {"within": len(near), "of": len(chosen)}
-
-    return {
-        "locked": count(of[LOCKED]) | {"shown": count([row for row in of[LOCKED] if row.rig.present])},
-        "harmonics": count([row for row in of[HARMONICS] if row.rig.present]),
-        "totals": count(of[TOTAL]) | {"healthy_alone": sum(abs(error) <= VERDICT.near_db for error in healthy_alone)},
-    }
-
-
-KINDS = (LOCKED, HARMONICS, TOTAL)
-
-
-def healthy_alone(records: Mapping[Key, RigRecord]) -> list[float]:
-    """Errors of the healthy record's level as the prediction of each withheld total [dB]."""
-    return [
-        values(totals(one.healthy))[name] - value
-        for one in records.values() if one.used_for == "withheld"
-        for name, value in values(totals(one.record)).items()
-    ]  # fmt: skip
-
-
 def tested_apart(found: Sequence[Comparison], drawn: Sequence[Mapping[str, float]]) -> Row | None:
     """Level and pattern of a record's locked bands by the covariance of the draws; None without two such bands.
 
@@ -308,6 +279,11 @@ def band_row(row: Comparison) -> Row:
         "error_db": row.error, "u95_db": row.uncertainty, "halves_db": apart, "censored": not row.rig.present,
         "within": abs(row.error) <= VERDICT.near_db,
     }  # fmt: skip
+
+
+def healthy_totals(records: Mapping[Key, RigRecord]) -> dict[str, dict[str, float]]:
+    """Total levels of the healthy record of each faulty record's speed [dB re 1 m/s2], by the faulty record's name."""
+    return {one.record.name: values(totals(one.healthy)) for one in records.values()}
 
 
 def scores(found: Sequence[Comparison], alone: Sequence[float]) -> Row:
@@ -372,7 +348,7 @@ def study(progress: Progress) -> Row:
     """All that is stored."""
     raw = rig_records()
     records = {key: one.without_lines() for key, one in raw.items()}
-    scatter = mounting(records)
+    scatter, healthy = mounting(records), healthy_totals(records)
     common, places = draws(rig_inputs(), POWER), iter(draws(rig_inputs("position"), POWER + 3))
     runs = dict[Key, list[Run]]()
     for i, (key, one) in enumerate(records.items()):
@@ -403,8 +379,8 @@ def study(progress: Progress) -> Row:
             row for key, one in of.items()
             for row in judge(one, one.rig(scatter["scatter_db"]), nominal[key], [path], setting, 0.0)[0]
         ]  # fmt: skip
-        worth.append({"setting": setting.name, **counts(compared, healthy_alone(of))})
-    worth.append({"setting": MEAN, **counts(average, healthy_alone(records))})
+        worth.append({"setting": setting.name, **counts(compared, healthy_totals(of))})
+    worth.append({"setting": MEAN, **counts(average, healthy)})
     at_rest = list(healthy_rows([{}, FINER, *common[:HEALTHY_DRAWS]], paths))
     counted = [
         replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == LEVEL else row
@@ -415,7 +391,7 @@ def study(progress: Progress) -> Row:
     return {
         "counts": worth[0], "worth": worth, "bands": [band_row(row) for row in found if row.kind == LOCKED],
         "level_and_pattern": tests, "mounting": scatter | {"elsewhere": list(repeats())},
-        "crps_db": scores(found, healthy_alone(records)),
+        "crps_db": scores(found, healthy_errors(found, healthy)),
         "path": vars(paths[0]),
         "comparisons": [row.to_dict() for row in (*found, *at_rest)], "bias": biases(counted), "draws": drawn,
         "surfaces": surfaces(measured(Fault.HEALTHY, FAST), paths[0]),

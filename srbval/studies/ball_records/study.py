@@ -27,9 +27,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
-from srbval.models.run_store import stored_run
 from srbval.models.sensor import along_sensor
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_run
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse

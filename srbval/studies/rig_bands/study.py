@@ -18,8 +18,7 @@ from srbval.check.quantities import RIG_RPM
 from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_rpm
 from srbval.models.run import Run
-from srbval.models.run_store import stored_run
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_run
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse

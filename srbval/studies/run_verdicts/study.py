@@ -25,7 +25,7 @@ from srbval.models.solvers import METHODS, SOLVERS
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
-from srbval.scene.similar import is_length, similar_parts
+from srbval.scene.read import similar_parts
 from srbval.studies.harness import StudyResult
 from srbval.studies.machine import machine_before
 from srbval.studies.outcomes import RunOutcome, outcomes
@@ -92,12 +92,12 @@ class Condition:
 
 
 def similar(scene: Scene, size: float, folder: Path) -> Scene:
-    """The scene of a geometrically similar bearing, its file in `folder`, at the same speed; see `scene.similar`."""
+    """The scene of a geometrically similar bearing, its file in `folder`, at the same speed; see `similar_parts`."""
     bearing = load_bearing(scene.bearing)
     assert bearing.geometry is not None, "a scene of the bench has a bearing with one"
     path = folder / f"{Path(scene.bearing).stem}-{size:g}.toml"
     if not path.exists():
-        lengths = {k: v * size if is_length(k, v) else v for k, v in asdict(bearing.geometry).items()}
+        lengths = {k: v * size if k.endswith("_m") else v for k, v in asdict(bearing.geometry).items()}
         lines = ['title = "similar"', f'source = "{size:g} times {bearing.title}"', "[geometry]"]
         path.write_text("\n".join(lines + [f"{key} = {value!r}" for key, value in lengths.items()]), encoding="utf-8")
     return replace(similar_parts(scene, size), bearing=str(path))

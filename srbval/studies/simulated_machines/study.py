@@ -21,7 +21,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, ElementShape, Fault, known_bearings, load_bearing
 from srbval.errors import DataError, SrbvalError
-from srbval.models.planar.elements import HIGHEST_SHARE, element_slot
+from srbval.models.planar.contacts import HIGHEST_SHARE, element_slot
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows

@@ -16,7 +16,7 @@ import numpy as np
 from srbval.comparison.runs import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE, RunStatus
-from srbval.models.run_store import run_content
+from srbval.models.simulate import run_content
 from srbval.plan.measures import Measures, measure
 from srbval.progress import Progress, silent
 from srbval.scene import Scene

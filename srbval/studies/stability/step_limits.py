@@ -14,14 +14,14 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
+from srbval.models.full.columns import StateLayout, layout_of
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.state import StateLayout, layout_of
 from srbval.models.full.steps import rates
 from srbval.models.full_run import held, without_friction
 from srbval.models.hierarchy import geometry_of, level_of
+from srbval.models.linear_stability import Linear, longest_step
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene
 
 # Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m

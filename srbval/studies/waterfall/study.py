@@ -23,8 +23,7 @@ from srbval.comparison.compared_quantities import CAGE_RATIO, cage_of
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.models.run import Run
-from srbval.models.run_store import stored_run
-from srbval.models.simulate import Step
+from srbval.models.simulate import Step, stored_run
 from srbval.path.amplitudes import WHOLE_HZ, levels, pattern
 from srbval.path.identify import behind, line_order
 from srbval.progress import Progress

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from srbval.errors import ConfigurationError
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import Statics, balance_friction, equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.state import layout_of
 from srbval.models.full.steps import take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene

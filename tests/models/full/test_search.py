@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from srbval.models.full import columns as col
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
-from srbval.models.solvers.methods import LEAPFROG, Coefficients, Method
+from srbval.models.solvers import LEAPFROG, Coefficients, Method
 
 # Eigenvalues closer to zero are bodies that move freely, read with the rounding of the differences [1/s].
 FREE_PER_S = 1.0
@@ -63,8 +63,7 @@ def _reach(method: Method, direction: complex) -> float:
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
-        beyond: NDArray[np.bool_] = np.abs(stability_function(method, ray)) > 1 + ROUNDING
-        return beyond
+        return np.abs(stability_function(method, ray)) > 1 + ROUNDING
 
     found = outside(RAY)
     if not found.any():

@@ -1,10 +1,18 @@
-"""A ball or a cylindrical roller between its races, without mass: what `statics` is for a barrel roller.
+"""One roller between two races, without mass: force on the outer ring as a function of how near the rings are.
 
-Each contact is a row of strips along the race that give way on their own, as in the slices model. A strip of a roller
-of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d, c_L = 35948 L^(8/9) N/mm^(10/9) being that
-of both contacts together (ISO/TS 16281). A ball's takes q = c d: with c = 3 Q / (4 a d) and the penetration
-d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to Hertz's force Q, and their loads to his
-distribution across the race, at every load, since a^2 / d and Q / (a d) do not depend on it.
+`approach` is how far the outer race has come towards the shaft at a roller's angle [m], in the bearing's radial
+direction. The roller slides in its slot until both races press it alike. On a circle whose normal leans by b from the
+slot and by a from the radial direction the outer race is penetrated by approach cos a + (slide + e_o) cos b, the
+inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `line.Patch`.
+
+The force is tabulated once per run: over the approach, and over the position of a defect besides.
+
+Of a ball or a cylindrical roller each contact is a row of strips along the race that give way on their own, as in the
+slices model. A strip of a roller of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d,
+c_L = 35948 L^(8/9) N/mm^(10/9) being that of both contacts together (ISO/TS 16281). A ball's takes q = c d: with
+c = 3 Q / (4 a d) and the penetration d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to
+Hertz's force Q, and their loads to his distribution across the race, at every load, since a^2 / d and Q / (a d) do not
+depend on it.
 
 An opening, a hole or a spall, takes a strip's support away while the element stands over it: it rests on the nearest
 edge, at t, by kappa t^2 / 2 lower than the race, kappa the curvature of the gap along the race, or on the floor. A
@@ -17,24 +25,123 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.bearing import ElementShape, RollingElements
+from srbval.bearing import ElementShape, RollingElements, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
-from srbval.models.full.surface import POISSON, YOUNG_N_M2
-from srbval.models.planar.statics import bisected
+from srbval.models.full.parameters import POISSON, YOUNG_N_M2, roller_diameter_m
+from srbval.models.line import Patch, Piece, patches, piece
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
+BoolArray = NDArray[np.bool_]
+NUDGE_M = 1e-9  # for the stiffness
+SLIDE_M = 2e-3  # how far a roller may slide: twice the highest defect
+HALVINGS = 40  # of the range in which an element is looked for: to 2e-15 m
+DEEPEST_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
+STEP_M = 2.5e-7  # between entries of the plain table; force is off by less than 1e-4 of a loaded roller's
+DEFECT_STEP_M = 2e-6
 STRIPS = 24  # across a defect
 LINE = 10 / 9
 FULLEST = 4.0  # times the load of the most loaded element, without clearance, up to which forces are tabulated
 HIGHEST_SHARE = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}  # Stribeck: times load over number, no clearance
 LEAST_DEPTH_M = 1e-6
 FLATTEST = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
+POSITIONS = 64  # of a defect, from straight under the roller to out of its reach
+
+
+class DefectHeight(NamedTuple):
+    """A defect's piece on one circle of one race (0 outer, 1 inner), `middle_m` along it from the roller, any shape."""
+
+    race: int
+    circle: int
+    part: Piece
+    middle_m: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """A roller's contacts, outer race first: `patches` of each race, `excess_m` over the gap to each at rest."""
+
+    patches: tuple[list[Patch], list[Patch]]
+    excess_m: tuple[float, float]
+
+    def on_race(self, defect: Defect, race: int, deepest_m: float) -> tuple[Callable[[FloatArray], Any], float, float]:
+        """Of a defect what `press` takes for it at distances along the race, its reach and the race's radius [m]."""
+        circle = defect.circle - 1
+        patch = self.patches[race][circle]
+        part = piece(defect, patch.spacing_m)
+        half_m = part.part_m * len(part.offset_m) / 2
+        reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
+        return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
+
+    def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:
+        """Balance the roller at each `approach_m`, any shape; bisection, since more slide always presses outwards.
+
+        Radial force on the outer ring [N], both races' dampers in series [N s/m], deepest penetration [m]: [3, ...].
+        """
+        shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
+        slide = bisected(
+            lambda s: self._side(0, approach_m, s, raised)[0] > self._side(1, approach_m, s, raised)[0],
+            np.full(shape, -SLIDE_M), np.full(shape, SLIDE_M),
+        )  # fmt: skip
+        depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
+        return np.array([self._side(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
+
+    def _depth(self, race: int, circle: int, approach: FloatArray, slide: FloatArray) -> FloatArray:
+        patch = self.patches[race][circle]
+        lean = math.cos(patch.lean_rad)
+        if race == 0:
+            return approach * math.cos(patch.normal_rad) + (slide + self.excess_m[0]) * lean
+        return (self.excess_m[1] - slide) * lean
+
+    def _side(
+        self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectHeight | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Force of a race along the slot, and along the bearing's radius."""
+        along, radial = np.zeros(slide.shape), np.zeros(slide.shape)
+        for circle, patch in enumerate(self.patches[race]):
+            depth = self._depth(race, circle, approach, slide)
+            force = patch.force_n(depth)
+            if raised is not None and (raised.race, raised.circle) == (race, circle):
+                force = force + patch.raised_force_n(depth, raised.middle_m, raised.part)
+            along += force * math.cos(patch.lean_rad)
+            radial += force * math.cos(patch.normal_rad)
+        return along, radial
+
+    def _damper(self, approach: FloatArray, slide: FloatArray) -> FloatArray:
+        """Both races' dampers in series with the split of motion that the stiffnesses make, radial."""
+        stiffness, damper = [], []
+        for race, sign in ((0, 1.0), (1, -1.0)):
+            near, _ = self._side(race, approach, slide)
+            far, _ = self._side(race, approach, slide + sign * NUDGE_M)
+            stiffness.append((far - near) / NUDGE_M + 1.0)
+            each = enumerate(self.patches[race])
+            damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in each))
+        whole = stiffness[0] + stiffness[1]
+        return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
+
+
+def bisected(too_far: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where `too_far` begins between `low` and `high`, of any shape, by `HALVINGS` of the range."""
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        beyond = too_far(middle)
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return (low + high) / 2
+
+
+def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
+    """The scene's roller between its races."""
+    radius = roller_diameter_m(scene, geometry) / 2
+    gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
+    gap_inner = geometry.zero_play_diameter_m - gap_outer
+    outer, inner = (patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True))
+    return Slot(patches=(outer, inner), excess_m=(radius - gap_outer, radius - gap_inner))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +219,7 @@ class ElementSlot:
         return (-self.play_m / 2, -self.play_m / 2)
 
     def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
-        """Balance the element at each `approach_m`; see `statics.Slot.press`."""
+        """Balance the element at each `approach_m`; see `Slot.press`."""
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
@@ -131,10 +238,8 @@ class ElementSlot:
         force = self.races[race].force_n(depth)
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
-    def on_race(
-        self, defect: Defect, race: int, deepest_m: float
-    ) -> tuple[Callable[[FloatArray], Opening], float, float]:
-        """See `ElementContact`; `ConfigurationError` for a shape that strips do not know."""
+    def on_race(self, defect: Defect, race: int, deepest_m: float) -> tuple[Callable[[FloatArray], Any], float, float]:
+        """See `Slot.on_race`; `ConfigurationError` for a shape that strips do not know."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
@@ -184,7 +289,7 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
             stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
             fall, length = 2 * touch.approach_m / touch.across_m**2, 0.0
         else:
-            exponent, fall, length = LINE, 0.0, elements.contact_length_m
+            exponent, fall, length = LINE, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
         races.append(Race(stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along,
                           radius_m=radius))  # fmt: skip
@@ -241,3 +346,52 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
         along_m=size * (2 * second / (math.pi * k)) ** (1 / 3),
         approach_m=size**2 * total / math.pi * first * (math.pi / (2 * k**2 * second)) ** (1 / 3),
     )
+
+
+ElementContact = Slot | ElementSlot
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceTable:
+    """Undamaged roller: rows force [N], damper [Ns/m], depth [m] over ``start_m + i step_m``, up to `deepest_m`.
+
+    `bump_step_m`: step of the bumps' tables.
+    """
+
+    start_m: float
+    step_m: float
+    bump_step_m: float
+    deepest_m: float
+    values: FloatArray
+
+    def at(self, approach_m: FloatArray) -> FloatArray:
+        """The rows at each approach; the table's end beyond it."""
+        grid = self.start_m + self.step_m * np.arange(self.values.shape[1])
+        return np.array([np.interp(approach_m, grid, row) for row in self.values])
+
+
+def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPEST_M) -> ForceTable:
+    """Undamaged roller, from clear of everything, the highest bump included, to `deepest_m`.
+
+    Steps are those of `DEEPEST_M`, in proportion to the depth.
+    """
+    scale = deepest_m / DEEPEST_M
+    start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
+    values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
+    return ForceTable(
+        start_m=start, step_m=scale * STEP_M, bump_step_m=scale * DEFECT_STEP_M, deepest_m=deepest_m, values=values
+    )
+
+
+def bump_table(slot: ElementContact, plain: ForceTable, defect: Defect, race: int) -> tuple[FloatArray, float, float]:
+    """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
+
+    The approach begins as in `plain` and goes by its `bump_step_m`; the race's radius [m] and the step of the positions
+    [m] are returned too. A position is the distance along the race from roller to defect, without sign: defects are
+    symmetric.
+    """
+    raised, reach_m, race_radius_m = slot.on_race(defect, race, plain.deepest_m)
+    position = np.linspace(0.0, reach_m, POSITIONS)
+    approach = np.arange(plain.start_m, plain.deepest_m, plain.bump_step_m)
+    force_n = slot.press(approach[:, None], raised(position[None, :]))[0] - plain.at(approach)[0][:, None]
+    return force_n, race_radius_m, float(position[1])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from srbval.models.linear_stability import Linear, explicit_limit, longest_step, stability_function
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.linear_stability import Linear, explicit_limit, longest_step, stability_function
 
 OMEGA = 3e4  # rad/s, that of a loaded roller
 # Limits are bisected from rays of 0.005 and octaves of steps: ten halvings leave less than this.
