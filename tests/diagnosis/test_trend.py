@@ -131,6 +131,7 @@ def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFi
     assert len(table.read_text().splitlines()) == 1 + 12
     text = page.read_text()
     assert "data:image/svg+xml" in text
+    assert "Channel data. Above" in text
     assert not re.search(r"""(src|href)=["']?http""", text)
     assert main([*command, "--json"]) == 3
     document = json.loads(capsys.readouterr().out)
