@@ -16,9 +16,8 @@ from srbval.check.quantities import GROUPS
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
-from srbval.storage.files import read_limited
 from srbval.storage.installation import git_revision, shipped_folder
-from srbval.storage.json_files import parse_json, read_json, write_json
+from srbval.storage.json_files import read_json, write_json
 from srbval.storage.stored_result import MOST_BYTES, REPORTS, StoredResult
 from srbval.storage.tables import build
 
@@ -57,24 +56,17 @@ def reference_path() -> Path:
 
 def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
     """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
-    try:
-        content = parse_json(read_limited(path))
-    except ValueError as error:
-        raise DataError(f"{path}: not JSON ({error}).") from None
+    content = read_json(path)
     if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
         raise DataError(f"{path}: not a reference file of version {SCHEMA_VERSION}.")
     tables = content.get("quantities", [])
     if not isinstance(tables, list) or not tables:
         raise DataError(f"{path}: its quantities are not a list, or an empty one.")
-    listed = [build(ReferenceQuantity, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
+    listed = [build(ReferenceQuantity, table, f"{path.name}[{i}]", stored=True) for i, table in enumerate(tables)]
     quantities = {q.name: q for q in listed}
     if len(quantities) != len(listed):
         raise DataError(f"{path}: a quantity is named twice.")
     return quantities
-
-
-def _without_null(table: Any) -> Any:
-    return {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
 
 
 def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> None:

@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 from pathlib import Path
 
 from srbval.check.check import (
@@ -56,7 +55,7 @@ def _update(
     if not options.json and changed:
         rows = [(c["name"], c["old"], c["new"], c["unit"], c["moved"] and round(c["moved"], 2)) for c in changed]
         print_table(("quantity", "reference", "now", "unit", "moved by tolerances"), rows)
-    replaced = bool(changed) and (options.yes or _agreed(path))
+    replaced = bool(changed) and options.yes
     if replaced:
         write_reference(path, new)
     document = to_json(result) | {"reference": path, "replaced": replaced, "differences": changed}
@@ -64,11 +63,3 @@ def _update(
     return answer(
         options, document, left if changed else f"{path}: nothing differs", code=0 if replaced or result.ok else 1
     )
-
-
-def _agreed(path: Path) -> bool:
-    """Ask on a terminal; elsewhere the answer is no."""
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
-        return False
-    print(f"replace {path}? [y/N] ", end="", file=sys.stderr, flush=True)
-    return sys.stdin.readline().strip().lower() in ("y", "yes")

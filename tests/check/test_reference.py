@@ -12,6 +12,7 @@ from srbval.check.check import (
     differences,
     read_reference,
     renewed,
+    write_reference,
 )
 from srbval.errors import ConfigurationError
 
@@ -32,6 +33,12 @@ def test_every_quantity_has_a_value_a_tolerance_and_a_reason() -> None:
     for quantity in read_reference(REPORTS / "reference.json").values():
         assert quantity.value is not None, quantity.name
         assert len(quantity.reason.split()) > 3, quantity.name
+
+
+def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+    quantities = {"a": reference(), "b": reference("b", None, 0.0)}
+    write_reference(tmp_path / "reference.json", quantities)
+    assert read_reference(tmp_path / "reference.json") == quantities
 
 
 def test_a_tolerance_without_a_reason_is_refused() -> None:

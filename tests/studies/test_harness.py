@@ -82,7 +82,7 @@ def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
 
 
 def test_inputs_are_named_so_that_those_of_the_program_are_compared_with_its_files(tmp_path: Path) -> None:
-    """As `stored_result.staleness` looks for them; another file by its folder and name."""
+    """As `StoredResult.stale` looks for them; another file by its folder and name."""
     own = tmp_path / "torino" / "a.mat"
     own.parent.mkdir()
     own.write_bytes(b"samples")

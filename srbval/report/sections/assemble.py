@@ -15,8 +15,7 @@ from srbval.report.findings.provenance import TIMED
 from srbval.report.pages import Page, in_order, joined_data
 from srbval.report.section_texts import Texts
 from srbval.report.sections.figures import figures_section
-from srbval.report.sections.matrix import matrix_section
-from srbval.report.sections.records import band_section, records_section
+from srbval.report.sections.records import band_section, matrix_section, records_section
 from srbval.report.sections.table6 import cage_ratio_section, speed_or_slip_section, table6_section, verdict_box
 from srbval.storage.json_files import to_json
 
