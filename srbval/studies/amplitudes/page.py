@@ -1,7 +1,8 @@
 """Amplitudes of the rig's own scene behind a fitted path against the rig's records, from the stored study.
 
-Before them the outcome of the predictions that were stored before three records were compared: ``prediction_outcome``,
-computed once by the revision that it names (`storage.stored_result.staleness` says why it is never computed again).
+In the appendix also the outcome of the predictions that were stored before three records were compared:
+``prediction_outcome``, computed once by the revision that it names (`StoredResult.stale` says why it is never computed
+again).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,9 +23,9 @@ Row = Mapping[str, Any]
 
 def section(results: StoredResults) -> Section:
     """The counts with what each part is worth, and every locked band; level and pattern, bias, rows in the appendix."""
-    result, (predicted, rows) = results.get("amplitudes"), _outcome(results)
+    result, predicted = results.get("amplitudes"), _outcome(results)
     if result is None:
-        return TEXTS.section(*predicted, TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=rows)
+        return TEXTS.section(TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=predicted)
     content = result.content
     bias = [*content["bias"], *results.content("waterfall").get("bias", [])]
     withheld = [
@@ -32,7 +33,6 @@ def section(results: StoredResults) -> Section:
         if row["used_for"] == "withheld" and row["rig_present"] and row["kind"] not in TABLED
     ]  # fmt: skip
     return TEXTS.section(
-        *predicted,
         TEXTS.paragraph("amplitudes"),
         TEXTS.paragraph("counts", counts=content["counts"]),
         TEXTS.table("worth", content["worth"]),
@@ -43,7 +43,7 @@ def section(results: StoredResults) -> Section:
         ),
         TEXTS.table("locked", content["bands"], mounting=content["mounting"]),
         appendix=(
-            *rows,
+            *predicted,
             origin_of(result),
             TEXTS.table("level-and-pattern", content["level_and_pattern"]),
             TEXTS.paragraph("mounting", mounting=content["mounting"], crps=content["crps_db"]),
@@ -53,17 +53,17 @@ def section(results: StoredResults) -> Section:
     )
 
 
-def _outcome(results: StoredResults) -> tuple[Sequence[Block], Sequence[Block]]:
+def _outcome(results: StoredResults) -> Sequence[Block]:
     """What became of the stored predictions, failures first, and every row of it; nothing without that result."""
     content = results.content("prediction_outcome")
     if not content:
-        return (), ()
+        return ()
     present = [row for row in content["comparisons"] if row["rig_present"]]
     said = TEXTS.paragraph(
         "outcome", outcome=content, depths=[row for row in present if row["kind"] == DEPTH],
         cages=[row for row in present if row["quantity"] == CAGE_RATIO.name],
     )  # fmt: skip
-    return [said], [TEXTS.table("outcome-rows", content["comparisons"], outcome=content)]
+    return said, TEXTS.table("outcome-rows", content["comparisons"], outcome=content)
 
 
 def data(results: StoredResults) -> Row:

@@ -75,7 +75,7 @@ def _answer(result: Mapping[str, Any]) -> str:
     enough = f"the cage's mean speed within {100 * CAGE_TOLERANCE:g} %" if result["reference"] else "not compared"
     return "\n".join([
         f"Fastest run of each scene with status ok, {enough}:", "",
-        printed_columns(__package__, "fastest", best), "",
+        printed_columns(__package__, "fastest", best) if best else "none", "",
         f"{len(ok)} of {len(rows)} runs have status ok, {len(good)} of them close enough.",
         _machine_text(result["machine"]),
     ])  # fmt: skip

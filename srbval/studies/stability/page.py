@@ -14,8 +14,6 @@ from srbval.studies.stability.claims import claims
 from srbval.studies.stability.figure import stability_map
 
 TEXTS = Texts.of_study(__package__)
-MAIN_SCENE = "interference-outer"  # of the one map in the main document
-BLOCKS_ABREAST = 4  # in it
 CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
 WITHIN = tuple(status for status in USABLE if status != RunStatus.INACCURATE)  # the tolerances
 Row = Mapping[str, Any]
@@ -23,7 +21,7 @@ NAMES = ("stability", "rig_stability")  # the results, of the paper's scenes and
 
 
 def section(results: StoredResults) -> Section:
-    """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice."""
+    """The paper's claims; in the appendix the maps, the limits and what the runs did not notice."""
     result, rig = results.get(NAMES[0]), results.get(NAMES[1])
     if result is None:
         return TEXTS.section(missing(NAMES[0]))
@@ -32,9 +30,6 @@ def section(results: StoredResults) -> Section:
     tested: list[dict[str, Any]] = [
         {"claim": claim, "counted": TEXTS.text("counted", claim=claim)} for claim in claims(cells)
     ]
-    velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
-    abreast = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
-    main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
     outcomes = TEXTS.listing(
         "outcomes",
         default=_default(cells, paper_scene().solver),
@@ -57,7 +52,6 @@ def section(results: StoredResults) -> Section:
     return TEXTS.section(
         TEXTS.paragraph("intro", grid=grid, counts=content["counts"]),
         Listing(items=tuple(TEXTS.text("claim", **one) for one in tested)),
-        _map(content, main_scene, "stability-map", [[(solver, velocity) for solver in row] for row in abreast]),
         appendix=blocks,
     )
 
