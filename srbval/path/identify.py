@@ -43,6 +43,7 @@ from srbval.signal.locked import LockedMean
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
 RATIOS = (0.1, 30.0)  # of cross to load, between which one is looked for
+WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of one that may lie anywhere between
 CHANCE = 0.025  # that noise alone shows power in any of the bands
 ROUNDS = 3  # of setting gains so that the run behind them has the record's power, edges of bands and filters included
 LEAST_LINES = 3  # of a measured response in a band
@@ -313,7 +314,8 @@ def _ratio(
     best = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 0.01})
     step = 0.1
     slope = (sidebands(best.x + step) - sidebands(best.x - step)) / (2 * step)
-    return math.exp(best.x), 2 * DB / math.sqrt(float(np.sum((slope / u) ** 2))), np.array([wanted, sidebands(best.x)])
+    u_db = 2 * DB / max(math.sqrt(float(np.sum((slope / u) ** 2))), 2 * DB / WIDEST_DB)  # sidebands may hardly move
+    return math.exp(best.x), u_db, np.array([wanted, sidebands(best.x)])
 
 
 def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent) -> Run:

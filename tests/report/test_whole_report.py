@@ -85,7 +85,7 @@ def test_model_lines_agree_with_the_cage_within_their_interval(hostile: Made) ->
 
 def test_without_a_record_of_each_state_there_is_no_report() -> None:
     with pytest.raises(DataError, match=r"healthy, .*install it again(.|\n)*a\.mat: truncated"):
-        gathering._sides({}, SimpleNamespace(unusable=(("a.mat", "truncated"),)))  # type: ignore[arg-type]
+        gathering._models({}, SimpleNamespace(unusable=(("a.mat", "truncated"),)))  # type: ignore[arg-type]
 
 
 def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig: Made) -> None:

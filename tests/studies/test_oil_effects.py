@@ -38,6 +38,10 @@ def test_effects_stand_alone_and_pairs_differ_in_speed_only() -> None:
     assert len({str((s.oil, s.line_contact)) for s in (scene_at(859.0, 124.8, e) for e in EFFECTS.values())}) == 6
     every = pairs()
     assert sum(key[0] == "range" for key in every) == 2 * len(rig_inputs("oil"))
+    for changes, radial, axial in (pair for key, pair in every.items() if key[0] == "free"):
+        scene = scene_at(859.0, radial, changes, axial)
+        assert scene.bodies.free_rollers
+        assert scene.load.axial_n < 20e3 or scene.solver.step_s < 1.3e-5
     assert {scene_at(rpm, 124.8, {}).duration_s * rpm for rpm in (340.0, 859.0)} == {180.0}
 
 

@@ -127,8 +127,8 @@ def gather(
         )
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
-    sides = _sides({state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}, matrix)
-    models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
+    sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
+    models = _models(sides, matrix)
     analyses = {
         "paper": paper, "model": {state: side.analysis for state, side in models.items()},
         "rig": {state: rig for state, (rig, _) in sides.items()},
@@ -203,28 +203,25 @@ def _compared(
 def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dict[str, Run], list[dict[str, Any]]]:
     """The runs that no recording asks for, by their case, and how each went."""
     paper = paper_cases(seconds)
-    outer = next(case for case in paper if case.state is Fault.OUTER)
-    cases = [*paper, load_zone_case(outer.scene)]
+    cases = [*paper, load_zone_case(next(case.scene for case in paper if case.state is Fault.OUTER))]
     runs = run_cases(cases, jobs=jobs, progress=progress)
     return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
 
 
-def _sides(found: Mapping[Fault, Sides], matrix: Matrix) -> Mapping[Fault, Sides]:
-    """The rig's recording of each state and the model's run at its speed; srbval comes with one recording of each."""
+def _models(found: Mapping[Fault, Sides], matrix: Matrix) -> dict[Fault, AnalysedRun]:
+    """The run at the speed of the rig's recording of each state; figures cannot do without a recording or a run."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
         unusable = "".join(f"\n{file}: {why}" for file, why in matrix.unusable)
         raise DataError(
             f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
             f"install it again, and see what `srbval data verify` names.{unusable}"
         )
-    return found
-
-
-def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
-    """Figures cannot do without the model's run."""
-    if isinstance(model, str):
-        raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
-    return model
+    models = dict[Fault, AnalysedRun]()
+    for state, (_, model) in found.items():
+        if isinstance(model, str):
+            raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
+        models[state] = model
+    return models
 
 
 def cautions(records: Iterable[Any]) -> list[dict[str, str]]:

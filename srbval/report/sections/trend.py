@@ -63,7 +63,8 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     if one.first_alarm is not None:
         upper.axvline(times[one.first_alarm], color=INK, lw=1.0, ls=":")
     upper.set_ylabel("Level over baseline, dB")
-    upper.legend(loc="upper left", ncols=len(COLOURS))
+    if one.reference.keys() > {RMS}:
+        upper.legend(loc="upper left", ncols=len(COLOURS))
     velocity = [point.velocity_rms_mm_s for point in one.points]
     shown = [point.levels[RMS] for point in one.points] if None in velocity else velocity
     lower.plot(times, shown, color=SOFT, marker="o" if marked else None, ms=3.5, lw=0.9)

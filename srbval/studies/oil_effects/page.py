@@ -19,11 +19,13 @@ AXES = {"rpm": "Shaft speed, rpm", "radial_kn": "Radial load, kN"}
 def blocks(texts: Texts, content: Row) -> Iterator[Block]:
     """Power in a figure, the trend of effects, ranges and draws in tables, onset of skidding in a table."""
     rows, trend, onset = (content[key] for key in ("rows", "trend", "onset"))
-    of = {kind: [row for row in trend if row["kind"] == kind] for kind in ("effect", "range", "draw", "step")}
+    of = {kind: [row for row in trend if row["kind"] == kind] for kind in ("effect", "range", "draw", "step", "free")}
     yield texts.figure("oil-power", partial(power_plot, rows=rows), badge=Badge.SIMULATED, rows=rows)
     yield texts.table("oil-power-table", rows)
     yield texts.paragraph("trend", **of)
     yield texts.table("oil-trend", of["effect"])
+    if of["free"]:
+        yield texts.table("oil-free", of["free"])
     yield texts.table("oil-ranges", of["range"])
     yield texts.paragraph("onset", rows=onset)
     yield texts.table("oil-onset", onset)

@@ -32,12 +32,10 @@ from srbval.studies.harness import StudyResult
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
 SPEEDS_RPM = (127.0, 340.074, 600.0, 858.94, 1000.0)
 RADIAL_KN, LOADS_KN = 124.8, (31.2, 62.4, 124.8, 250.0)
-TABLE_5_KN = (
-    (124.8, 0.0),
-    (62.4, 0.0),
-    (124.8, 24.5),
-    (124.8, 49.0),
-)  # Table 5's radial and axial loads
+TABLE_5_KN = ((124.8, 0.0), (62.4, 0.0), (124.8, 24.5), (124.8, 49.0))  # Table 5's radial and axial loads
+FREE_KN = (0.0, 6.25, 12.5, 18.0, 24.5)  # axial loads of pairs whose rollers tilt and slide along their axes
+FREE = {"bodies": {"free_rollers": True}}
+STEEP_KN = 20.0  # axial load from which free rollers need the fine step
 HEAVY_KN = 150.0  # above it rollers bounce faster than the scene's step resolves
 FINE_S = 1 / 81920
 SETTLE_TURNS, TURNS = 3.0, 3.0
@@ -92,13 +90,17 @@ def scene_at(rpm: float, radial_kn: float, changes: Row, axial_kn: float = 0.0) 
 
 
 def pairs() -> dict[tuple[str, ...], tuple[Row, float, float]]:
-    """Changes, radial and axial load [kN] of all that a trend is read from: effects, ends of ranges, draws, a step."""
+    """Changes, radial and axial load [kN] of all that a trend is read from: effects, free rollers, ranges, draws."""
     found: dict[tuple[str, ...], tuple[Row, float, float]] = {
         ("effect", name, f"{radial:g}", f"{axial:g}"): (changes, radial, axial)
         for name, changes in EFFECTS.items() for radial, axial in TABLE_5_KN
     }  # fmt: skip
+    fine = {"solver": {"step_s": FINE_S}}
     for name in ("none", "all"):
-        found["step", name] = (merge(EFFECTS[name], {"solver": {"step_s": FINE_S}}), *TABLE_5_KN[0])
+        found["step", name] = (merge(EFFECTS[name], fine), *TABLE_5_KN[0])
+        for axial in FREE_KN:
+            changes = merge(EFFECTS[name], FREE | (fine if axial > STEEP_KN else {}))
+            found["free", name, f"{RADIAL_KN:g}", f"{axial:g}"] = (changes, RADIAL_KN, axial)
     inputs = rig_inputs("oil")
     for one in inputs:
         for end in (one.low, one.high):
@@ -159,10 +161,7 @@ def _read(_: Any, tried: Attempt, _wall_s: float) -> dict[str, Any]:
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     half = len(run.cage_rad_s) // 2
     drift = 100 * float(run.cage_rad_s[half:].mean() / run.cage_rad_s[:half].mean() - 1)
-    powers = {f"{name}_w": value for name, value in run.power_w.items()} | {
-        "drive_w": run.drive_power_w,
-        "drift_pct": drift,
-    }
+    powers = {f"{name}_w": value for name, value in run.power_w.items()} | {"drive_w": run.drive_power_w}
     slip = 100 * (1 - ratio / run.rolling_ratio)
     return {"status": tried.status, "cage_ratio": ratio, "slip_pct": slip, "drift_pct": drift, **powers}
 
@@ -182,7 +181,7 @@ def power_rows(run: Callable[..., Any]) -> list[Row]:
 
 
 def trend_rows(run: Callable[..., Any]) -> list[Row]:
-    """Trend [%] of every one of `pairs`, and how far it lies beyond that without oil at the same load."""
+    """Trend [%] of every one of `pairs`, and how far it lies beyond that of like rollers without oil at its load."""
     every = pairs()
     scenes = {(*key, rpm): scene_at(rpm, radial, changes, axial)
               for key, (changes, radial, axial) in every.items() for rpm in RECORDS_RPM}  # fmt: skip
@@ -194,8 +193,9 @@ def trend_rows(run: Callable[..., Any]) -> list[Row]:
                      "radial_kn": every[key][1], "axial_kn": every[key][2], "cage_340": slow, "cage_859": fast,
                      "drift_pct": max(abs(found[*key, rpm].get("drift_pct", math.nan)) for rpm in RECORDS_RPM),
                      "trend_pct": trend}  # fmt: skip
-    for row in rows.values():
-        bare = rows["effect", "none", f"{row['radial_kn']:g}", f"{row['axial_kn']:g}"]["trend_pct"]
+    for (kind, *_), row in rows.items():
+        same = kind if kind == "free" else "effect"
+        bare = rows[same, "none", f"{row['radial_kn']:g}", f"{row['axial_kn']:g}"]["trend_pct"]
         both = bare is not None and row["trend_pct"] is not None
         row["beyond_pct"] = row["trend_pct"] - bare if both else None
     return list(rows.values())
