@@ -26,6 +26,7 @@ ORDER = (
     "signal",
     "reading",
     "diagnosis",
+    "sweep",
     "comparison",
     "path",
     "plan",

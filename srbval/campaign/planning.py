@@ -9,7 +9,6 @@ from typing import Any
 from srbval.campaign.case import COMPUTED_BY, CampaignCase
 from srbval.campaign.quantities import Output
 from srbval.campaign.settings import Campaign, nested
-from srbval.comparison.runs import right_hand_sides_per_step
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
@@ -18,6 +17,7 @@ from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.content_store import content_key
+from srbval.sweep.pool import right_hand_sides_per_step
 
 FILE_BYTES = 16_384  # size of a result file without signals
 COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.comparison.runs import Attempt, run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
@@ -23,6 +22,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording, recording_from_run
 from srbval.recordings.registry import find_recording
 from srbval.scene import RollerFit, Scene
+from srbval.sweep.pool import Attempt, run_all
 
 Values = Mapping[str, float | None]
 

@@ -16,7 +16,6 @@ import numpy as np
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.compared_quantities import mean_of_starts, values_of_model
 from srbval.comparison.comparison import QuantityValue
-from srbval.comparison.runs import side_by_side
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_content
@@ -27,6 +26,7 @@ from srbval.recordings import recording_from_run
 from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore, is_fresh
 from srbval.storage.stored_result import StoredResult
+from srbval.sweep.pool import side_by_side
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 # Length of a run [shaft turns], and the most of it [s]: that of the rig's records, which last 2 s at any speed.

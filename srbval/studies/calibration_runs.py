@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.runs import attempt
 from srbval.models.hierarchy import level_of
 from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
@@ -35,6 +34,7 @@ from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
+from srbval.sweep.pool import attempt
 
 STORE = ContentStore(kind="ladder", computed_by=__name__)
 SECONDS = 2.0  # eleven revolutions at the slowest speed

@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from srbval.comparison.runs import Attempt, Ended, run_all
 from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import SLIDING
 from srbval.models.run import RunStatus
@@ -21,6 +20,7 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.json_files import from_json
+from srbval.sweep.pool import Attempt, Ended, run_all
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance

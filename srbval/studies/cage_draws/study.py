@@ -19,7 +19,6 @@ from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import FORMS, STATED, Form
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import converged, with_points
-from srbval.comparison.runs import side_by_side
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import NumericsError
 from srbval.models.simulate import Step, simulate
@@ -28,6 +27,7 @@ from srbval.progress.tables import text_rows
 from srbval.scene import RigInput, Scene, changes_at, load_scene, merge, paper_scene, rig_inputs, sobol, values_at
 from srbval.studies.harness import StudyResult
 from srbval.studies.open_inputs import BAND, OpenInput, drawn, open_inputs
+from srbval.sweep.pool import side_by_side
 
 TURNS = 3.0  # of the shaft: the ratio differs from that of thirty by less than 1e-5 of it
 # The rig's scene: twelve passages; the ratio differs from that of two seconds by less than 1e-6 of it. Its own step is

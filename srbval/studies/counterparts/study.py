@@ -8,12 +8,12 @@ from argparse import Namespace
 
 from srbval.bearing import DEFAULT_BEARING, DEFECTS, load_bearing
 from srbval.comparison.counterpart import COUNTERPARTS, counterpart_cases, start_key, start_values
-from srbval.comparison.runs import side_by_side
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import load_entry
 from srbval.recordings.registry.register import shipped_recordings
 from srbval.studies.harness import StudyResult, input_hashes
+from srbval.sweep.pool import side_by_side
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:

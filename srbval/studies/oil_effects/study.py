@@ -22,12 +22,12 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, LARGEST_SLIP, load_bearing
-from srbval.comparison.runs import Attempt, run_all
 from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
 from srbval.progress.tables import text_table
 from srbval.scene import Oil, Scene, draws, load_scene, merge, rig_inputs
 from srbval.studies.harness import StudyResult
+from srbval.sweep.pool import Attempt, run_all
 
 RECORDS_RPM = (340.074, 858.94)  # of the rig's outer-race records
 SPEEDS_RPM = (127.0, 340.074, 600.0, 858.94, 1000.0)

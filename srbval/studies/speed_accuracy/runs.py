@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.comparison.runs import Attempt, attempt, right_hand_sides_per_step, run_all
 from srbval.models.health import default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import run_content
@@ -22,6 +21,7 @@ from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, bench_scene
+from srbval.sweep.pool import Attempt, attempt, right_hand_sides_per_step, run_all
 
 STORE = ContentStore(kind="reference", computed_by=__name__)
 WARM_UP_S = 0.002

@@ -1,0 +1,1 @@
+"""Tables of scenes, run side by side, measured and returned as one frame."""

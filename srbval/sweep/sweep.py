@@ -1,0 +1,131 @@
+"""Tables of scenes: every row is run and measured, and the measures come back as columns of the same frame.
+
+A table is a `grid` over axes, `draws` from ranges, or rows of any other origin. `sweep` runs it over the pool and
+stores each row as soon as its runs have ended, so that interrupted work continues; `bisect` finds the last value of
+one axis at which runs still pass, with a tenth of the runs of a complete grid.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from srbval.models.simulate import Step, compile_for, run_content, simulate
+from srbval.progress import Progress, silent
+from srbval.scene import Scene
+from srbval.storage.content_store import ContentStore
+from srbval.sweep.pool import Attempt, attempt, side_by_side
+
+Case = Mapping[str, Any]  # a row of a table, by column
+Measures = Mapping[str, Any]  # plain numbers, texts and lists of them, by column
+
+
+def grid(**axes: Sequence[Any]) -> pd.DataFrame:
+    """Every combination of the axes' values, a row each; the last axis varies fastest."""
+    return pd.DataFrame(list(itertools.product(*axes.values())), columns=list(axes))
+
+
+def draws(ranges: Mapping[str, tuple[float, float]], n: int, *, seed: int) -> pd.DataFrame:
+    """`n` points of a Latin hypercube within `ranges` (low, high), one column for each."""
+    from scipy.stats import qmc
+
+    low, high = np.array(list(ranges.values()), dtype=float).T
+    unit = qmc.LatinHypercube(d=len(ranges), rng=np.random.default_rng(seed)).random(n)
+    return pd.DataFrame(low + unit * (high - low), columns=list(ranges))
+
+
+def sweep(
+    cases: pd.DataFrame,
+    scenes_of: Callable[[Case], Scene | tuple[Scene, ...]],
+    measure: Callable[..., Measures],
+    *,
+    task: str,
+    step: Step = Step.UNCHECKED,
+    stored: bool = True,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> pd.DataFrame:
+    """Run the scene (or scenes) of every row and measure them; returns `cases` with the measures as further columns.
+
+    `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` turns their runs, failed ones too, into
+    measures; it is a function of a module, whose sources are part of the name under which a row is stored. Columns
+    `status` and `reason` (of the row's first run) are added unless `measure` gives them. With ``stored=False`` nothing
+    is read or stored, as for timings. `jobs` runs at a time, one per core by default.
+    """
+    rows = [dict(row) for row in cases.to_dict("records")]
+    made = [scenes_of(row) for row in rows]
+    scenes = [one if isinstance(one, tuple) else (one,) for one in made]
+    store = ContentStore(kind="sweep", computed_by=measure.__module__)
+    names = [
+        f"{measure.__qualname__} {row!r} {' '.join(run_content(scene, step) for scene in of_row)}" if stored else ""
+        for row, of_row in zip(rows, scenes, strict=True)
+    ]
+    found: dict[int, Measures | None] = {i: store.load(name, dict) if stored else None for i, name in enumerate(names)}
+
+    def run(place: int, report: Progress) -> Measures:
+        tried = [_attempt(scene, step, report, i, len(scenes[place])) for i, scene in enumerate(scenes[place])]
+        measures = {"status": tried[0].status, "reason": tried[0].reason, **measure(rows[place], *tried)}
+        if stored:
+            store.save(names[place], measures)
+        return measures
+
+    missing = {i: scenes[i][0] for i, one in found.items() if one is None}
+    if missing:
+        compile_for(*(scene for i in missing for scene in scenes[i]), jobs=jobs, progress=progress)
+        found |= side_by_side(missing, run, task=task, jobs=jobs, progress=progress)
+    measured = pd.DataFrame([found[i] or {} for i in range(len(rows))], index=cases.index)
+    return pd.concat([cases, measured], axis=1)
+
+
+def _attempt(scene: Scene, step: Step, report: Progress, place: int, of: int) -> Attempt:
+    """One of the runs of a row; the row's progress is shared among them."""
+    return attempt(
+        scene, step=step, make=simulate, progress=lambda task, share: report(task, (place + (share or 0.0)) / of)
+    )
+
+
+def bisect(
+    groups: pd.DataFrame,
+    axis: str,
+    values: Sequence[float],
+    scenes_of: Callable[[Case], Scene | tuple[Scene, ...]],
+    measure: Callable[..., Measures],
+    passes: Callable[[Case], bool],
+    *,
+    task: str,
+    step: Step = Step.UNCHECKED,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """For every row of `groups` the last of `values` along `axis` that `passes`, found by bisection.
+
+    `values` run from the safest to the most demanding; a value that passes is taken to mean that all safer ones do.
+    Returns `groups` with the columns `axis` (NaN where even the first value fails), `runs` (made for the row) and
+    ``bounded`` (whether a more demanding value was seen to fail), and the frame of all cells that were run.
+    """
+    low, high = [-1] * len(groups), [len(values)] * len(groups)
+    cells: list[pd.DataFrame] = []
+    for round_ in itertools.count(1):
+        open_ = [i for i in range(len(groups)) if high[i] - low[i] > 1]
+        if not open_:
+            break
+        middle = [(low[i] + high[i]) // 2 for i in open_]
+        cases = groups.iloc[open_].assign(**{axis: [values[k] for k in middle]})
+        done = sweep(cases, scenes_of, measure, task=f"{task}, round {round_}", step=step, jobs=jobs, progress=progress)
+        cells.append(done)
+        for i, k, cell in zip(open_, middle, done.to_dict("records"), strict=True):
+            (low if passes(cell) else high)[i] = k
+    run = pd.concat(cells) if cells else groups.assign(**{axis: math.nan}).iloc[:0]
+    limits = groups.assign(
+        **{
+            axis: [values[k] if k >= 0 else math.nan for k in low],
+            "runs": [int((run.index == label).sum()) for label in groups.index],
+            "bounded": [k < len(values) for k in high],
+        }
+    )
+    return limits, run.reset_index(drop=True)
