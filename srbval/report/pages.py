@@ -9,10 +9,11 @@ from itertools import groupby
 from typing import Any
 
 from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
+from srbval.report.prose import Prose
 from srbval.report.section_texts import Texts, expressions
 from srbval.storage.stored_result import StoredResult, newest_result
 
-STORED = Texts("stored")
+STORED = Prose("srbval.report", "texts/stored.md")
 
 
 class StoredResults(dict[str, StoredResult]):
@@ -99,11 +100,71 @@ def page_of_texts(package: str) -> Page:
     )  # fmt: skip
 
 
+def study_page(
+    package: str,
+    place: float,
+    blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]],
+    data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
+) -> Page:
+    """Page of the study in `package`, of its stored result of the same name and the file ``texts.md`` in its folder.
+
+    Its section starts with the origin of the result; `blocks` makes the rest from the texts and the content. Without a
+    result the section names the command that makes it. `data` makes keys of ``report.json`` from the content.
+    """
+    name, prose = package.rpartition(".")[2], Prose(package)
+
+    def section(results: StoredResults) -> Section:
+        result = results.get(name)
+        return prose.section(
+            *([missing(name)] if result is None else [origin_of(result), *blocks(prose, result.content)])
+        )
+
+    return Page(
+        name=name,
+        place=place,
+        results=(name,),
+        section=section,
+        data=lambda results: data(results.content(name)) if name in results else {},
+    )
+
+
 def origin_of(result: StoredResult) -> Paragraph:
-    """Machine, date, revision and command of a stored result, and whether it is stale."""
-    return STORED.paragraph("origin", origin=result.origin, stale=result.stale)
+    """Kind, date, machine, revision and command of a stored result, and why it is stale if it is.
+
+    The kinds: *evidence* follows from what the repository contains, *recorded* also needs data sets that do not ship
+    (``data_sets`` of its content: name, records, revision, date), a *document* belongs to one revision.
+    """
+    origin = result.origin
+    text = STORED.text(
+        kind_of(result),
+        made_utc=result.made_utc,
+        machine=_machine(origin),
+        revision=origin["git_revision"] or "unknown (installed copy)",
+        command=str(origin["command"] or "unknown command").replace("`", "'"),
+        data_sets=data_sets_of(result.content),
+    )
+    return Paragraph(text if result.stale is None else f"{text} {STORED.text('stale', why=result.stale)}")
+
+
+def kind_of(result: StoredResult) -> str:
+    """Kind of a stored result: evidence, recorded or document."""
+    return "document" if "computed_once" in result.content else str(result.content.get("evidence_kind", "evidence"))
+
+
+def data_sets_of(content: Mapping[str, Any]) -> str:
+    """The data sets that a recorded result was computed on, in words."""
+    facts = [
+        (one["name"], one.get("records") and f"{one['records']} records", one.get("revision"), one.get("date"))
+        for one in content.get("data_sets", ())
+    ]
+    return "; ".join(", ".join(str(fact) for fact in one if fact) for one in facts) or "not stated"
+
+
+def _machine(origin: Mapping[str, Any]) -> str:
+    cores = origin.get("usable_cores")
+    return f"{origin.get('processor') or 'an unknown processor'}{f' ({cores} usable cores)' if cores else ''}"
 
 
 def missing(name: str) -> Callout:
-    """What stands in place of a result that is not there."""
-    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval study run {name}")
+    """Callout in place of a result that is not stored."""
+    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")

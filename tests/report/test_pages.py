@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 
-from srbval.report.blocks import Callout, Figure, Section, Table
-from srbval.report.pages import StoredResults, in_order, joined_data, results_of
+from srbval.report.blocks import Callout, Figure, Paragraph, Section, Table
+from srbval.report.pages import StoredResults, in_order, joined_data, origin_of, results_of, study_page
+from srbval.report.prose import Prose
 from srbval.report.write import report_data
+from srbval.storage.stored_result import StoredResult
 from srbval.studies.harness import pages
 
 PAGES = {page.name: page for page in pages()}
@@ -50,3 +52,37 @@ def test_figures_are_listed_from_the_tree(report: Any) -> None:
         ("fig11b", "figures/fig11b.svg", "figures/fig11b.csv", True),
         ("fig12a", "figures/fig12a.svg", "figures/fig12a.csv", False),
     ]
+
+
+STORED = {
+    "made_utc": "2026-11-26T10:00:00+00:00",
+    "machine": {"processor": "A*B", "usable_cores": 2},
+    "command": "srbval evidence naming",
+    "git_revision": "abc",
+}
+SETS = [{"name": "Ottawa", "records": 60, "revision": "2", "date": "2023-05-01"}, {"name": "HUST"}]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({}, "evidence: this program can compute it again"),
+        ({"evidence_kind": "recorded", "data_sets": SETS}, "Data sets: Ottawa, 60 records, 2, 2023-05-01; HUST."),
+        ({"computed_once": "a prediction"}, "a document of revision abc, never recomputed"),
+    ],
+)
+def test_the_origin_of_a_result_says_kind_date_machine_and_command(more: dict[str, Any], words: str) -> None:
+    text = origin_of(StoredResult(path=Path("naming.json"), content=STORED | more)).text
+    for part in (words, "2026-11-26T10:00:00+00:00", "A\\*B (2 usable cores)", "`srbval evidence naming`"):
+        assert part in text
+
+
+def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Prose, "_parts", {"": "# Naming {#naming}", "found": "{n} of 3."})
+    page = study_page("made.naming", 10, lambda prose, content: [prose.paragraph("found", n=content["n"])])
+    result = StoredResult(path=Path("naming.json"), content=STORED | {"n": 2})
+    origin, found = page.section(StoredResults({"naming": result})).blocks
+    assert (origin, found) == (origin_of(result), Paragraph("2 of 3."))
+    (remark,) = page.section(StoredResults()).blocks
+    assert isinstance(remark, Callout)
+    assert "`srbval evidence naming`" in remark.text

@@ -1,0 +1,165 @@
+"""The prose of a section as Markdown: plain texts in which values are put, without conditions and without loops.
+
+A file starts with ``# Title {#id}``; each part is ``## name`` with its text below it, up to the next part. A list has
+one item for each line that begins with ``- ``. A figure or table named NAME takes its caption from ``## NAME.caption``,
+its alt text from ``## NAME.alt``, its label (the bold start of the caption) from ``## NAME.label`` and its notes (a
+list) from ``## NAME.notes``; a callout takes its title from ``## NAME.title``.
+
+Values are put in by `str.format`: ``{count}``, ``{run.scene.model}``, ``{error_pct:+.2f}``. Text from a file or a user
+is put in with ``{name!l}``, which keeps its stars and backticks from becoming markup. A value that is missing (not
+given, None or not finite) raises an error: a function of the section chooses another text in that case.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from importlib import resources
+from string import Formatter
+from typing import Any
+
+from srbval.report.blocks import (
+    Badge,
+    Callout,
+    Explore,
+    Figure,
+    FigureGrid,
+    Listing,
+    Paragraph,
+    Section,
+    Table,
+    Tone,
+    format_value,
+)
+from srbval.report.figures.style import Drawing
+from srbval.report.plain import literal
+from srbval.report.tables import Title, frame_table
+
+_TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
+_PART = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
+_ITEM = re.compile(r"^- ", re.MULTILINE)
+
+
+class Prose:
+    """Texts of one section: the file `file` in the package `package` (its name, such as ``__package__``)."""
+
+    def __init__(self, package: str, file: str = "texts.md") -> None:
+        self._package, self._file = package, file
+
+    @cached_property
+    def _parts(self) -> Mapping[str, str]:
+        """Source of every part by its name; the head of the file has the name ``""``."""
+        source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
+        head, *parts = _PART.split(source)
+        names, texts = parts[::2], parts[1::2]
+        doubled = next((name for name in names if names.count(name) > 1), None)
+        if doubled is not None:
+            raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} stands in it twice.")
+        return {"": head, **dict(zip(names, texts, strict=True))}
+
+    def _source(self, name: str) -> str:
+        if name not in self._parts:
+            raise KeyError(f"{self._file} of {self._package} has no part {name!r}; add '## {name}' to it.")
+        return self._parts[name]
+
+    def _filled(self, source: str, name: str, values: Mapping[str, Any]) -> str:
+        try:
+            return _FILL.vformat(" ".join(source.split()), (), values)
+        except (ValueError, KeyError, AttributeError, TypeError, IndexError) as error:
+            where = f"{self._file} of {self._package}, part {name!r}"
+            raise ValueError(f"{where}: a value cannot be put in ({type(error).__name__}: {error}).") from error
+
+    def has(self, name: str) -> bool:
+        """True if the file has this part."""
+        return name in self._parts
+
+    def text(self, name: str, /, **values: Any) -> str:
+        """One text; its line breaks are spaces."""
+        return self._filled(self._source(name), name, values)
+
+    def items(self, name: str, /, **values: Any) -> tuple[str, ...]:
+        """Items of a list."""
+        return tuple(self._filled(item, name, values) for item in _ITEM.split(self._source(name))[1:])
+
+    def paragraph(self, name: str, /, **values: Any) -> Paragraph:
+        """One text as a paragraph."""
+        return Paragraph(self.text(name, **values))
+
+    def listing(self, name: str, /, **values: Any) -> Listing:
+        """A list of texts."""
+        return Listing(items=self.items(name, **values))
+
+    def callout(self, name: str, /, *, tone: Tone, **values: Any) -> Callout:
+        """A boxed remark."""
+        return Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
+
+    def figure(
+        self,
+        name: str,
+        draw: Drawing,
+        /,
+        *,
+        id: str = "",
+        badge: str | None = None,
+        wide: bool = True,
+        explore: Explore | None = None,
+        **values: Any,
+    ) -> Figure:
+        """A figure with its caption, alt text and label; `id` is `name` unless given."""
+        source = Badge(badge) if badge else None
+        return Figure(
+            id=id or name,
+            draw=draw,
+            badge=source,
+            synthetic=source is Badge.STAND_IN,
+            wide=wide,
+            label=self._optional(f"{name}.label", values),
+            caption=self.text(f"{name}.caption", **values),
+            alt=self.text(f"{name}.alt", **values),
+            explore=explore,
+        )
+
+    def grid(
+        self, name: str, figures: Iterable[Figure], /, label: str = "", *, columns: int = 2, **values: Any
+    ) -> FigureGrid:
+        """Panels with the text `name` as their common caption."""
+        return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
+
+    def table(self, name: str, frame: Any, /, columns: Mapping[str, Title], *, id: str = "", **values: Any) -> Table:
+        """A table from a frame (see `frame_table`) with its caption, label and notes; `id` is `name` unless given."""
+        return frame_table(
+            frame,
+            id=id or name,
+            caption=self.text(f"{name}.caption", **values),
+            columns=columns,
+            label=self._optional(f"{name}.label", values),
+            notes=self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else (),
+        )
+
+    def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
+        """The section with the title and the id that the file's first line states."""
+        found = _TITLE.fullmatch(self._parts[""].strip())
+        if found is None:
+            raise ValueError(f"{self._file} of {self._package}: its first line must be '# Title {{#id}}'.")
+        title = self._filled(found["title"], "", values)
+        return Section(id=found["id"], title=title, blocks=tuple(blocks), open=open)
+
+    def _optional(self, name: str, values: Mapping[str, Any]) -> str:
+        return self.text(name, **values) if self.has(name) else ""
+
+
+class _Fill(Formatter):
+    """`str.format` that refuses missing values, shows numbers as tables do, and knows the conversion ``!l``."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if value is None or (isinstance(value, float) and not math.isfinite(value)):
+            raise ValueError(f"it is {value}")
+        return format_value(value, format_spec) if isinstance(value, int | float) else format(value, format_spec)
+
+    def convert_field(self, value: Any, conversion: str | None) -> Any:
+        if conversion == "l":
+            return literal(str(value))
+        return super().convert_field(value, conversion)
+
+
+_FILL = _Fill()

@@ -1,0 +1,80 @@
+"""Tables of the report straight from pandas frames."""
+
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from srbval.report.blocks import Badge, Cell, Column, Table, Tone, Value
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Title = str | tuple[str, str] | tuple[str, str, str] | Column
+WHOLE = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps as floats
+
+
+def frame_table(
+    frame: "pd.DataFrame | Iterable[Mapping[str, Any]]",
+    *,
+    id: str,
+    caption: str,
+    columns: Mapping[str, Title],
+    label: str = "",
+    notes: Iterable[str] = (),
+) -> Table:
+    """Build a table with one row for each row of `frame` (or of a list of mappings with the same keys).
+
+    `columns` names the columns of the frame to show, in order, each with (title, unit, format); unit and format may be
+    left out, a `Column` says more. The companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of a column
+    ``X``, if the frame has them, give its half width of a 95 % interval, the kind of its source, its judgement and a
+    remark below it. None and NaN are shown as a dash. Raises KeyError for a column that the frame does not have.
+    """
+    import pandas as pd
+
+    table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
+    titles = {name: _column(title) for name, title in columns.items()}
+    missing = [name for name in titles if name not in table.columns]
+    if missing and len(table):
+        raise KeyError(f"table {id!r}: the frame has no column {missing[0]!r}; it has {', '.join(table.columns)}.")
+    rows = (dict(zip(table.columns, row, strict=True)) for row in table.itertuples(index=False, name=None))
+    return Table(
+        id=id,
+        caption=caption,
+        label=label,
+        notes=tuple(filter(None, notes)),
+        columns=tuple(titles.values()),
+        rows=tuple(tuple(_cell(row, name, column) for name, column in titles.items()) for row in rows),
+    )
+
+
+def _column(title: Title) -> Column:
+    if isinstance(title, Column):
+        return title
+    name, unit, spec = (*((title,) if isinstance(title, str) else title), "", "")[:3]
+    return Column(title=name, unit=unit, format=spec)
+
+
+def _cell(row: Mapping[str, Any], name: str, column: Column) -> Cell:
+    ci95, badge, tone, note = (_plain(row.get(f"{name}_{of}"), column) for of in ("ci95", "badge", "tone", "note"))
+    return Cell(
+        value=_plain(row[name], column),
+        ci95=None if ci95 is None else float(ci95),
+        badge=Badge(str(badge)) if badge else None,
+        tone=Tone(str(tone)) if tone else None,
+        note=str(note or ""),
+    )
+
+
+def _plain(value: Any, column: Column) -> Value:
+    """A value of a frame as a plain Python value; None if it is missing (None, NaN, NaT, pandas.NA)."""
+    import pandas as pd
+
+    if isinstance(value, Enum):
+        value = value.value
+    if isinstance(value, list | tuple | set | Mapping):
+        raise TypeError(f"column {column.title!r}: a cell holds one value, not {type(value).__name__}.")
+    if value is None or pd.isna(value):
+        return None
+    plain: Value = value.item() if hasattr(value, "item") else value
+    whole = column.format in WHOLE and isinstance(plain, float) and plain.is_integer()
+    return int(plain) if whole and isinstance(plain, float) else plain
