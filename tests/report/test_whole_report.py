@@ -22,7 +22,7 @@ TALLEST = 1.35  # height over width: a picture as wide as the page leaves room f
 LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
 SHOWN = TEXT.replace("\x00", "\ufffd").replace("\u202e", "\ufffd")
 SECTIONS = (
-    "verdict", "cage-ratio", "records-section", "table-6", "speed-or-slip", "figures", "waterfall", "rig-scene",
+    "verdict", "cage-ratio", "records-section", "table-6", "speed-or-slip", "figures", "rig-scene",
     "speed-accuracy", "stability", "ladder", "limits", "glossary", "provenance",
 )  # fmt: skip
 ROW_KEYS = {

@@ -126,7 +126,7 @@ def test_without_a_folder_the_tests_of_the_rest_pass(tmp_path: Path) -> None:
     """In a copy of the source tree: what the layers and the harness promise, and what else is collected."""
     left_out = shutil.ignore_patterns("__pycache__", ".*", "notebooks")
     shutil.copytree(ROOT, tmp_path / "tree", ignore=left_out)
-    shutil.rmtree(tmp_path / "tree" / "srbval" / "studies" / "waterfall")
+    shutil.rmtree(tmp_path / "tree" / "srbval" / "studies" / "reading_accuracy")
     ran = ["tests/test_layers.py", "tests/studies/test_harness.py", "tests/test_api.py", "-k", "not tests_of_the_rest"]
     for arguments in (["--collect-only", "-q", "tests/studies", "tests/report"], ["-q", *ran]):
         done = subprocess.run(
@@ -135,4 +135,4 @@ def test_without_a_folder_the_tests_of_the_rest_pass(tmp_path: Path) -> None:
             text=True, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stdout[-2000:]
-        assert "test_waterfall.py" not in done.stdout
+        assert "test_reading_accuracy.py" not in done.stdout

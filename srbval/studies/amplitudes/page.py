@@ -27,7 +27,6 @@ def section(results: StoredResults) -> Section:
     if result is None:
         return TEXTS.section(TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=predicted)
     content = result.content
-    bias = [*content["bias"], *results.content("waterfall").get("bias", [])]
     withheld = [
         row for row in content["comparisons"]
         if row["used_for"] == "withheld" and row["rig_present"] and row["kind"] not in TABLED
@@ -47,7 +46,7 @@ def section(results: StoredResults) -> Section:
             origin_of(result),
             TEXTS.table("level-and-pattern", content["level_and_pattern"]),
             TEXTS.paragraph("mounting", mounting=content["mounting"], crps=content["crps_db"]),
-            TEXTS.table("amplitude-bias", bias, least_records=LEAST_RECORDS),
+            TEXTS.table("amplitude-bias", content["bias"], least_records=LEAST_RECORDS),
             TEXTS.table("amplitude-rows", withheld),
         ),
     )
@@ -77,5 +76,5 @@ def data(results: StoredResults) -> Row:
     }
 
 
-RESULTS = ("amplitudes", "waterfall", "prediction_outcome")
+RESULTS = ("amplitudes", "prediction_outcome")
 PAGE = Page(name="amplitudes", place=44.2, results=RESULTS, section=section, data=data)
