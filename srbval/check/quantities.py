@@ -44,7 +44,7 @@ def _run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[s
     """Run every scene, one per core at a time; None where a run failed or found no start."""
 
     def read(_: str, tried: Attempt, __: float) -> Run | None:
-        return tried.run if tried.ok else None
+        return tried.run if tried.works else None
 
     return run_all(scenes, read, task="runs", make=stored_run, progress=progress)
 

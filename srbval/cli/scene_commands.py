@@ -12,7 +12,7 @@ from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of
-from srbval.models.run import RunStatus
+from srbval.models.run import works
 from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import progress_display
@@ -102,7 +102,7 @@ def run_scene(options: argparse.Namespace) -> int:
               f"{f', written to {output}' if output else ''}.")  # fmt: skip
 
     answer(options, summary | planned, show, status=result.status.value)
-    if result.status is RunStatus.INACCURATE:
+    if not works(result.status):
         kept = "printed" if output is None else f"printed and written to {output}"
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 
 
 class RunStatus(enum.StrEnum):
-    """How a run ended. The `usable` ones are what the scene's bearing does; the others are failures of the numerics.
+    """How a run ended; see `works` for the statuses that `srbval simulate` accepts.
 
-    `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load flows past the
-    rollers, or there is none. `INACCURATE`: its step leaves errors beyond the tolerances of `step_error`.
+    `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load bypasses the
+    rollers, or there is none. `INACCURATE`: the step leaves errors beyond the tolerances of `step_error`; the run is
+    written with this status, but does not work. All other statuses are failures of the numerics.
     """
 
     OK = "ok"
@@ -41,11 +42,21 @@ class RunStatus(enum.StrEnum):
 
     @property
     def usable(self) -> bool:
-        """May it be read as the vibration of the scene's bearing? Then files are written."""
+        """True if the signals are written to a file: those of runs that work, and of inaccurate ones."""
         return self.value in USABLE
 
 
-USABLE = ("ok", "inaccurate", "skidding", "rollers-unloaded")  # also of statuses kept as text
+WORKING = ("ok", "skidding", "rollers-unloaded")  # statuses of runs that `srbval simulate` accepts, with exit code 0
+USABLE = (*WORKING, "inaccurate")  # statuses of runs that are written to a file
+
+
+def works(status: str) -> bool:
+    """True if `srbval simulate` accepts a run with this status; charts, maps, studies and the planner judge by it.
+
+    `status` is a `RunStatus` or its stored text. A run works if its numerics passed every check: the bearing turns,
+    skids or is unloaded as the scene makes it, and the step's estimated errors are within tolerance or were not asked.
+    """
+    return status in WORKING
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ import scipy.fft
 
 from srbval.arrays import FloatArray
 from srbval.models.run import Run
-from srbval.models.sensor import band_rms, hann
+from srbval.models.sensor import hann
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 
@@ -18,6 +18,7 @@ HARMONICS = 5
 BLOCKS = 8  # parts of a run whose cage speeds are compared
 PADDING = 4  # times the record's length
 REACH = 1.0  # resolutions either side of a line in which its top is looked for
+BAND = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band among those of a run
 LEAST_SECONDS = 0.3  # of a record that the pipeline can say something about
 
 
@@ -27,8 +28,8 @@ class Measures:
 
     `cage_ratio` mean cage over shaft speed, Hann-weighted (see `smooth_mean`); `cage_scatter` its standard error from
     the run's parts, relative; `defect_hz` BPFO or BPFI of that cage speed, None without defect; `noise_floor` see
-    `noise_floor`; `band_rms_m_s2` of the outer ring's vertical acceleration; `harmonics` heights of the defect line's
-    first harmonics over the first one's, None without defect. `noise_floor` is None for a record too short.
+    `noise_floor`; `band_rms_m_s2` along the sensor's axis, see `Run.band_rms_m_s2`; `harmonics` heights of the defect
+    line's first harmonics over the first one's, None without defect. `noise_floor` is None for a record too short.
     """
 
     seconds: float
@@ -56,7 +57,7 @@ def measure(run: Run) -> Measures:
         cage_scatter=scatter(run.cage_rad_s),
         defect_hz=defect_hz,
         noise_floor=floor,
-        band_rms_m_s2=band_rms(run.acceleration_m_s2[:, 1], run.scene.output_rate_hz, SIMULATED_BAND_HZ),
+        band_rms_m_s2=run.band_rms_m_s2[BAND],
         harmonics=pattern,
     )
 

@@ -160,7 +160,7 @@ def measure_case(case: CalibrationScene, *, models: Sequence[str], seconds: floa
 @lru_cache(maxsize=64)
 def _healthy(scene: Scene) -> Recording | None:
     tried = attempt(scene)
-    return recording_from_run(tried.run) if tried.ok and tried.run is not None else None
+    return recording_from_run(tried.run) if tried.works and tried.run is not None else None
 
 
 def answer(scene: Scene, *, healthy: Scene | None = None) -> Answered:
@@ -172,7 +172,7 @@ def answer(scene: Scene, *, healthy: Scene | None = None) -> Answered:
     tried = attempt(scene)
     share = min((time.process_time() - worked) / (time.perf_counter() - started), 1.0)
     found: dict[Question, Answer | None] = {}
-    if tried.ok and tried.run is not None:
+    if tried.works and tried.run is not None:
         found = answers(tried.run, load_bearing(scene.bearing), None if healthy is None else _healthy(healthy))
     fresh = Answered(
         status=tried.status, answers=found,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.models.run import USABLE, Run, RunStatus
+from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import Step, compile_for, simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import usable_cores
@@ -21,25 +21,28 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ended:
-    """How a run ended: its own `status`, or ``refused`` where it was not even begun, and the `reason`."""
+    """How a run ended: its `status`, or ``refused`` if it did not begin, and the `reason`."""
 
     status: str
     reason: str
 
     @property
-    def ok(self) -> bool:
-        """May it be read as a bearing's vibration?"""
-        return self.status in USABLE
+    def works(self) -> bool:
+        """True if `srbval simulate` accepts a run with this status; see `srbval.models.run.works`."""
+        return works(self.status)
 
     @property
     def measurable(self) -> bool:
-        """Has it figures to compare? Also where its energy is open, as explicit friction chatters: the paper's own."""
-        return self.ok or self.status == RunStatus.ENERGY_OPEN.value
+        """True if the run lasted to its end near the bearing's motion, so that its errors can be computed.
+
+        Inaccurate runs and runs with an open energy balance do, although they do not work.
+        """
+        return self.works or self.status in (RunStatus.INACCURATE, RunStatus.ENERGY_OPEN)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt(Ended):
-    """A run, None where it was refused."""
+    """Outcome of one run; `run` is None if it was refused."""
 
     scene: Scene
     run: Run | None = None

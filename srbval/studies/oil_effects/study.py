@@ -156,7 +156,7 @@ def onset(loads: Sequence[float], slips_pct: Sequence[float], limit_pct: float) 
 def _read(_: Any, tried: Attempt, _wall_s: float) -> dict[str, Any]:
     """Status, cage ratio, slip, change of the cage's speed between halves, powers; of a failed run its status alone."""
     run = tried.run
-    if run is None or not tried.ok:
+    if run is None or not tried.works:
         return {"status": tried.status}
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     half = len(run.cage_rad_s) // 2

@@ -125,7 +125,7 @@ def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
     says_ok, off = own.status == RunStatus.OK.value and CAUTION not in own.reason, bool(beyond)
     failed = own.status not in (*USABLE, REFUSED)
     falsely_failed = failed and right.measurable and bool(errors) and not off
-    usable = own.ok and own.status != RunStatus.INACCURATE.value
+    usable = own.works and own.status != RunStatus.INACCURATE.value
     verdict = ("usable, with caution" if CAUTION in own.reason else "usable") if usable else own.status
     return vars(case.condition) | {
         "verdict": "failed" if failed else verdict, "right": bool(errors) and not off,

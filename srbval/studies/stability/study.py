@@ -78,7 +78,7 @@ def run_stability(grid: StabilityGrid = FULL, *, jobs: int | None = None, progre
 
 def reference(case: StabilityCase, fine: RunOutcome, coarse: RunOutcome) -> Row:
     """A converged run, and how far the one at twice its step is off; not ok where one of the two is not."""
-    worse = coarse if fine.ok else fine
+    worse = coarse if fine.works else fine
     return {
         **case.group._asdict(), "solver": case.solver, "dt_s": 1 / case.steps_per_s, "status": worse.status,
         "reason": worse.reason, **{name: getattr(fine, name) for name in MEASURED},
@@ -100,9 +100,9 @@ def cell(
     idle = max(abs(own.load_share), abs(fine.load_share)) < LEAST_SHARE
     like = cage_error <= CAGE_LIMIT and (idle or LOAD_RANGE[0] <= load_part <= LOAD_RANGE[1])
     status, reason, beyond = own.status, own.reason, own.beyond(fine)
-    if own.ok and not (fine.ok and coarse.ok):
+    if own.works and not (fine.works and coarse.works):
         status, reason = NO_REFERENCE, "the converged run to compare with failed"
-    elif own.ok and not like:
+    elif own.works and not like:
         status, reason = (
             UNLIKE,
             (
@@ -111,7 +111,7 @@ def cell(
                 f"(allowed: {LOAD_RANGE[0]:.0%} to {LOAD_RANGE[1]:.0%})"
             ),
         )
-    elif own.ok and beyond:
+    elif own.works and beyond:
         status = INACCURATE
         reason = f"cage and load are right, but beyond the tolerance: {'; '.join(map(str, beyond))}"
     bearing = load_bearing(scene.bearing)
