@@ -40,7 +40,6 @@ LEFT_OUT = {  # what a command contains that is not run here, and why
     "umask": "certificates of a cluster: tests/campaign/test_engines.py",
     "openssl": "the same",
     "cp cert.pem": "the same",
-    "--defect-size": "25 runs, minutes: tests/path/test_defect_size.py",
 }
 MAIN_JOB = "srbval report"  # takes minutes: tests/report makes it of shorter runs
 ABSOLUTE = "/measurements"  # which the guide's folder lies in
