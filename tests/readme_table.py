@@ -1,6 +1,6 @@
 """The table of results in README.md, from a report: ``python -m tests.readme_table srbval-report/report.json``.
 
-It goes between `BEGIN` and `END`, and a test holds what stands there to a fresh report.
+The table is written between `BEGIN` and `END`; a test compares it with a fresh report.
 """
 
 import argparse
@@ -15,36 +15,42 @@ BEGIN, END = "<!-- results: python -m tests.readme_table -->\n", "<!-- end of re
 
 
 def readme_table(report: dict[str, Any]) -> str:
-    """The table, from the content of ``report.json``: the outer race, the inner race."""
-    printed = {row["defect"]: row for row in report["table6"] if row["rig_source"] == "published"}
-    measured = {row["defect"]: row for row in report["table6"] if row["rig_source"] == "measured"}
+    """Render the table from the content of ``report.json``."""
     races = ("outer", "inner")
+    by_source = {"published": {}, "measured": {}}
+    for row in report["table6"]:
+        by_source[row["rig_source"]][row["defect"]] = row
+    printed = [by_source["published"][race] for race in races]
+    measured = [by_source["measured"][race] for race in races]
     rows = [
-        ("kinematic, printed, 710 rpm", [f"{printed[race]['kinematic_hz']:.2f} Hz" for race in races]),
-        ("the paper's model / rig", [
-            f"{printed[race]['paper_model_hz']:.2f} / {printed[race]['paper_rig_hz']:.2f} Hz" for race in races
-        ]),
-        ("this model, by its cage", [
-            f"{printed[race]['model_cage_hz']:.2f} Hz "
-            f"({100 * (printed[race]['model_cage_hz'] / printed[race]['kinematic_hz'] - 1):+.2f} %)" for race in races
-        ]),
-        ("the rig's record at 877 rpm nominal, tachometer speed", [
-            f"order {60 * measured[race]['rig_hz'] / measured[race]['shaft_rpm']:.3f}" for race in races
-        ]),
-    ]  # fmt: skip
-    stated = [one for one in report["verdicts"] if one["form"] == STATED]
-    scenes = {one["scene"]: {} for one in stated}
-    for one in stated:
-        scenes[one["scene"]][one["endpoint"]] = one
-    verdicts = [
-        (f"cage ratio, {endpoint}", [_error(own[endpoint]) for own in scenes.values()])
-        for endpoint in next(iter(scenes.values()))
+        ("kinematic, printed, 710 rpm", [f"{row['kinematic_hz']:.2f} Hz" for row in printed]),
+        ("the paper's model / rig", [f"{row['paper_model_hz']:.2f} / {row['paper_rig_hz']:.2f} Hz" for row in printed]),
+        ("this model, by its cage", [_cage(row) for row in printed]),
+        (
+            "the rig's record at 877 rpm nominal, tachometer speed",
+            [f"order {60 * row['rig_hz'] / row['shaft_rpm']:.3f}" for row in measured],
+        ),
     ]
+    stated = [one for one in report["verdicts"] if one["form"] == STATED]
+    scenes = list(dict.fromkeys(one["scene"] for one in stated))
+    endpoints = list(dict.fromkeys(one["endpoint"] for one in stated))
+    errors = {(one["endpoint"], one["scene"]): _error(one) for one in stated}
+    verdicts = [(f"cage ratio, {endpoint}", [errors[endpoint, scene] for scene in scenes]) for endpoint in endpoints]
     limit = f"model less rig: within {TOLERANCE.limit_pct:g} %?"
-    return "\n".join([
-        "| | outer race, BPFO | inner race, BPFI |", "| --- | --- | --- |", *_lines(rows), "",
-        f"| {limit} | the paper's scene | the rig's own scene |", "| --- | --- | --- |", *_lines(verdicts),
-    ]) + "\n"  # fmt: skip
+    lines = [
+        "| | outer race, BPFO | inner race, BPFI |",
+        "| --- | --- | --- |",
+        *_lines(rows),
+        "",
+        f"| {limit} | the paper's scene | the rig's own scene |",
+        "| --- | --- | --- |",
+        *_lines(verdicts),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _cage(row: dict[str, Any]) -> str:
+    return f"{row['model_cage_hz']:.2f} Hz ({100 * (row['model_cage_hz'] / row['kinematic_hz'] - 1):+.2f} %)"
 
 
 def _lines(rows: list[tuple[str, list[str]]]) -> list[str]:
@@ -56,7 +62,7 @@ def _error(one: dict[str, Any]) -> str:
 
 
 def in_readme() -> str:
-    """What stands there."""
+    """The table in the README."""
     return README.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
 
 

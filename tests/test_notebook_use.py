@@ -60,12 +60,23 @@ def test_fault_frequencies_by_name_and_by_bearing() -> None:
 
 def test_every_command_is_a_function() -> None:
     verbs = {
-        "kinematics": "fault_frequencies", "bearing": "find_bearings", "simulate": "simulate", "analyse": "analyse",
-        "data": "list_recordings", "report": "report_recordings", "bench": "run_study",
-        "stability": "run_study", "study": "run_study",
-        "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
-        "identify": "identify_path", "docs": "build_docs", "trend": "trend_of",
-    }  # fmt: skip
+        "analyse": "analyse",
+        "bearing": "find_bearings",
+        "bench": "run_study",
+        "campaign": "run_campaign",
+        "check": "run_check",
+        "data": "list_recordings",
+        "docs": "build_docs",
+        "doctor": "doctor",
+        "identify": "identify_path",
+        "kinematics": "fault_frequencies",
+        "plan": "make_plan",
+        "report": "report_recordings",
+        "simulate": "simulate",
+        "stability": "run_study",
+        "study": "run_study",
+        "trend": "trend_of",
+    }
     from srbval.cli.arguments import parser
 
     commands = next(a for a in parser()._actions if a.dest == "command").choices
