@@ -1,6 +1,6 @@
 """Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings.
 
-The names below are loaded when they are first used, so that ``import srbval`` costs next to nothing::
+Names are loaded when they are first used, so that ``import srbval`` is fast::
 
     import srbval
 
@@ -15,7 +15,7 @@ from typing import Any
 
 __version__ = "0.2.0"
 
-# Where each name is, its module and what it is called there: the stub that type checkers read says it.
+# Module and original name of each public name, read from the stub that type checkers use.
 _HOME = {
     alias.asname or alias.name: (str(node.module), alias.name)
     for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body

@@ -1,4 +1,4 @@
-"""Types of the arrays that functions take and return; shapes and units stand in their docstrings."""
+"""Types of the arrays that functions take and return; their docstrings state shapes and units."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,7 @@
-"""Errors that a user can act on: what was wrong, the value, the limit, what to do next.
+"""Errors that a user can act on; the text names the value, the limit and the remedy.
 
-Every expected failure raises one of these; the command line prints its text and leaves with its
-`exit_code`. Anything else that is raised is a bug.
+Every expected failure raises one of these errors. The command line prints the text and exits with `exit_code`. Any
+other exception is a bug.
 """
 
 from collections.abc import Collection
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class OpenQuestion(NamedTuple):
-    """What is not stated, the option that states it with its choices, and an example of that."""
+    """Missing information, the option that supplies it with its choices, and an example of the option."""
 
     missing: str
     option: str
@@ -20,10 +20,10 @@ class OpenQuestion(NamedTuple):
 
 
 class SrbvalError(Exception):
-    """Base of all expected failures; `exit_code` is what the command line returns.
+    """Base of all expected failures; the command line returns `exit_code`.
 
-    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless. Where it
-    asks for something, `questions` are what `subject` leaves open.
+    The text may quote a file, so control characters are escaped and its length is limited. If information is missing,
+    `questions` lists everything that `subject` (a file or a recording) does not state.
     """
 
     exit_code = 1
@@ -47,13 +47,13 @@ class ConfigurationError(SrbvalError):
 
 
 class UnknownNameError(ConfigurationError):
-    """A key, unit or other word that is not known; `known` are the words that are, where its text leaves them out."""
+    """Unknown key, unit or other word; `known` contains the known words if the text does not list them."""
 
     known: Collection[str] = ()
 
     @classmethod
     def of(cls, text: str, name: str, known: Collection[str]) -> "UnknownNameError":
-        """The error that `text` begins, which ends with the nearest of the `known` to `name`, or with all of them."""
+        """Create an error whose text is `text` and a suggestion: the closest known word, otherwise all of them."""
         close = nearest(name, known)
         error = cls(f"{text}{did_you_mean(name, known)}{'' if close else '.'}")
         error.known = known if close else ()
@@ -67,7 +67,7 @@ class DataError(SrbvalError):
 
 
 class NoRecordingError(DataError):
-    """A file of another kind, such as a licence or a report: a recording that cannot be read is a plain `DataError`."""
+    """File that is no recording, such as a licence or a report; an unreadable recording is a plain `DataError`."""
 
 
 class NumericsError(SrbvalError):
@@ -77,13 +77,13 @@ class NumericsError(SrbvalError):
 
 
 def nearest(word: str, known: Collection[str]) -> str | None:
-    """The known word that `word` may have been meant for, None where none is alike."""
+    """Find the known word closest to `word`; None if none is similar."""
     import difflib
 
     return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)), None)
 
 
 def did_you_mean(word: str, known: Collection[str]) -> str:
-    """The end of the refusal of `word`: the nearest of those `known`, else all of them."""
+    """Suggestion at the end of an error message: the closest known word, otherwise all of them."""
     close = nearest(word, known)
     return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

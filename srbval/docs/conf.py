@@ -1,11 +1,10 @@
 """How Sphinx builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
 
-A page ``api/ROOM.md`` says what a room of the package is for; the reference of its modules is put in at the word
-`MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers,
-`COMMANDS` for every command with its options and `SCENE_KEYS` for every key of a scene file. A page `notebooks/NAME.md`
-shows the notebook of that name as it is stored, with its output. A line `PICTURE alt text` in the guide becomes what
-the command or the Python before it draws of the shipped recordings. Formulas become MathML, which browsers show without
-a network.
+A page ``api/ROOM.md`` describes a room of the package; the reference of its modules replaces the word `MODULES`, from
+the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
+options and `SCENE_KEYS` a list of every key of a scene file. A page `notebooks/NAME.md` shows the stored notebook
+`NAME` with its output. A line `PICTURE alt text` in the guide becomes the picture that the preceding command or Python
+example draws from the shipped recordings. Formulas become MathML, which browsers show without a network.
 """
 
 import argparse
@@ -34,7 +33,7 @@ myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 html_theme = "alabaster"
 html_theme_options = {"description": "simulated against measured bearing vibration", "code_font_size": "0.8em"}
-# As wide as what the commands print, with the sidebar beside it in a window of 1280 pixels; in the report's look.
+# Wide enough for the commands' output, with the sidebar beside it in a window of 1280 pixels; colours as in the report.
 html_theme_options |= {"page_width": "1200px", "body_max_width": "auto", "link": "#0b5394", "link_hover": "#0b5394"}
 html_theme_options |= dict.fromkeys(
     ("font_family", "head_font_family"), "system-ui, 'Noto Sans', 'DejaVu Sans', sans-serif"
@@ -61,13 +60,13 @@ LITERAL = re.compile(r"(``.*?``)")
 
 
 def modules_of(room: str) -> list[str]:
-    """Dotted names of a room's modules, packages before what is in them; a room may be a single module."""
+    """List the dotted names of a room's modules, each package before its modules; a room may be a single module."""
     files = [p.relative_to(PACKAGE.parent) for p in (PACKAGE / room).rglob("*.py")] or [Path("srbval", f"{room}.py")]
     return sorted(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files)
 
 
 def reference(room: str) -> str:
-    """The reference of a room's modules. Names that a package gathers are documented where they are defined."""
+    """Write the reference of a room's modules; re-exported names are documented where they are defined."""
     entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n{1}```\n"
     packages = {path.parent for path in PACKAGE.rglob("__init__.py")}
     return "\n".join(
@@ -77,7 +76,7 @@ def reference(room: str) -> str:
 
 
 def offered() -> str:
-    """A list of what the package offers, each name with its first sentence and a link."""
+    """List the package's public names, each with its first sentence and a link."""
     rows = []
     for name in srbval.__all__:
         thing = getattr(srbval, name)
@@ -88,7 +87,7 @@ def offered() -> str:
 
 
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
-    """Put the reference, the notebooks and what commands draw into their pages."""
+    """Insert the reference, the notebooks and the pictures of examples into their pages."""
     folder, _, name = page.partition("/")
     if folder == "api":
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
@@ -100,7 +99,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
-    """The picture `file` that a command with ``--plot`` or a piece of Python draws where the shipped recordings lie."""
+    """Return the picture `file` that a command with ``--plot`` or Python draws beside the shipped recordings."""
     import matplotlib
 
     from srbval.cli import main
@@ -117,7 +116,7 @@ def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
 
 
 def notebook(name: str) -> str:
-    """The Markdown of a notebook: its text, its code and the output that is stored in it, nothing run."""
+    """Convert a notebook to Markdown: text, code and stored output; nothing is executed."""
     text = (shipped_folder("notebooks") / f"{name}.ipynb").read_text(encoding="utf-8")
     parts = []
     for cell in json.loads(text)["cells"]:
@@ -134,7 +133,7 @@ def notebook(name: str) -> str:
 
 
 def commands() -> str:
-    """Every command with a table of its options, from the parser."""
+    """List every command with a table of its options, from the parser."""
     from srbval.cli.arguments import parser
 
     return "\n\n".join(_commands_below(parser()))
@@ -157,7 +156,7 @@ def _signature(action: argparse.Action) -> str:
 
 
 def scene_keys() -> str:
-    """The keys of a scene and of each of its tables with what they take and the paper's value."""
+    """List the keys of a scene and of each of its tables, with their types and the paper's value."""
     from srbval.scene import Scene, scene_table
 
     return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))
@@ -185,7 +184,7 @@ def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
 
 
 def _type_in_words(takes: Any) -> str:
-    """A number, text, true or false, or one of an enumeration's values."""
+    """Describe a type in words: number, text, true or false, or the values of an enumeration."""
     if hasattr(takes, "__members__"):
         return ", ".join(str(member.value) for member in takes)
     simple = {str: "text", int: "whole number", float: "number", bool: "true or false"}
@@ -194,24 +193,24 @@ def _type_in_words(takes: Any) -> str:
 
 
 def cell(text: str | None) -> str:
-    """Text on one line, without what a table or a comment would take as markup."""
+    """Put text on one line, with table and comment markup escaped."""
     return " ".join((text or "").split()).replace("|", "\\|").replace("<", "&lt;")
 
 
 def table(titles: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """A table in Markdown."""
+    """Format a table in Markdown."""
     return "\n".join(f"| {' | '.join(row)} |" for row in (titles, ("---",) * len(titles), *rows))
 
 
 def mathml(formula: str, *, as_block: bool = False) -> str:
-    """A formula as MathML. Docutils takes the digits of ``frac32`` for one number: they get braces first."""
+    """Convert a formula to MathML. Docutils reads the digits of ``frac32`` as one number, so braces are added first."""
     from docutils.utils.math.latex2mathml import tex2mathml
 
     return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))
 
 
 def formula(translator: Any, node: Any) -> None:
-    """A formula as MathML, one of its own with its number and a link to it."""
+    """Write a formula as MathML; a displayed one gets its number and a link to it."""
     from docutils.nodes import SkipNode, math_block
 
     if not isinstance(node, math_block):
@@ -227,7 +226,7 @@ def formula(translator: Any, node: Any) -> None:
 
 
 def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
-    """In docstrings a bar stands for a modulus, never for a substitution."""
+    """Escape bars in docstrings, which are moduli and never substitutions."""
     lines[:] = [
         "".join(part if part.startswith("``") else part.replace("|", r"\|") for part in LITERAL.split(line))
         for line in lines
@@ -235,7 +234,7 @@ def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any,
 
 
 def setup(app: Any) -> None:
-    """Called by Sphinx."""
+    """Register the extensions of this file; called by Sphinx."""
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", bars_are_text)
