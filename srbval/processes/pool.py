@@ -1,0 +1,45 @@
+"""Work that holds the interpreter, spread over several processes."""
+
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import TypeVar
+
+from srbval.errors import DataError
+from srbval.processes.machine import usable_cores
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def in_processes(
+    function: Callable[[Item], Result], items: Sequence[Item], *, jobs: int | None = None
+) -> Iterator[tuple[Item, Result]]:
+    """Yield each item with the result of `function`, in the order in which they end.
+
+    `jobs` processes run at a time, one per core by default; Ctrl-C is left to this process. A single item is computed
+    in this process. The function, the items and the results must be picklable. Raises what `function` raises, and
+    `DataError` if a process dies.
+    """
+    if len(items) < 2:
+        yield from ((item, function(item)) for item in items)
+        return
+    ignore = (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(
+        min(jobs or usable_cores(), len(items)),
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=ignore,
+    ) as pool:
+        running = {pool.submit(function, item): item for item in items}
+        try:
+            yield from ((running[future], future.result()) for future in as_completed(running))
+        except BrokenProcessPool:
+            raise DataError(
+                "a worker process died, perhaps for lack of memory. Finished work is kept, and the same command "
+                "continues from there; use fewer --jobs."
+            ) from None
+        finally:
+            pool.shutdown(cancel_futures=True)
