@@ -141,7 +141,7 @@ def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
 
     A mixture of two worlds: other lines in the record have little in common, or one comb of another source stands in
     one of the windows, no matter which. Where the comb is the strongest of m + 1 windows it is at least
-    `FOREIGN_COMB` / (m + 1). `srbval study run false_alarms` counts how often it falls below 0.01.
+    `FOREIGN_COMB` / (m + 1). The study `reading` counts how often it falls below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 

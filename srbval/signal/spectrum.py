@@ -32,8 +32,6 @@ PRECISION = 18
 LARGEST_SHARE = 0.1
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
-# What draws it, of the transforms that the study `reading_accuracy` tries; the largest error allowed there.
-SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

@@ -20,14 +20,14 @@ DEPTH = 0.1
 CERTAIN = 1e-20
 
 
-def comb(rng, seconds, jitter=0.0, snr=316.0, line_hz=LINE_HZ):
-    """Five harmonics of a line whose period jitters by `jitter` (a random walk), first one at `snr`."""
+def comb(rng, seconds, jitter=0.0, snr=316.0, line_hz=LINE_HZ, amplitudes=AMPLITUDES):
+    """Harmonics of a line whose periods jitter by `jitter` (its phase is a random walk), the first one at `snr`."""
     time_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
     impacts = round(seconds * line_hz * 1.2) + 10
     gaps_s = (1 + jitter * rng.standard_normal(impacts)) / line_hz
     at_s = np.concatenate(([0.0], np.cumsum(gaps_s))) - rng.random() / line_hz
     phase = 2 * np.pi * np.interp(time_s, at_s, np.arange(impacts + 1))
-    signal = sum(a * np.cos(h * phase + rng.uniform(0, 6.28)) for h, a in enumerate(AMPLITUDES, 1))
+    signal = sum(a * np.cos(h * phase + rng.uniform(0, 6.28)) for h, a in enumerate(amplitudes, 1))
     return 3 + signal + np.sqrt(time_s.size / 4 / snr) * rng.standard_normal(time_s.size)
 
 
@@ -105,8 +105,8 @@ def test_wide_windows_take_a_shaft_harmonic_for_a_fault_line():
     taken = read_comb(blind, LINE_HZ, wide)
     assert taken.found_hz == pytest.approx(8 * shaft_hz, abs=0.02)
     assert taken.detected
-    for record, half in ((Periodogram.of(samples, FS_HZ, limit_hz=520.0, shaft_hz=shaft_hz), wide),
-                         (blind, 0.01 * LINE_HZ)):  # fmt: skip
+    masked = Periodogram.of(samples, FS_HZ, limit_hz=520.0, shaft_hz=shaft_hz)
+    for record, half in ((masked, wide), (blind, 0.01 * LINE_HZ)):
         reading = read_comb(record, LINE_HZ, half)
         assert reading is None or not reading.detected
 

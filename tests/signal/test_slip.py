@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from srbval.signal import Phasors, slip
+from srbval.signal.interval import slip_interval, weak_factor
 from srbval.signal.phase_posterior import posterior
+from tests.signal.slip_table import CELLS, drawn_slip, drawn_weak, slip_coverage, weak_coverage
 
 FS_HZ, SECONDS, LINE_HZ = 1000.0, 30.0, 90.0
 ONE = np.array([1.0])
@@ -101,3 +103,29 @@ def test_slip_is_covered_where_the_walk_hides_the_line():
     expected = 1.96 * 0.008 * WEAK_HZ / np.sqrt(WEAK_HZ * WEAK_S)
     assert np.median([t.credible_hz for t in told]) == pytest.approx(expected, rel=CREDIBLE)
     assert np.mean([abs(t.shift_hz) < STRETCH * t.credible_hz for t in told]) > LEAST_COVER
+
+
+# What the table is made for, and three standard errors of a share of 1000 draws: 3 sqrt(p (1 - p) / 1000).
+TABLE_DRAWS, TABLE_COVERED = 1000, (0.92 - 0.026, 0.98 + 0.014)
+# A share of some 60 lines: three standard errors of 95 % below.
+WEAK_RECORDS, WEAK_COVERED = 30, 0.95 - 3 * 0.028
+SHARP = 1e-6  # width of the step from covered to not
+
+
+@pytest.mark.parametrize("ratio", [0.0, 10.0, 1000.0])
+def test_the_table_covers_fresh_draws_of_every_ratio(ratio):
+    spread, error = drawn_slip(ratio, np.random.default_rng(1), TABLE_DRAWS)
+    assert TABLE_COVERED[0] < slip_coverage(slip_interval(), spread, error) < TABLE_COVERED[1]
+
+
+def test_the_table_covers_weak_lines_and_counts_as_readings_do():
+    table = slip_interval()
+    logs = np.log([*table.weak_factor, *table.wide_factor])
+    steady, slipping = (drawn_weak(CELLS[place], WEAK_RECORDS) for place in (0, 6))
+    assert steady[1].mean() > slipping[1].mean()
+    assert slipping[2].mean() > steady[2].mean() > 1
+    assert weak_coverage(logs, np.hstack((steady, slipping)), SHARP) > WEAK_COVERED
+    edge = weak_factor(0.2, 3.0)
+    for share, covered in ((0.99, 1.0), (1.01, 0.0)):
+        line = np.array([[share * edge], [0.2], [3.0]])
+        assert weak_coverage(logs, line, SHARP) == pytest.approx(covered)

@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.recordings import Origin
-from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing, Section
+from srbval.report.blocks import Explore, Figure, FigureGrid, Listing, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.findings.findings import Findings
@@ -25,7 +25,7 @@ from srbval.report.findings.records import (
 )
 from srbval.report.section_texts import Texts, badge_of, side_of
 from srbval.signal import Scalogram
-from srbval.signal.spectrum import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
+from srbval.signal.spectrum import SCALOGRAM_HZ
 
 TEXTS = Texts("figures")
 
@@ -70,7 +70,6 @@ def figures_section(findings: Findings) -> Section:
                 TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis))
                 for number, state in SPECTRUM_FIGURES.items()
             ),
-            *_scalogram_checks(findings),
             TEXTS.paragraph("once-more"),
             Listing(tuple(_again(model, rig, state) for state in model)),
         ),
@@ -174,15 +173,6 @@ def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
 def _image_panel(name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float) -> Figure:
     plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=_title(record, state))
     return TEXTS.figure("scalogram", plot, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
-
-
-def _scalogram_checks(findings: Findings) -> Iterator[Block]:
-    transforms = findings.results.content("reading_accuracy").get("transforms")
-    if transforms:
-        yield TEXTS.table(
-            "scalogram-checks", transforms, command="srbval study run reading_accuracy", allowed=SCALOGRAM_ERROR,
-            drawn_by=SCALOGRAM_TRANSFORM,
-        )  # fmt: skip
 
 
 def _title(record: RecordView, state: Fault) -> str:

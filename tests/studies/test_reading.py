@@ -1,0 +1,68 @@
+"""The study of the reading in short: the same code, few records."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from srbval.progress import silent
+from srbval.report.blocks import Paragraph, Table
+from srbval.report.prose import Prose
+from srbval.studies.reading import page, records, study
+
+# 40 combs: a root mean square scatters by 11 %; three of these above the bound's own 1.15.
+TRIALS, RMSE = 40, (0.66, 1.53)
+LEAST_COVERED = 0.92 - 3 * 0.043  # three standard errors of a share of 40
+SLIP_FACTOR = 10  # jitter of 1 % makes the errors ten times those of noise and more
+THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
+VARIANCE_SCATTER = 0.05  # of 20,000 samples, with a wide margin
+
+
+def test_without_slip_the_error_is_the_cramer_rao_bound_and_with_it_the_interval_covers() -> None:
+    steady, slipping = (study.accuracy(10.0, 25.0, jitter, TRIALS) for jitter in (0.0, 0.01))
+    assert RMSE[0] < steady["rmse_over_bound"] < RMSE[1]
+    assert slipping["rmse_over_bound"] > SLIP_FACTOR
+    for row in (steady, slipping):
+        assert row["detected"] == TRIALS
+        assert row["covered"] >= LEAST_COVERED * TRIALS
+
+
+def test_the_records_are_as_stated() -> None:
+    record = records.comb(np.random.default_rng(2), 10.0, 40.0, 0.0).samples
+    power = sum(amplitude**2 for amplitude in records.AMPLITUDES) / 2
+    assert np.var(record) == pytest.approx(power + record.size / 4 / 1e4, rel=VARIANCE_SCATTER)
+    information = 10**1.6 * sum((h * a) ** 2 for h, a in enumerate(records.AMPLITUDES, 1))
+    assert records.bound_hz(10.0, 16.0) == pytest.approx(0.390 / (10 * math.sqrt(information)), rel=THREE_DIGITS)
+
+
+def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named() -> None:
+    found = study.background("foreign", 3)
+    assert found["named"] == 0
+    assert found["placebos"] > 10
+    assert found["stated_below"] <= found["rank_below"] < found["noise_below"]
+    assert study.healthy(study.HEALTHY[1])["named"] == 0
+
+
+def test_rows_become_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every cell, background and healthy record has its row; the tables show what the rows contain."""
+    monkeypatch.setattr(study, "in_processes", lambda function, items, **_: ((one, function(one)) for one in items))
+    monkeypatch.setattr(study, "row_of", fake_row)
+    content = study.run(pd.Series({"jobs": 1}), silent).content
+    assert [len(rows) for rows in content.values()] == [len(records.BACKGROUNDS) + len(study.HEALTHY), len(study.CELLS)]
+    first, lengths, without = page.blocks(Prose("srbval.studies.reading"), content)
+    assert isinstance(first, Paragraph)
+    assert "a fault is named in 0" in first.text
+    assert isinstance(lengths, Table)
+    assert isinstance(without, Table)
+    assert [row[4].value for row in lengths.rows] == [0.9] * 16
+    assert [row[0].value for row in without.rows] == [*records.BACKGROUNDS, *study.HEALTHY]
+
+
+def fake_row(task: study.Task) -> study.Row:
+    if task[0] is study.accuracy:
+        _, seconds, snr_db, jitter = task
+        row = {"turns": seconds, "snr_db": snr_db, "jitter": jitter, "combs": 10, "detected": 10, "covered": 9}
+        return row | {"rmse_over_bound": 1.1, "ci95_over_error": 1.2}
+    row = dict.fromkeys(("records", "named", "line_detected", "placebos", "distance"), 0)
+    return row | {"background": task[1], "noise_below": 0.1, "rank_below": 0.01, "stated_below": 0.01}
