@@ -1,4 +1,4 @@
-"""Shared fixtures: where the measured recordings are, and a home of its own for every test."""
+"""Shared fixtures: the folder of measured recordings, and a home folder for every test."""
 
 import os
 import signal
@@ -16,14 +16,14 @@ REPORT = "tests/report"
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels before there are workers: two of them would do it twice."""
+    """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         scenes = [paper_scene(model=model, solver={"name": name}) for model in ("full", "slices") for name in SOLVERS]
         precompile(*scenes, paper_scene(model="line"), paper_scene(model="planar"), load_scene("rig"))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out the long form, see `contributing.md`, unless it is asked for."""
+    """Skip the long form (see `contributing.md`) unless `SRBVAL_TESTS=all`."""
     if os.environ.get("SRBVAL_TESTS") != "all":
         for item in items:
             if item.get_closest_marker("long_form"):
@@ -32,10 +32,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it.
+    """Run the tests of a file, and all tests of the report, in one worker: they share results.
 
-    Whatever `--dist` says: under pytest 9 the groups of `loadgroup` no longer reach its scheduler (xdist 3.8). Files
-    are handed out in their order, which leaves the planted errors, with threads of their own, for the end.
+    `--dist` is ignored: under pytest 9 the groups of `loadgroup` do not reach the scheduler (xdist 3.8). Files are
+    distributed in their order, so that the planted errors, which use threads, come last.
     """
     from xdist.scheduler import LoadScopeScheduling
 
@@ -45,7 +45,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return REPORT if file.startswith(f"{REPORT}/") else file
 
         def remove_node(self, node: Any) -> Any:
-            """Of a worker that crashed, only what it left is handed on: files done wait for an answer for ever."""
+            """Give only the unfinished files of a crashed worker to others: finished ones would never be answered."""
             of_node = self.assigned_work[node]
             self.assigned_work[node] = {file: tests for file, tests in of_node.items() if not all(tests.values())}
             return super().remove_node(node)
@@ -56,7 +56,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 @pytest.fixture(scope="session")
 def recordings_dir() -> Path:
-    """Folder of measured recordings, from SRBVAL_RECORDINGS; skips visibly where it is not set."""
+    """Folder of measured recordings, from SRBVAL_RECORDINGS; skips if it is not set."""
     folder = os.environ.get("SRBVAL_RECORDINGS")
     if not folder or not Path(folder).is_dir():
         pytest.skip("SRBVAL_RECORDINGS does not name a folder of measured recordings")
@@ -65,7 +65,7 @@ def recordings_dir() -> Path:
 
 @pytest.fixture(autouse=True)
 def _signals_are_a_user_s() -> Iterator[None]:
-    """Whoever imports dask-jobqueue, or runs the tests in a shell's background or by nohup, has others than a user."""
+    """Restore the default signal handlers, which dask-jobqueue, nohup or a background shell change."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -75,7 +75,7 @@ def _signals_are_a_user_s() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An error that nobody expected is a bug: in tests the command line does not make a message of it."""
+    """Let unexpected errors of the command line raise, since they are bugs."""
 
     def raise_it(error: BaseException) -> str:
         raise error
@@ -85,7 +85,7 @@ def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the user's manifest and recordings out of the tests, and the tests out of the user's manifest."""
+    """Keep the user's register and recordings out of the tests, and the tests out of the user's register."""
     monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
     home = tmp_path_factory.mktemp("home")
     monkeypatch.setenv("SRBVAL_HOME", str(home))
@@ -94,7 +94,7 @@ def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
 
 @pytest.fixture(autouse=True, scope="session")
 def _nothing_shipped() -> Iterator[None]:
-    """Without the rig's excerpts that come with the program: their own tests bring them back."""
+    """Hide the shipped excerpts of the rig; their own tests show them again."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", lambda: ())
         yield

@@ -1,4 +1,4 @@
-"""Processes that carry a mark in their environment, their open ports, and waiting for what they do."""
+"""Find processes by a mark in their environment, list their open ports, and wait for conditions."""
 
 import contextlib
 import socket
@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 
 import pytest
 
-HANG_S = 120.0  # nothing that a test waits for takes as long
-END_S = 2.0  # within which a process ends that has lost its parent, on a busy machine
+HANG_S = 120.0  # longer than any condition that a test waits for
+END_S = 2.0  # in which a process without its parent ends, on a busy machine
 
 
 def until(done: Callable[[], object], *, within_s: float = HANG_S) -> None:
@@ -20,7 +20,7 @@ def until(done: Callable[[], object], *, within_s: float = HANG_S) -> None:
 
 
 def marked(mark: Mapping[str, str]) -> dict[int, str]:
-    """Command lines by number of the processes with that mark in their environment; zombies have none."""
+    """Command lines by process number of the processes with that mark in their environment; zombies have none."""
     psutil = pytest.importorskip("psutil")
     found = {}
     for process in psutil.process_iter():
@@ -31,7 +31,7 @@ def marked(mark: Mapping[str, str]) -> dict[int, str]:
 
 
 def listening(pid: int) -> list[tuple[str, int]]:
-    """Addresses and ports at which a process listens."""
+    """List the addresses and ports at which a process listens."""
     psutil = pytest.importorskip("psutil")
     with contextlib.suppress(psutil.Error):
         connections = psutil.Process(pid).net_connections("inet")
@@ -40,7 +40,7 @@ def listening(pid: int) -> list[tuple[str, int]]:
 
 
 def reachable(pid: int) -> list[tuple[str, int]]:
-    """Those of them that other machines reach."""
+    """List the addresses and ports of a process that other machines can reach."""
     return [(host, port) for host, port in listening(pid) if host not in ("127.0.0.1", "::1", "::ffff:127.0.0.1")]
 
 

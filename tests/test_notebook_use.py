@@ -1,4 +1,4 @@
-"""What a notebook user expects: pictures, tables, short representations, flat functions."""
+"""Pictures, tables and short representations for notebooks; every command is a function."""
 
 import functools
 

@@ -1,7 +1,6 @@
-"""The notebooks' numbers: each is run cell by cell here, and its results are checked.
+"""The notebooks' numbers: each notebook is run cell by cell, and its results are checked.
 
-That they run as notebooks, and print what is stored in them, is for nbval: `.ci/run` executes them all, so that here
-they are of the long form.
+These tests are of the long form: `.ci/run` executes all notebooks with nbval, which compares the stored output.
 """
 
 import json
@@ -30,7 +29,7 @@ def cells(name: str) -> list[dict[str, Any]]:
 
 
 def run(name: str) -> dict[str, Any]:
-    """Names of a notebook after all its code."""
+    """Run a notebook's code and return the names that it defines."""
     space: dict[str, Any] = {}
     with mpl.rc_context({"backend": "agg"}):
         for cell in cells(name):

@@ -1,4 +1,4 @@
-"""Every command of README and documentation runs as it is printed, page by page, on files like those that it names."""
+"""Every command of README and documentation runs as printed, page by page, on files like the ones that it names."""
 
 import os
 import re
@@ -25,7 +25,7 @@ DOCS = Path(srbval.__file__).parent / "docs"
 README = DOCS.parents[1] / "README.md"
 TEXTS = {page.relative_to(DOCS).as_posix(): page.read_text(encoding="utf-8") for page in sorted(DOCS.rglob("*.md"))}
 TEXTS[README.name] = README.read_text(encoding="utf-8")
-LEFT_OUT = {  # what a command contains that is not run here, and why
+LEFT_OUT = {  # words of commands that are not run here, with the reason
     "pip install": "installs: .ci/run and .ci/release do it",
     "python3 -m venv": "installs",
     "doctor": "of the environment that the line before installed",
@@ -42,8 +42,8 @@ LEFT_OUT = {  # what a command contains that is not run here, and why
     "cp cert.pem": "the same",
 }
 MAIN_JOB = "srbval report"  # takes minutes: tests/report makes it of shorter runs
-ABSOLUTE = "/measurements"  # which the guide's folder lies in
-FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as the guide's options say
+ABSOLUTE = "/measurements"  # parent of the guide's folder
+FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as in the guide's options
 
 
 def blocks(page: str, kind: str) -> list[str]:
@@ -51,7 +51,7 @@ def blocks(page: str, kind: str) -> list[str]:
 
 
 def commands_of(block: str) -> list[str]:
-    """The commands of a block, without comments, continued lines joined."""
+    """List the commands of a block, without comments, continued lines joined."""
     return [found for line in block.replace("\\\n", " ").splitlines() if (found := re.split(r"\s#", line)[0].strip())]
 
 
@@ -78,7 +78,7 @@ def write_csv(path: Path, *, fault: bool) -> None:
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The files that the pages name."""
+    """Create the files that the pages name."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
     elements = next(block for block in blocks("guide/your_bearing.md", "toml") if "[elements]" in block)
@@ -110,7 +110,7 @@ def run(command: str, folder: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_every_command_runs_as_it_is_printed(page: str, files: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """And prints what the page shows of its output, whose lines may be shortened at their ends."""
+    """Its output begins as the page shows; lines may be shortened at their ends."""
     printed = list[str]()
     for kind, block in re.findall(r"```(sh|none)\n(.*?)\n```", TEXTS[page], flags=re.DOTALL):
         if kind == "none":
@@ -128,7 +128,7 @@ def test_every_reason_to_leave_a_command_out_has_a_command() -> None:
 
 @pytest.mark.parametrize("page", TEXTS)
 def test_every_command_has_the_options_it_is_given(page: str) -> None:
-    """Those that are left out and those within a sentence too, if they are whole."""
+    """Includes commands that are not run, and complete ones within a sentence."""
     within = re.findall(r"`(srbval [a-z][^`]*)`", re.sub(r"```.*?```", "", TEXTS[page], flags=re.DOTALL))
     for line in [c for c in commands(page) if c.startswith("srbval ")] + [c for c in within if " -" in c]:
         words = shlex.split(line.replace("...", ""))
@@ -150,7 +150,7 @@ def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Pa
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["slurm", pytest.param("dask", marks=pytest.mark.long_form)])
 def test_the_campaign_on_a_cluster_goes_word_for_word(engine: str, tmp_path: Path) -> None:
-    """With a stand-in for SLURM; interface, address and number of jobs are this machine's."""
+    """A stand-in replaces SLURM; interface, address and number of jobs are this machine's."""
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
     page = "guide/many_cases.md"
     for name in ("speeds.toml", "jobqueue.yaml"):

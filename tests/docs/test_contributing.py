@@ -22,7 +22,7 @@ ORDER_CONDITION = 1e-15  # rounding of sums of a tableau's fractions
 
 
 def example(title: str) -> dict[str, Any]:
-    """Names that the code of an example defines."""
+    """Run the code of an example and return the names that it defines."""
     space: dict[str, Any] = {"__name__": "example"}
     (text,) = (text for known, kind, text in BLOCKS if (known, kind) == (title, "python"))
     exec(compile(text, title, "exec", dont_inherit=True), space)

@@ -1,4 +1,4 @@
-"""Is the documentation complete? Every public name has an entry, every equation its code, every page a way to it."""
+"""The documentation is complete: every public name has an entry, every equation its code."""
 
 import importlib
 import importlib.util
@@ -27,7 +27,7 @@ def conf() -> ModuleType:
 
 
 def thing(dotted: str) -> object:
-    """What a dotted name stands for; raises where there is none."""
+    """Import the object of a dotted name; raises if there is none."""
     parts = dotted.split(".")
     for length in range(len(parts), 0, -1):
         try:
@@ -66,7 +66,7 @@ def test_every_equation_has_its_own_label_and_a_code() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(DOCS)))
 def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(page: Path) -> None:
-    """The pages carry MathML, made by docutils, which knows less of TeX than a browser's script would."""
+    """The pages contain MathML by docutils, which supports less of TeX than a browser's script."""
     text = page.read_text(encoding="utf-8")
     assert all(thing(dotted) is not None for dotted in CODE.findall(text))
     mathml = pytest.importorskip("docutils.utils.math.latex2mathml")
