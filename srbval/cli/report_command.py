@@ -57,9 +57,14 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         from srbval.report.reports import make_report
         from srbval.studies.harness import pages
     found, files = make_report(
-        folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
-        pages=pages(), command=own_command(), progress=progress,
-    )  # fmt: skip
+        folder,
+        seconds=options.seconds,
+        jobs=options.jobs,
+        formats=_formats(options),
+        pages=pages(),
+        command=own_command(),
+        progress=progress,
+    )
     return files, {"headline": to_json(found.headline), "table6": found.data["table6"]}
 
 
@@ -71,18 +76,20 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
     settings, band_hz = recording_settings(options), (options.band[0], options.band[1]) if options.band else None
-    asked: dict[str, Any] = {
-        "bearing": options.bearing, "largest_slip_pct": options.cage_slip, "band_hz": band_hz
-    }  # fmt: skip
+    asked: dict[str, Any] = {"bearing": options.bearing, "largest_slip_pct": options.cage_slip, "band_hz": band_hz}
     files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
     failed: list[FailedFile] = []
     if files != options.files or len(files) > MOST_SECTIONS:
         request = RecordRequest(
-            settings=settings, auto_band_if_undeclared=True, healthy=options.healthy,
-            healthy_scale=options.healthy_scale, **asked,
-        )  # fmt: skip
-        documents, failed = read_records([replace(request, file=file) for file in files], jobs=options.jobs,
-                                         progress=progress)  # fmt: skip
+            settings=settings,
+            auto_band_if_undeclared=True,
+            healthy=options.healthy,
+            healthy_scale=options.healthy_scale,
+            **asked,
+        )
+        documents, failed = read_records(
+            [replace(request, file=file) for file in files], jobs=options.jobs, progress=progress
+        )
         failed, _ = without_other_files(failed, options.files, documents)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
         shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
@@ -103,7 +110,6 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         all_channels=options.channel is None and not is_open,
         others=documents[len(shown) :],
         formats=_formats(options),
-        appendix=options.appendix,
         command=own_command(),
         progress=progress,
         **asked,

@@ -1,8 +1,6 @@
-"""``srbval study``: list and run the studies, or write the page of one; ``bench`` and ``stability`` are two of them."""
+"""``srbval study``: list and run the studies; ``bench`` and ``stability`` are two of them."""
 
 import argparse
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 
 from srbval.cli.arguments import Parser
@@ -10,9 +8,6 @@ from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
 from srbval.progress import prefixed, progress_display
 from srbval.progress.tables import text_rows
-from srbval.report.blocks import Report, Tone, VerdictBox
-from srbval.report.pages import results_of
-from srbval.report.write import write_report
 from srbval.storage.content_store import stored_results
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import load_study, make_result, pages, study_names
@@ -30,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
         if options.name is None:
             raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
         return _run(options.name, f"srbval study run {options.name}", options)
-    return _page(options) if options.action == "page" else _list(options)
+    return _list(options)
 
 
 def _run(name: str, command: str, options: argparse.Namespace) -> int:
@@ -67,17 +62,3 @@ def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
         "name": name, "question": study.question, "minutes": study.minutes, "results": results,
         "made_utc": result and result.made_utc, "stale": result and result.stale,
     }  # fmt: skip
-
-
-def _page(options: argparse.Namespace) -> int:
-    page = next((page for page in pages() if page.name == options.name), None)
-    if page is None:
-        raise ConfigurationError(f"{options.name!r} has no page. These have: {', '.join(one.name for one in pages())}.")
-    results = results_of([page])
-    section = page.section(results)
-    report = Report(
-        title=section.title, generated_utc=datetime.now(UTC), sections=(section,), data=dict(page.data(results)),
-        verdict=VerdictBox(tone=Tone.NEUTRAL, headline=load_study(options.name).question),
-    )  # fmt: skip
-    files = write_report(report, Path(options.output), ("html", "json"), appendix=True)
-    return answer(options, {kind: str(path) for kind, path in files.items()}, "\n".join(map(str, files.values())))

@@ -237,13 +237,6 @@ class FigureGrid:
 Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | Table | Figure | FigureGrid
 
 
-class Document(enum.StrEnum):
-    """One of the two documents of a report; its value names the file."""
-
-    MAIN = "report"
-    APPENDIX = "appendix"
-
-
 @dataclass(frozen=True, kw_only=True)
 class VerdictBox:
     """The answer in plain words, first on the page: a tone, one sentence, a picture, a few points."""
@@ -256,36 +249,24 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """One section; `id` is its anchor. `blocks` stand in the main document, those of `appendix` in the appendix.
-
-    A page folds it unless it is `open`.
-    """
+    """One section; `id` is its anchor. A page folds it unless it is `open`."""
 
     id: str
     title: str
     blocks: tuple[Block, ...] = ()
-    appendix: tuple[Block, ...] = ()
     open: bool = False
 
     def __post_init__(self) -> None:
         _check(self.id, "section")
 
-    @property
-    def all_blocks(self) -> tuple[Block, ...]:
-        """Those of both documents."""
-        return (*self.blocks, *self.appendix)
-
-    def part(self, document: Document) -> tuple[Block, ...]:
-        """What of the section stands in a document."""
-        return self.blocks if document is Document.MAIN else self.appendix
-
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """A whole report: its main document and its appendix, which may be empty.
+    """A whole report.
 
     `generated_utc` dates the page and the PDF (time zone required). `data` becomes ``report.json``; its
-    ``figures`` list is filled from the tree. Raises ValueError when two parts share an id.
+    ``figures`` list is filled from the tree. `rows` are the rows behind the report, by the name of the CSV file that
+    holds them beside those of figures and tables. Raises ValueError if two parts share an id.
     """
 
     title: str
@@ -294,33 +275,29 @@ class Report:
     sections: tuple[Section, ...]
     subtitle: str = ""
     data: dict[str, Any] = field(default_factory=dict)
+    rows: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.generated_utc.utcoffset() is None:
             raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
         seen = {"verdict", "contents", "main"}  # anchors of the page itself
         parts: tuple[Section | Table | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
-        for part in parts:
-            if part.id in seen:
-                raise ValueError(f"report id {part.id!r} is used twice.")
-            seen.add(part.id)
+        for name in (*(part.id for part in parts), *self.rows):
+            if name in seen:
+                raise ValueError(f"report id {name!r} is used twice.")
+            seen.add(name)
 
-    @property
-    def has_appendix(self) -> bool:
-        """Whether anything stands in the appendix."""
-        return any(section.appendix for section in self.sections)
-
-    def figures(self, document: Document | None = None) -> Iterator[Figure]:
-        """The figures of a document, or of both, the verdict's first, then section by section, grids included."""
-        if self.verdict.figure and document is not Document.APPENDIX:
+    def figures(self) -> Iterator[Figure]:
+        """The verdict's figure, then those of the sections in their order, those in grids included."""
+        if self.verdict.figure:
             yield self.verdict.figure
         for section in self.sections:
-            yield from figures_in(section.all_blocks if document is None else section.part(document))
+            yield from figures_in(section.blocks)
 
     def tables(self) -> Iterator[Table]:
-        """All tables of both documents, section by section."""
+        """All tables, section by section."""
         for section in self.sections:
-            yield from (block for block in section.all_blocks if isinstance(block, Table))
+            yield from (block for block in section.blocks if isinstance(block, Table))
 
 
 def figures_in(blocks: tuple[Block, ...]) -> Iterator[Figure]:

@@ -1,6 +1,6 @@
-"""What stored results add to the report: pages, which studies bring along and the report only arranges.
+"""Pages that studies add to the report, made of stored results.
 
-Most pages are one section of the appendix, which begins with where its result comes from, or which command makes it.
+A page is one section. Its first line states the origin of its result, or which command computes it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -52,11 +52,7 @@ def in_order(placed: Iterable[tuple[float, Section]]) -> tuple[Section, ...]:
 
 
 def _joined(sections: list[Section]) -> Section:
-    return replace(
-        sections[0],
-        blocks=tuple(block for section in sections for block in section.blocks),
-        appendix=tuple(block for section in sections for block in section.appendix),
-    )
+    return replace(sections[0], blocks=tuple(block for section in sections for block in section.blocks))
 
 
 def joined_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
@@ -83,7 +79,7 @@ def appendix_page(
     def section(results: StoredResults) -> Section:
         result = results.get(name)
         shown = [missing(name)] if result is None else [origin_of(result), *blocks(texts, result.content)]
-        return texts.section(appendix=shown)
+        return texts.section(*shown)
 
     return Page(
         name=name, place=place, results=(name,), section=section, data=lambda results: data(results.content(name))

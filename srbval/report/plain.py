@@ -12,18 +12,7 @@ from datetime import UTC
 from typing import Any
 
 from srbval import __version__
-from srbval.report.blocks import (
-    Block,
-    Cell,
-    Column,
-    Document,
-    Figure,
-    KeyValues,
-    Report,
-    Table,
-    figures_in,
-    format_value,
-)
+from srbval.report.blocks import Cell, Column, Figure, KeyValues, Report, Table, format_value
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
@@ -74,41 +63,25 @@ def spans(text: str) -> tuple[Span, ...]:
     return tuple(found)
 
 
-def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> dict[str, Any]:
-    """Turn one document of a report into dicts, lists and strings; inline markup becomes lists of (kind, text).
-
-    `other` names the file of the other document where it is made too (`with_appendix`), for links to it.
-    """
-    other = Document.APPENDIX if document is Document.MAIN else Document.MAIN
+def as_plain(report: Report) -> dict[str, Any]:
+    """Turn a report into dicts, lists and strings; inline markup becomes lists of (kind, text)."""
     return {
-        "document": document.value,
-        "other": other.value if with_appendix else None,
-        "has_appendix": report.has_appendix,
         "title": printable(report.title),
         "subtitle": printable(report.subtitle),
         "made_by": f"srbval {__version__}",
         "generated": report.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
-        "verdict": _plain(report.verdict) if document is Document.MAIN else None,
+        "verdict": _plain(report.verdict),
         "sections": [
             {
                 "id": section.id,
                 "title": printable(section.title),
                 "open": section.open or len(report.sections) <= MOST_OPEN,
-                "blocks": [_plain(block) for block in section.part(document)],
-                "elsewhere": _counted(section.part(other)),
+                "blocks": [_plain(block) for block in section.blocks],
             }
             for section in report.sections
-            if section.part(document)
+            if section.blocks
         ],
     }
-
-
-def _counted(elsewhere: tuple[Block, ...]) -> str | None:
-    """How many tables and figures a section has in the other document, in words; None where it has nothing there."""
-    if not elsewhere:
-        return None
-    counts = {"table": sum(isinstance(b, Table) for b in elsewhere), "figure": len(list(figures_in(elsewhere)))}
-    return ", ".join(f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n)
 
 
 def _plain(value: Any, name: str = "") -> Any:

@@ -125,15 +125,28 @@ class Prose:
         """Panels with the text `name` as their common caption."""
         return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
 
-    def table(self, name: str, frame: Any, /, columns: Mapping[str, Title], *, id: str = "", **values: Any) -> Table:
-        """A table from a frame (see `frame_table`) with its caption, label and notes; `id` is `name` unless given."""
+    def table(
+        self,
+        name: str,
+        frame: Any,
+        /,
+        columns: Mapping[str, Title],
+        *,
+        id: str = "",
+        more_notes: Iterable[str] = (),
+        **values: Any,
+    ) -> Table:
+        """A table from a frame (see `frame_table`) with its caption, label and notes; `id` is `name` unless given.
+
+        `more_notes` come before the notes of the file.
+        """
         return frame_table(
             frame,
             id=id or name,
             caption=self.text(f"{name}.caption", **values),
             columns=columns,
             label=self._optional(f"{name}.label", values),
-            notes=self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else (),
+            notes=(*more_notes, *(self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ())),
         )
 
     def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:

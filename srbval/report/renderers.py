@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from srbval.report.blocks import Document, Report
+from srbval.report.blocks import Report
 from srbval.report.plain import as_plain
 from srbval.storage.installation import MissingLibraryError
 
@@ -28,10 +28,8 @@ def _template(name: str) -> str:
     return (resources.files("srbval.report") / "templates" / name).read_text(encoding="utf-8")
 
 
-def render_html(
-    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
-) -> str:
-    """Render one document as a whole page, with links to the other one where both are made (`with_appendix`).
+def render_html(report: Report, folder: Path) -> str:
+    """Render a report as a whole page.
 
     Its pictures and their data already lie in ``folder/figures``. All text is escaped by the template engine; pictures
     and data become data URIs. Raises FileNotFoundError when a file of a figure is missing.
@@ -43,11 +41,11 @@ def render_html(
         lstrip_blocks=True,
     )  # fmt: skip
     style, script = _template("report.css"), _template("report.js")
-    if any(figure.explore for figure in report.figures(document)):
+    if any(figure.explore for figure in report.figures()):
         style += _template("uplot/uPlot.min.css")
         script = f"/* {_template('uplot/LICENSE')} */ {_template('uplot/uPlot.iife.min.js')}{script}"
     return environment.get_template("report.html.j2").render(
-        report=as_plain(report, document, with_appendix=with_appendix),
+        report=as_plain(report),
         style=style,
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
@@ -77,10 +75,8 @@ def require_typst() -> Any:
     return typst
 
 
-def render_pdf(
-    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
-) -> bytes:
-    """Typeset one document of `report`, whose pictures already lie in ``folder/figures``.
+def render_pdf(report: Report, folder: Path) -> bytes:
+    """Typeset `report`, whose pictures already lie in ``folder/figures``.
 
     All text travels as JSON data, never as markup, so nothing in it can be executed. The PDF is dated
     with the report's own time: the same report gives the same bytes. Raises `ConfigurationError` without
@@ -92,7 +88,7 @@ def render_pdf(
         format="pdf",
         font_paths=[str(_font_folder())],
         ignore_system_fonts=True,
-        sys_inputs={"report": json.dumps(_displayable(as_plain(report, document, with_appendix=with_appendix)))},
+        sys_inputs={"report": json.dumps(_displayable(as_plain(report)))},
         pdf_standards=["ua-1"],
         timestamp=int(report.generated_utc.timestamp()),
     )

@@ -11,7 +11,7 @@ from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
-from srbval.report.blocks import Document, Report
+from srbval.report.blocks import Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings, gather
@@ -34,12 +34,11 @@ def make_report(
     seconds: float = 10.0,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
-    appendix: bool = False,
     pages: Iterable[Page] = (),
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Findings, dict[str, Path]]:
-    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`, `appendix` too if wanted.
+    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
     `pages` what studies add, `command` what the report names to make it again. Returns the findings and the files by
@@ -55,7 +54,7 @@ def make_report(
     with one_thread():
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
-        return found, _written(report, folder, formats, progress, appendix=appendix)
+        return found, _written(report, folder, formats, progress)
 
 
 def report_recordings(
@@ -67,7 +66,6 @@ def report_recordings(
     all_channels: bool = False,
     others: Sequence[dict[str, Any]] = (),
     formats: tuple[str, ...] = FORMATS,
-    appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
     **asked: Any,
@@ -84,14 +82,22 @@ def report_recordings(
         require_typst()
     with one_thread():
         records, failed, facts = gather_user_records(
-            recordings, RecordRequest(auto_band_if_undeclared=True, **asked), healthy=healthy, model=model,
-            all_channels=all_channels, progress=progress,
-        )  # fmt: skip
+            recordings,
+            RecordRequest(auto_band_if_undeclared=True, **asked),
+            healthy=healthy,
+            model=model,
+            all_channels=all_channels,
+            progress=progress,
+        )
         report = assemble_user_report(
-            records, failed=failed, others=others, other_rows=[*map(summary_of, others)], command=command,
+            records,
+            failed=failed,
+            others=others,
+            other_rows=[*map(summary_of, others)],
+            command=command,
             provenance=facts,
-        )  # fmt: skip
-        return report, _written(report, folder, formats, progress, appendix=appendix)
+        )
+        return report, _written(report, folder, formats, progress)
 
 
 def check_plot(path: Path) -> None:
@@ -120,12 +126,10 @@ def write_trend(trend: Trend, path: Path, *, command: str = "srbval trend") -> N
 
 def _write_page(page: Report, path: Path) -> None:
     with atomic_write(path) as part, tempfile.TemporaryDirectory(prefix="srbval-") as figures:
-        draw_figures(page, Path(figures), (Document.MAIN,))
+        draw_figures(page, Path(figures))
         part.write_text(render_html(page, Path(figures)), encoding="utf-8")
 
 
-def _written(
-    report: Report, folder: Path, formats: tuple[str, ...], progress: Progress, *, appendix: bool
-) -> dict[str, Path]:
+def _written(report: Report, folder: Path, formats: tuple[str, ...], progress: Progress) -> dict[str, Path]:
     with stage(progress, "Draw the figures and write the report"):
-        return write_report(report, folder, formats, appendix=appendix)
+        return write_report(report, folder, formats)

@@ -75,10 +75,10 @@ class Texts:
         for entry in self.page["blocks"]:
             yield getattr(self, entry["kind"])(entry["name"], **expressions(entry["values"], given))
 
-    def section(self, *blocks: Block, appendix: Iterable[Block] = (), **values: Any) -> Section:
-        """The section with these blocks in the main document, and those in the appendix."""
+    def section(self, *blocks: Block, **values: Any) -> Section:
+        """The section with these blocks; blocks given as `appendix` are not shown."""
         title = _render(self._content["title"], values)
-        return Section(id=self._content["id"], title=title, blocks=blocks, appendix=tuple(appendix))
+        return Section(id=self._content["id"], title=title, blocks=blocks)
 
     def text(self, name: str, /, **values: Any) -> str:
         """One text."""

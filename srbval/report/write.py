@@ -6,27 +6,24 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES, Cell, Column, Document, Report
+from srbval.report.blocks import FIGURES, Cell, Column, Report, Table
 from srbval.report.renderers import render_html, render_pdf, require_typst
-from srbval.storage.json_files import move_listed_files
+from srbval.storage.json_files import move_listed_files, to_json
 
 FORMATS = ("html", "pdf", "json")
 LISTING = "report.json"
 
 
-def write_report(
-    report: Report, folder: Path, formats: Iterable[str] = FORMATS, *, appendix: bool = False
-) -> dict[str, Path]:
+def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
 
-    With `appendix` also ``appendix.html`` and ``appendix.pdf``. ``report.json`` holds the tables of both whether it is
-    made or not; figures are those of the documents that are made. Everything is made in a hidden folder beside and then
-    moved file by file, so a failure leaves what was there before. ``report.json`` lists all files with their SHA-256;
-    those that a former report in `folder` listed, and nobody changed, are removed unless they are written anew. Returns
-    the path of each format written, those of the appendix as ``appendix_html``.
+    ``figures`` contains the pictures, the data of each as CSV, and the tables and rows of the report as CSV. Everything
+    is made in a hidden folder beside and then moved file by file, so a failure leaves the former files.
+    ``report.json`` lists all files with their SHA-256; files that a former report in `folder` listed, and nobody
+    changed, are removed unless they are written anew. Returns the path of each format written.
 
-    Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
-    `folder` cannot be written to.
+    Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` if `folder` cannot be
+    written to.
     """
     wanted = tuple(formats)
     unknown = [kind for kind in wanted if kind not in FORMATS]
@@ -36,7 +33,7 @@ def write_report(
         require_typst()
     folder = Path(folder)
     try:
-        return _write(report, folder, wanted, appendix and report.has_appendix)
+        return _write(report, folder, wanted)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "
@@ -44,52 +41,79 @@ def write_report(
         ) from error
 
 
-def _write(report: Report, folder: Path, wanted: tuple[str, ...], appendix: bool) -> dict[str, Path]:
-    documents = (Document.MAIN, Document.APPENDIX) if appendix else (Document.MAIN,)
-    made = {}
+def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, Path]:
     existing = next(path for path in (folder.resolve(), *folder.resolve().parents) if path.is_dir())
     # on the file system of the folder, so that moving is atomic
     with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
         stage = Path(name)
-        draw_figures(report, stage, documents)
-        for document in documents:
-            for kind in wanted:
-                target = stage / f"{document}.{kind}"
-                if kind == "html":
-                    target.write_text(render_html(report, stage, document, with_appendix=appendix), encoding="utf-8")
-                elif kind == "pdf":
-                    target.write_bytes(render_pdf(report, stage, document, with_appendix=appendix))
-                elif document is not Document.MAIN:
-                    continue
-                made[kind if document is Document.MAIN else f"appendix_{kind}"] = folder / target.name
-        move_listed_files(stage, folder, LISTING, report_data(report, documents) if "json" in wanted else None)
-    return made
+        draw_figures(report, stage)
+        write_tables(report, stage / FIGURES)
+        if "html" in wanted:
+            (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
+        if "pdf" in wanted:
+            (stage / "report.pdf").write_bytes(render_pdf(report, stage))
+        move_listed_files(stage, folder, LISTING, report_data(report) if "json" in wanted else None)
+    return {kind: folder / f"report.{kind}" for kind in wanted}
 
 
-def draw_figures(report: Report, folder: Path, documents: Iterable[Document]) -> None:
-    """Draw the figures of `documents` into ``folder/figures``."""
-    for document in documents:
-        for figure in report.figures(document):
-            figure.draw(folder / FIGURES, figure.id)
+def draw_figures(report: Report, folder: Path) -> None:
+    """Draw the figures of a report into ``folder/figures``."""
+    for figure in report.figures():
+        figure.draw(folder / FIGURES, figure.id)
 
 
-def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> dict[str, Any]:
-    """The content of ``report.json``: the report's data, the tables of both documents, the figures of those `made`.
+def write_tables(report: Report, folder: Path) -> None:
+    """Write every table of the report and the rows behind it as CSV files into `folder`.
+
+    Numbers are not rounded. Lists within a row are in ``report.json`` only.
+    """
+    import pandas as pd
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for table in report.tables():
+        _csv(pd.DataFrame(_columns(table)), folder / f"{table.id}.csv")
+    for name, rows in report.rows.items():
+        frame = pd.json_normalize(to_json(list(rows)))
+        nested = [column for column in frame if frame[column].map(lambda value: isinstance(value, list)).any()]
+        _csv(frame.drop(columns=nested), folder / f"{name}.csv")
+
+
+def _csv(frame: Any, path: Path) -> None:
+    text: str = frame.to_csv(index=False, lineterminator="\n")
+    path.write_text(text, encoding="utf-8", errors="backslashreplace")
+
+
+def _columns(table: Table) -> dict[str, list[Any]]:
+    """Values of a table by the titles of its columns, half widths of intervals in columns of their own."""
+    found: dict[str, list[Any]] = {}
+    for place, column in enumerate(table.columns):
+        if column.timed:
+            continue
+        title = f"{column.title}, {column.unit}" if column.unit else column.title
+        title = f"{title} ({place + 1})" if title in found else title
+        cells = [row[place] for row in table.rows]
+        found[title] = [to_json(cell.value) for cell in cells]
+        if any(cell.ci95 is not None for cell in cells):
+            found[f"{title}, ±"] = [to_json(cell.ci95) for cell in cells]
+    return found
+
+
+def report_data(report: Report) -> dict[str, Any]:
+    """The content of ``report.json``: the report's data, its tables and its figures.
 
     Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run.
     """
-    drawn = {figure.id for document in made for figure in report.figures(document)}
     figures = [
         {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
         | {"file": figure.files["picture"], "data": figure.files["data"]}
-        for figure in report.figures() if figure.id in drawn
-    ]  # fmt: skip
+        for figure in report.figures()
+    ]
     tables = [
         {name: getattr(table, name) for name in ("id", "label", "caption")}
-        | {"columns": [vars(column) for column in table.columns],
-           "rows": [[_cell(*pair) for pair in zip(row, table.columns, strict=True)] for row in table.rows]}
+        | {"columns": [vars(column) for column in table.columns]}
+        | {"rows": [[_cell(*pair) for pair in zip(row, table.columns, strict=True)] for row in table.rows]}
         for table in report.tables()
-    ]  # fmt: skip
+    ]
     return {**report.data, "tables": tables, "figures": figures}
 
 

@@ -54,7 +54,7 @@ OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records ca
 # Examples of each command of 1,000 in all, 20 where it is not named. Their sum is larger: some commands have fewer
 # combinations of options than that.
 SHARES = {"kinematics": 220, "simulate": 200, "plan": 200, "analyse": 60, "trend": 60, "campaign run": 80, "report": 6,
-          "bearing list": 10, "study list": 2, "study page": 4, "doctor": 10, "campaign export": 30}  # fmt: skip
+          "bearing list": 10, "study list": 2, "doctor": 10, "campaign export": 30}  # fmt: skip
 READING = ("analyse",)
 ALWAYS = {
     "simulate": {"seconds", "model"},

@@ -44,9 +44,9 @@ HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref 
 
 
 def written(findings: Findings, folder: Path, command: str, formats: Iterable[str] = FORMATS) -> Made:
-    """Both documents of a report."""
+    """The files of a report."""
     report = assemble(findings, command=command, pages=pages())
-    return Made(findings, report, write_report(report, folder / "report", formats, appendix=True))
+    return Made(findings, report, write_report(report, folder / "report", formats))
 
 
 @pytest.fixture(scope="session")

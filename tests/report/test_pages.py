@@ -18,8 +18,8 @@ PAGES = {page.name: page for page in pages()}
 @pytest.mark.parametrize("name", [name for name, page in PAGES.items() if page.results])
 def test_without_a_result_a_page_says_how_to_make_one(name: str) -> None:
     section = PAGES[name].section(StoredResults())
-    remarks = [block for block in section.all_blocks if isinstance(block, Callout)]
-    assert section.all_blocks == () or any("`srbval " in remark.text for remark in remarks)
+    remarks = [block for block in section.blocks if isinstance(block, Callout)]
+    assert section.blocks == () or any("`srbval " in remark.text for remark in remarks)
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -28,7 +28,7 @@ def test_with_its_results_a_page_has_tables_and_figures_that_draw(name: str, tmp
     results = results_of([page])
     if set(page.results) - set(results):
         pytest.skip("not every result is stored")
-    blocks = page.section(results).all_blocks
+    blocks = page.section(results).blocks
     assert any(isinstance(block, Table | Figure) or getattr(block, "text", "") for block in blocks)
     for figure in (block for block in blocks if isinstance(block, Figure)):
         files = figure.draw(tmp_path, figure.id)

@@ -75,7 +75,7 @@ LONG = itertools.product((2000.0, 12_000.0, 102_400.0), (20.0, 60.0), (30.0, 120
 @pytest.mark.parametrize("made", EXTREMES + [pytest.param(one, marks=pytest.mark.long_form) for one in LONG], ids=str)
 def test_page_and_pictures_of_an_extreme_record(made: tuple[float, float, float], tmp_path: Path) -> None:
     record, formats = outer_race(*made), ("html", "json")
-    report_recordings([record], tmp_path, bearing=BEARING.name, model=False, formats=formats, appendix=True)
+    report_recordings([record], tmp_path, bearing=BEARING.name, model=False, formats=formats)
     own = gathered(record)
     for name in ("one.png", "one.html"):
         write_plot(own, tmp_path / name)

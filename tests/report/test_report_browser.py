@@ -20,7 +20,7 @@ from tests.reading.test_shaft_speed import FS_HZ, record
 from .made import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
-MADE = {"default": ("hostile", "html"), "appendix": ("with_rig", "appendix_html")}  # every kind of block
+MADE = {"hostile": "hostile", "default": "with_rig"}
 OWN = {"file": ["report", "day07.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "5"]}
 GIVEN = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -92,9 +92,8 @@ def violations(page: Any) -> list[str]:
 def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The page of this name; those of a user's files are written from eight days of a machine and a broken file."""
     if request.param in MADE:
-        report, kind = MADE[request.param]
-        made: Made = request.getfixturevalue(report)
-        return made.files[kind]
+        made: Made = request.getfixturevalue(MADE[request.param])
+        return made.files["html"]
     (tmp_path / "fan").mkdir()
     monkeypatch.chdir(tmp_path / "fan")
     for day in range(8):
@@ -109,10 +108,9 @@ def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
 def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium: Any, document: Path) -> None:
     """Wide and narrow, light and dark, before and after every chart is opened for zooming; the answer is the top."""
     with Visit(chromium, document) as visit:
-        if document.stem != "appendix":
-            order = ("#verdict", "#verdict figure", "main section:not(#verdict)")
-            tops = [visit.page.locator(what).first.bounding_box()["y"] for what in order]
-            assert tops == sorted(tops)
+        order = ("#verdict", "#verdict figure", "main section:not(#verdict)")
+        tops = [visit.page.locator(what).first.bounding_box()["y"] for what in order]
+        assert tops == sorted(tops)
         for width, scheme in LOOKS:
             visit.page.set_viewport_size({"width": width, "height": 1000})
             visit.page.emulate_media(color_scheme=scheme)

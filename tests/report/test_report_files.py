@@ -47,19 +47,21 @@ def test_a_failure_leaves_what_was_there(report, tmp_path, monkeypatch):
 
 
 def test_a_new_report_replaces_the_former_one_and_nothing_else(report, tmp_path):
-    """Figures and appendix that it has no more go; what someone else wrote or changed stays."""
+    """Figures and tables that it has no more go; what someone else wrote or changed stays."""
     folder = tmp_path / "out"
     write_report(report, folder, ("html", "json"))
     own = {"notes.txt": "mine", "figures/mine.svg": "mine", "figures/fig11b.svg": "mine now", "appendix.pdf": "mine"}
     for name, text in own.items():
         (folder / name).write_text(text)
     listed = json.loads((folder / "report.json").read_text("utf-8"))["files"]
-    assert set(listed) == {"report.html", *(f"figures/fig1{n}.{end}" for n in ("1b", "2a") for end in ("csv", "svg"))}
+    pictures = {f"figures/fig1{n}.{end}" for n in ("1b", "2a") for end in ("csv", "svg")}
+    assert set(listed) == {"report.html", "figures/table6.csv", *pictures}
     hostile = {"files": listed | {"../beside.txt": hashlib.sha256(b"mine").hexdigest()}}
     (tmp_path / "beside.txt").write_text("mine")
     (folder / "report.json").write_text(json.dumps(hostile))
     write_report(dataclasses.replace(report, sections=report.sections[:2]), folder, ("json",))
-    assert listing(tmp_path) == ["beside.txt", "out", *(f"out/{f}" for f in sorted(["figures", "report.json", *own]))]
+    kept = sorted(["figures", "figures/table6.csv", "report.json", *own])
+    assert listing(tmp_path) == ["beside.txt", "out", *(f"out/{f}" for f in kept)]
     assert {name: (folder / name).read_text() for name in own} == own
 
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.comparison.comparison import Comparison
 from srbval.report.figures.style import (
     BLUE,
     GREEN,
@@ -19,28 +18,6 @@ from srbval.report.figures.style import (
     new_figure,
     panel,
 )
-
-
-@panel
-def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
-    """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
-
-    Frequencies are drawn as their deviations from kinematics [%].
-    """
-    figure, axes = new_axes((3.6, 3.4), layout="constrained")
-    rig = [_from_kinematics(row, row.rig.value) for row in rows]
-    model = [_from_kinematics(row, row.model.value) for row in rows]
-    ends = [min(rig + model), max(rig + model)]
-    axes.plot(ends, ends, color=INK, lw=0.9)
-    half = [row.data_ci95 for row in rows]
-    axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
-    axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
-    return figure, {"measured": rig, "predicted": model, "measured_ci95": half}
-
-
-def _from_kinematics(row: Comparison, value: float) -> float:
-    return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
-
 
 # How each state is called and drawn; what is none of them stands last.
 STATES = {"outer": VERMILION, "inner": PURPLE, "roller": ORANGE, "other": SOFT, "healthy": "#9fd3bd"}
@@ -107,6 +84,17 @@ def _draw_ratio(
         place, name = (len(codes), "rig, mean") if of == "mean" else (codes.index(state), "rig, record")
         marker, face = ("D", "white") if of == "mean" else ("s", VERMILION)
         axes.errorbar(
-            place, ratio, yerr=[[ratio - low], [high - ratio]], fmt=marker, ms=5.5, mfc=face, mec=VERMILION, mew=1.2,
-            ecolor=VERMILION, elinewidth=1.4, capsize=3.5, zorder=5, label=name,
-        )  # fmt: skip
+            place,
+            ratio,
+            yerr=[[ratio - low], [high - ratio]],
+            fmt=marker,
+            ms=5.5,
+            mfc=face,
+            mec=VERMILION,
+            mew=1.2,
+            ecolor=VERMILION,
+            elinewidth=1.4,
+            capsize=3.5,
+            zorder=5,
+            label=name,
+        )

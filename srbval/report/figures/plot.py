@@ -41,9 +41,7 @@ def plot_analysis(analysis: Analysis, healthy: Analysis | None) -> Any:
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
     draw_acceleration(upper, record, HEAD_ROOM * float(max(abs(record.acceleration).max(), record.envelope.max())))
-    draw_spectrum(
-        lower, view, LABEL_ROOM * max(highest_of(r, view.end_hz) for r in (record, other) if r is not None)
-    )  # fmt: skip
+    draw_spectrum(lower, view, LABEL_ROOM * max(highest_of(r, view.end_hz) for r in (record, other) if r is not None))
     title_panel(upper, record.origin, "", f"{analysis.recording.name}, {60 * record.shaft_hz:.5g} rpm")
     title_panel(lower, record.origin, "", "envelope spectrum", pad=9.0)
     legend_above(upper)

@@ -1,11 +1,10 @@
-"""A record over time with its envelope, its spectra before and after demodulation; the forces on the rollers."""
+"""A record over time with its envelope, its spectra before and after demodulation."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.recordings import Origin
 from srbval.report.figures.style import (
     BINS_SHOWN,
@@ -14,7 +13,6 @@ from srbval.report.figures.style import (
     HALF,
     HEALTHY,
     INK,
-    SOFT,
     VERMILION,
     WIDE,
     Drawn,
@@ -27,13 +25,9 @@ from srbval.report.figures.style import (
     rounded,
     title_panel,
 )
-from srbval.report.findings.load_zone import LoadZone
 from srbval.report.findings.records import OWN_UNIT, Cursor, RecordView, SpectrumView
 
 PLOTTED_BINS = 700
-STRETCH_DEG = 12.0  # of the roller's angle, over which forces are averaged
-LIGHT = "#a9cfe6"
-RATTLING = 0.02  # of the force in the load zone, opposite it: rollers that have no load to carry knock
 HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
 
 
@@ -72,8 +66,9 @@ def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = s
     time_ms = (record.time_s[kept] - start) * 1e3
     axes.plot(time_ms, record.acceleration[kept], color=style.light, lw=0.6, label="acceleration")
     axes.plot(time_ms, record.envelope[kept], color=style.colour, lw=1.2, label="its envelope")
-    axes.set(xlabel="Time, ms", ylabel=f"Acceleration, {record.unit}", xlim=(0, (stop - start) * 1e3),
-             ylim=(-limit, limit))  # fmt: skip
+    axes.set(
+        xlabel="Time, ms", ylabel=f"Acceleration, {record.unit}", xlim=(0, (stop - start) * 1e3), ylim=(-limit, limit)
+    )
 
 
 def _mark_period(axes: Any, name: str, period_s: float) -> None:
@@ -82,10 +77,14 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
     level, start, period_ms = low + 0.07 * (high - low), 0.03 * axes.get_xlim()[1], 1e3 * period_s
     axes.errorbar(start + period_ms / 2, level, xerr=period_ms / 2, color=INK, lw=1.3, capsize=3, zorder=40)
     axes.text(
-        start + period_ms + 0.015 * axes.get_xlim()[1], level, f"{name} = {period_ms:.2f} ms",
-        va="center", fontsize=7.5, zorder=40,
+        start + period_ms + 0.015 * axes.get_xlim()[1],
+        level,
+        f"{name} = {period_ms:.2f} ms",
+        va="center",
+        fontsize=7.5,
+        zorder=40,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
-    )  # fmt: skip
+    )
 
 
 @panel
@@ -104,9 +103,15 @@ def band_panel(
     figure, axes = new_axes(WIDE)
     axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
     axes.text(
-        band_hz[right] / 1e3, limits_db[1], f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz ", color=GREEN,
-        fontsize=8, va="top", ha="right" if right else "left", zorder=9,
-    )  # fmt: skip
+        band_hz[right] / 1e3,
+        limits_db[1],
+        f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz ",
+        color=GREEN,
+        fontsize=8,
+        va="top",
+        ha="right" if right else "left",
+        zorder=9,
+    )
     alone = sum(not name.startswith("healthy") for name in records) == 1
     colours = iter((origin_style(origin).colour,) if alone else (BLUE, VERMILION))
     for name, record in records.items():
@@ -155,14 +160,33 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
     style = origin_style(record.origin)
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
     axes.set(xlim=(0, end_hz), ylim=(0.0, top), xlabel="Frequency, Hz", ylabel=label)
-    axes.plot(*plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS), color=style.colour, lw=1.0,
-              label=style.word.lower(), zorder=4)  # fmt: skip
+    axes.plot(
+        *plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS),
+        color=style.colour,
+        lw=1.0,
+        label=style.word.lower(),
+        zorder=4,
+    )
     if healthy is not None:
-        axes.plot(*plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS), **HEALTHY_LOOK, lw=0.8,
-                  label="healthy", zorder=5)  # fmt: skip
+        axes.plot(
+            *plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS),
+            **HEALTHY_LOOK,
+            lw=0.8,
+            label="healthy",
+            zorder=5,
+        )
     if found := [peak for peak in view.peaks if peak[0] <= end_hz]:
-        axes.plot(*zip(*found, strict=True), ls="none", marker="v", ms=4.5, mfc="white", mec=INK, mew=0.9,
-                  label="found", zorder=7)  # fmt: skip
+        axes.plot(
+            *zip(*found, strict=True),
+            ls="none",
+            marker="v",
+            ms=4.5,
+            mfc="white",
+            mec=INK,
+            mew=0.9,
+            label="found",
+            zorder=7,
+        )
     (_draw_names if brief else _draw_cursors)(axes, view)
     hz = record.shaft_hz
     orders = axes.secondary_xaxis("top", functions=(lambda f: f / hz, lambda order: order * hz))
@@ -177,8 +201,18 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
         style = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
         axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **style)
         if not cursor.sideband or not cursor.name[0].isdigit():
-            axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, rotation=90, ha="center",
-                      va="bottom", fontsize=5.5 if cursor.sideband else 6.5, color=GREEN, zorder=6)  # fmt: skip
+            axes.text(
+                cursor.frequency_hz,
+                NAMES_FROM,
+                cursor.name,
+                transform=blended,
+                rotation=90,
+                ha="center",
+                va="bottom",
+                fontsize=5.5 if cursor.sideband else 6.5,
+                color=GREEN,
+                zorder=6,
+            )
 
 
 def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:
@@ -188,8 +222,18 @@ def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz
     for label, at_hz, height in others:
         close = [place for place in places if 0 < abs(place - at_hz) < near]
         shift = 0 if not close else 3.5 if close[0] < at_hz else -3.5
-        axes.annotate(label, (at_hz, height), xytext=(shift, 2), textcoords="offset points", ha="center", va="bottom",
-                      rotation=90, fontsize=6, color=INK, zorder=8)  # fmt: skip
+        axes.annotate(
+            label,
+            (at_hz, height),
+            xytext=(shift, 2),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            rotation=90,
+            fontsize=6,
+            color=INK,
+            zorder=8,
+        )
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
@@ -205,10 +249,15 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
             continue
         axes.axvline(at_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label="expected" if cursor is first else None)
         axes.text(
-            at_hz, top, f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}",
-            ha="right" if at_hz > room else "left", fontsize=6.5, zorder=6,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4}, **look,
-        )  # fmt: skip
+            at_hz,
+            top,
+            f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}",
+            ha="right" if at_hz > room else "left",
+            fontsize=6.5,
+            zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
+            **look,
+        )
     if any(cursor.sideband for cursor in cursors):
         axes.plot([], [], color=GREEN, lw=0.8, ls=":", label="sidebands")
 
@@ -225,37 +274,3 @@ def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
         last[top] = place
         tops.append(top)
     return tops
-
-
-@panel
-def load_zone_panel(zone: LoadZone) -> Drawn:
-    """The force of every roller on either race at every moment kept."""
-    order = np.argsort(zone.angle_deg)
-    angle, outer, inner = zone.angle_deg[order], zone.outer_n[order] / 1e3, zone.inner_n[order] / 1e3
-    figure, axes = new_axes(WIDE)
-    middles, means = _means(angle, outer)
-    axes.plot(angle, outer, ".", color=LIGHT, ms=1.5, label="one roller, one moment", rasterized=True)
-    axes.plot(middles, means, "-o", color=BLUE, ms=3, label="mean, outer race")
-    axes.plot(middles, _means(angle, inner)[1], "--", color=VERMILION, label="mean, inner race")
-    axes.axvline(0, color=SOFT, lw=0.8, ls="--")
-    axes.set(xlabel="Roller's angle from the middle of the load zone, degrees", ylabel="Contact force, kN",
-             xlim=(-180, 180), xticks=range(-180, 181, 60))  # fmt: skip
-    top = 1.1 * float(np.quantile(outer, 0.995))
-    axes.set_ylim(0, top)
-    if above := int(np.count_nonzero(outer > top)):
-        axes.text(0.99, 0.97, f"{above} of {outer.size} above", transform=axes.transAxes, ha="right", va="top",
-                  fontsize=7, color=SOFT)  # fmt: skip
-    if zone.far_n > RATTLING * zone.near_n:
-        for place in (-150, 150):
-            axes.text(place, 0.6, "unloaded:\nrollers rattle", transform=axes.get_xaxis_transform(), ha="center",
-                      fontsize=8, color=VERMILION)  # fmt: skip
-    legend_above(axes)
-    return figure, {"angle_deg": angle, "outer_race_n": 1e3 * outer, "inner_race_n": 1e3 * inner}
-
-
-def _means(angle: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Middles of stretches of `STRETCH_DEG` and the mean force in each."""
-    edges = np.arange(-180.0, 180.0 + STRETCH_DEG, STRETCH_DEG)
-    count, _ = np.histogram(angle, edges)
-    total, _ = np.histogram(angle, edges, weights=force)
-    return (edges[:-1] + edges[1:]) / 2, total / np.maximum(count, 1)

@@ -1,10 +1,9 @@
-"""What figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram, kurtogram."""
+"""What figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram."""
 
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,10 +13,10 @@ from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
-from srbval.reading.pipeline import band_kurtogram
 from srbval.recordings import Origin
+from srbval.report.blocks import Badge
 from srbval.report.figures.style import BINS_SHOWN, plotted
-from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
+from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
@@ -31,6 +30,16 @@ HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner r
 # Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
 # as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
 TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
+
+
+def badge_of(analysis: Analysis) -> Badge:
+    """Badge of the source of an analysis."""
+    return Badge(analysis.recording.origin.value)
+
+
+def side_of(analysis: Analysis) -> str:
+    """The side of a comparison that an analysis is on, in words."""
+    return "rig" if analysis.recording.origin is Origin.MEASURED else "model"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -162,9 +171,13 @@ def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked:
     if marked is not None and fault is not None:
         spacing_hz = fault.sideband_order(analysis.bearing.orders) * record.shaft_hz
         found += fault_cursors(
-            marked.name, marked.kinematic_hz, end_hz, sideband_hz=spacing_hz, sideband_name=fault.sidebands or "",
+            marked.name,
+            marked.kinematic_hz,
+            end_hz,
+            sideband_hz=spacing_hz,
+            sideband_name=fault.sidebands or "",
             sidebands=1 if spacing_hz else 0,
-        )  # fmt: skip
+        )
     shown = sorted((c for c in found if c.frequency_hz <= end_hz), key=lambda c: c.frequency_hz)
     return SpectrumView(
         record=record, healthy=healthy, cursors=tuple(shown), peaks=detected_peaks(record), end_hz=end_hz
@@ -213,9 +226,14 @@ def fault_cursors(
 
 
 def tall_peaks(
-    frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, *, shaft_hz: float, orders: Mapping[str, float],
+    frequency_hz: FloatArray,
+    amplitude: FloatArray,
+    end_hz: float,
+    *,
+    shaft_hz: float,
+    orders: Mapping[str, float],
     marked_hz: Sequence[float],
-) -> tuple[tuple[str, float, float], ...]:  # fmt: skip
+) -> tuple[tuple[str, float, float], ...]:
     """Tall peaks of a spectrum, [n], up to `end_hz` that are not marked already: what they are, frequency, amplitude.
 
     Named as a small multiple of one of `orders` (name: shaft orders), or by their distance from one within a shaft
@@ -224,8 +242,9 @@ def tall_peaks(
     frequency, height = plotted(frequency_hz, amplitude, end_hz, BINS_SHOWN)
     inner = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
     inner = inner[height[inner] > TALL * height[inner].max(initial=0.0)]
-    known = [(f"{n}x{name}" if n > 1 else name, n * one)
-             for name, one in orders.items() for n in range(1, MOST_TIMES + 1)]  # fmt: skip
+    known = [
+        (f"{n}x{name}" if n > 1 else name, n * one) for name, one in orders.items() for n in range(1, MOST_TIMES + 1)
+    ]
     found: list[tuple[str, float, float]] = []
     for at_hz, own in sorted(zip(frequency[inner].tolist(), height[inner].tolist(), strict=True), key=lambda x: -x[1]):
         same = SAME * at_hz + 2 * float(frequency_hz[1] - frequency_hz[0])
@@ -258,30 +277,3 @@ def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
     spectrum = analysis.processed.spectrum
     line, *sides = (spectrum.height_at(line_hz + times * shaft_hz) for times in (0, -1, 1, -2, 2))
     return {"at_one": (sides[0] + sides[1]) / 2 / line, "at_two": (sides[2] + sides[3]) / 2 / line}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RecordKurtogram:
-    """How impulsive each band of a record is."""
-
-    analysis: Analysis
-    kurtogram: Kurtogram
-
-    def to_dict(self) -> dict[str, Any]:
-        """Its entry in ``report.json``."""
-        recording, picture = self.analysis.recording, self.kurtogram
-        return {
-            "file": recording.file,
-            "origin": recording.origin,
-            "state": recording.state,
-            "band_hz": self.analysis.processed.band_hz,
-            "most_impulsive_hz": picture.best_hz,
-            "kurtosis_less_2": float(picture.kurtosis.max()),
-            "bands": picture.kurtosis.size,
-        }
-
-
-def record_kurtogram(analysis: Analysis) -> RecordKurtogram:
-    """Kurtogram of the signal that is analysed."""
-    picture = band_kurtogram(analysis.recording, analysis.bearing, analysis.speed)
-    return RecordKurtogram(analysis=analysis, kurtogram=picture)

@@ -64,10 +64,16 @@ class ModelSide:
         """Its entry in ``report.json``."""
         run = self.run
         return {
-            "scene": self.base, "model": run.scene.model, "state": self.state, "status": run.status,
-            "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "open_cage": self.open_cage,
+            "scene": self.base,
+            "model": run.scene.model,
+            "state": self.state,
+            "status": run.status,
+            "cage_ratio": run.cage_ratio,
+            "bpfo_hz": run.bpfo_hz,
+            "bpfi_hz": run.bpfi_hz,
+            "open_cage": self.open_cage,
             "analysis": self.view.analysis,
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -148,9 +154,14 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
     marked = marked_line(analysis) if line is None else analysis.line(line)
     view = spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked)
     return UserRecord(
-        analysis=analysis, baseline=baseline, verdict=verdict, cautions=reading.cautions, view=view, marked=marked,
+        analysis=analysis,
+        baseline=baseline,
+        verdict=verdict,
+        cautions=reading.cautions,
+        view=view,
+        marked=marked,
         model=model,
-    )  # fmt: skip
+    )
 
 
 def _model_side(
@@ -175,9 +186,12 @@ def _model_side(
     }
     try:
         case = SimulationCase(
-            id=f"beside-{recording.name}", purpose="beside the record", state=state, scene=load_scene(base, changes),
+            id=f"beside-{recording.name}",
+            purpose="beside the record",
+            state=state,
+            scene=load_scene(base, changes),
             base=base,
-        )  # fmt: skip
+        )
         run = run_cases([case], jobs=1, progress=progress)[case.id]
         low, high = analysis.processed.band_hz
         own = (low, min(high, HIGHEST_SHARE * run.scene.output_rate_hz)) if geometry is None else None
@@ -185,7 +199,10 @@ def _model_side(
     except SrbvalError as error:
         return str(error)
     return ModelSide(
-        run=run, base=base, state=state, stated_load=recording.radial_n is not None,
+        run=run,
+        base=base,
+        state=state,
+        stated_load=recording.radial_n is not None,
         open_cage=cage_inputs(elements) if geometry is None and elements is not None else None,
         view=record_view(found),
-    )  # fmt: skip
+    )

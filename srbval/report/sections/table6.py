@@ -1,114 +1,136 @@
-"""The answer on the cage speed and its reasons; Table 6 at the paper's speed and the recordings' own; speed or slip."""
+"""Table 6 at the paper's speed and at the recordings' own; speed or slip."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from srbval.bearing import Fault
-from srbval.comparison.budget import STATED, Answer
-from srbval.report.blocks import Block, Section, Tone, VerdictBox
-from srbval.report.figures.comparison import cage_ratio_plot
+from srbval.report.blocks import Badge, Section, Table, Tone
 from srbval.report.findings.findings import Findings
-from srbval.report.section_texts import VERDICT_TONE, Texts
-from srbval.storage.json_files import to_json
+from srbval.report.prose import Prose
+from srbval.report.tables import Title
 
-CAGE, TEXTS, SPEED = Texts("cage_ratio"), Texts("table6"), Texts("speed_and_slip")
-LISTED = 4  # so many measured records are named one by one
-ANSWER_TONE = {Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL, Answer.MET: Tone.GOOD}  # the worst first
-
-
-def verdict_box(findings: Findings) -> VerdictBox:
-    """First on the page: all from the verdicts."""
-    data, found = findings.data, findings.headline
-    rpm = list(dict.fromkeys(f"{row['nominal_rpm']:g}" for row in data["cage_ratios"]))
-    picture = CAGE.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), rows=data["cage_ratios"], speeds=rpm)
-    answers = [one.verdict for one in found.stated]
-    return CAGE.verdict(
-        next((tone for answer, tone in ANSWER_TONE.items() if answer in answers), Tone.WARNING), figure=picture,
-        found=found, readings=data["cage_readings"], trend=data["trend"], slowest=f"{rpm[0]} rpm",
-        fastest=f"{rpm[-1]} rpm", looks=data["second_look"],
-        turning=[look for look in data["second_look"] if look["turned"]],
-    )  # fmt: skip
-
-
-def cage_ratio_section(findings: Findings) -> Section:
-    """Reasons, verdicts with their power, readings; in the appendix the second look."""
-    data = findings.data
-    rows = findings.results.content("verdict_power").get("rows", ())
-    power = {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rows}
-    tests = data["joint_tests"]
-    return CAGE.section(
-        CAGE.listing("reasons", found=findings.headline, tests=tests, stated=STATED),
-        CAGE.table("verdicts", data["verdicts"], listed=data["verdicts"], power=power, tone=ANSWER_TONE),
-        CAGE.table("cage-readings", data["cage_readings"]),
-        appendix=(
-            CAGE.table("second-look", data["second_look"]),
-            CAGE.table("joint-tests", tests, endpoints=tests[0]["endpoints"] if tests else ()),
-        ),
-    )
+TEXTS = Prose("srbval.report", "texts/table6.md")
+SPEED = Prose("srbval.report", "texts/speed_or_slip.md")
+LISTED = 4  # most measured records whose lines are listed one by one
+VERDICT_TONE = {
+    "differs": Tone.WARNING,
+    "agrees": Tone.GOOD,
+    "not resolved": Tone.NEUTRAL,
+    "insufficient data": Tone.NEUTRAL,
+    "met": Tone.GOOD,
+    "missed": Tone.BAD,
+}
+AT_PAPER: dict[str, Title] = {
+    "name": "Defect (line)",
+    "kinematic_hz": ("Kinematic, printed", "Hz", ".2f"),
+    "paper_model_hz": ("Paper's model", "Hz", ".2f"),
+    "paper_rig_hz": ("Paper's rig", "Hz", ".2f"),
+    "model_hz": ("Our model, read", "Hz", ".3f"),
+    "model_cage_hz": ("Our model, cage speed", "Hz", ".3f"),
+}
+AT_RIG: dict[str, Title] = {
+    "name": "Defect (line)",
+    "shaft_rpm": ("Shaft, measured", "rpm", ".2f"),
+    "kinematic_hz": ("Kinematic", "Hz", ".3f"),
+    "rig_hz": ("Rig", "Hz", ".3f"),
+    "model_cage_hz": ("Our model, cage speed", "Hz", ".3f"),
+    "comparison_error_pct": ("Error E", "%", "+.2f"),
+    "validation_uncertainty_pct": ("Uncertainty U", "%", ".2f"),
+    "verdict": "Verdict",
+}
+SUMS: dict[str, Title] = {
+    "source": "Pair",
+    "bpfo_order": ("BPFO", "order", ".4f"),
+    "bpfi_order": ("BPFI", "order", ".4f"),
+    "total": ("Sum", "order", ".4f"),
+    "difference_pct": ("From Z", "%", "+.3f"),
+    "stated_rpm": ("Stated speed", "rpm", ".2f"),
+    "implied_rpm": ("Implied speed", "rpm", ".2f"),
+    "closed": "Closed",
+}
 
 
 def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
-    rows = findings.data["table6"]
-    published, measured = ([row for row in rows if row["rig_source"] == source] for source in ("published", "measured"))
-    computed = [findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published]
-    nominal_rpm, shaft_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm, findings.printed.shaft_rpm
-    at_rig = TEXTS.table(
-        "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
-    )
-    parts = measured[0]["uncertainty_parts_pct"] if measured else ()  # no line found: nothing was compared
+    rows = findings.frame("table6")
+    rows["name"] = [f"{Fault(row['defect']).code} ({row['line']})" for _, row in rows.iterrows()]
     return TEXTS.section(
-        TEXTS.table("table-6-paper-speed", map(to_json, published), shaft_rpm=shaft_rpm, computed=computed),
-        at_rig,
+        _at_paper(rows[rows["rig_source"] == "published"], findings),
+        _at_rig(rows[rows["rig_source"] == "measured"], findings),
         TEXTS.paragraph("how-to-read"),
-        appendix=(
-            TEXTS.table("uncertainty-parts", parts, compared=measured),
-            TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE),
-        ),
     )
+
+
+def _at_paper(rows: Any, findings: Findings) -> Table:
+    own = [findings.analyses["paper"][Fault(row["defect"])].line(row["line"]) for _, row in rows.iterrows()]
+    shown = rows.assign(
+        **{f"{name}_badge": Badge.PUBLISHED for name in ("kinematic_hz", "paper_model_hz", "paper_rig_hz")},
+        model_hz_badge=Badge.SIMULATED,
+        model_hz_ci95=rows["model_ci95_hz"],
+        **{
+            f"{name}_note": [f"{value:+.2f} %" for value in rows[deviation]]
+            for name, deviation in (
+                ("paper_model_hz", "paper_model_recomputed_pct"),
+                ("paper_rig_hz", "paper_rig_recomputed_pct"),
+                ("model_hz", "model_deviation_pct"),
+            )
+        },
+    )
+    computed = " and ".join(f"{line.name} {line.kinematic_hz:.2f} Hz" for line in own)
+    return TEXTS.table("table-6-paper-speed", shown, AT_PAPER, shaft_rpm=findings.printed.shaft_rpm, computed=computed)
+
+
+def _at_rig(rows: Any, findings: Findings) -> Table:
+    shown = rows.assign(
+        kinematic_hz_badge=Badge.COMPUTED,
+        rig_hz_badge=Badge.MEASURED,
+        rig_hz_ci95=rows["rig_ci95_hz"],
+        model_cage_hz=rows["model_hz"],
+        model_cage_hz_badge=Badge.SIMULATED,
+        verdict_tone=[VERDICT_TONE.get(verdict, Tone.NEUTRAL) for verdict in rows["verdict"]],
+    )
+    nominal_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm
+    return TEXTS.table("table-6-rig-speed", shown, AT_RIG, nominal_rpm=nominal_rpm)
 
 
 def speed_or_slip_section(findings: Findings) -> Section:
-    """BPFO + BPFI against the number of rollers, and the plain statement; in the appendix what each line says."""
+    """BPFO + BPFI against the number of rollers, and what follows for the paper's slippage."""
     inner, rollers = findings.printed.of("inner"), findings.bearing.rolling_elements
-    sums = findings.data["closure"]
-    measured = [
-        r for r in findings.data["speed_and_slip"] if (r["origin"], r["speed_source"]) == ("measured", "tachometer")
-    ]
+    sums = findings.frame("closure")
+    shown = sums.assign(
+        source_badge=sums["origin"],
+        total_ci95=sums["ci95"],
+        closed=["no uncertainty stated" if closed is None else bool(closed) for closed in sums["closed"]],
+    )
+    slip_difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
+    rig = sums[sums["source"] == "paper's rig"].iloc[0]
+    columns = SUMS | {"difference_pct": (f"From {rollers}", "%", "+.3f")}
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
-        SPEED.table(
-            "sum-rule-table",
-            sums,
-            rollers=rollers,
-            slip_difference=next(s.slip_difference for s in sums if s.origin == "simulated"),
-        ),
+        SPEED.table("sum-rule-table", shown, columns, rollers=rollers, slip_difference=slip_difference),
         SPEED.callout(
             "statement",
             tone=Tone.NEUTRAL,
             printed_pct=inner.rig_printed_pct,
+            difference_pct=rig["difference_pct"],
+            implied_rpm=rig["implied_rpm"],
             inner_rpm=findings.printed.shaft_rpm * inner.rig_hz / inner.kinematic_hz,
-            rig=next(s for s in sums if s.source == "paper's rig"),
-            measured_sum=next((s for s in sums if s.origin == "measured"), None),
-            measured=measured,
-            listed=LISTED,
+            measured=measured_sentence(
+                sums[sums["origin"] == "measured"].to_dict("records"), findings.data["speed_and_slip"]
+            ),
         ),
-        appendix=_each_line(findings, rollers),
     )
 
 
-def _each_line(findings: Findings, rollers: int) -> Iterator[Block]:
-    """Speed and slip of every line, records with both race lines, and the published speeds."""
-    means = findings.data["published_speeds"]
-    speeds = [
-        {"state": state} | {row["nominal_rpm"]: row for row in means if row["state"] is state}
-        for state in dict.fromkeys(row["state"] for row in means)
-    ]
-    nominal = list(dict.fromkeys(row["nominal_rpm"] for row in means))
-    yield SPEED.paragraph("each-line")
-    yield SPEED.table("speed-and-slip-table", findings.data["speed_and_slip"])
-    for rig in findings.analyses["rig"].values():
-        if rig.closure.sum_hz is not None:
-            yield SPEED.paragraph("own-sum", name=rig.recording.name, closure=rig.closure, rollers=rollers)
-    yield SPEED.table("published-speeds", speeds, nominal_rpm=nominal, source=findings.speed_source)
-    inner = next(r for r in findings.data["speed_and_slip"] if (r["origin"], r["line"]) == ("published", "BPFI"))
-    yield SPEED.paragraph("inner-line", inner=inner, single=findings.data["single_speed"])
+def measured_sentence(sums: Sequence[Mapping[str, Any]], lines: Sequence[Mapping[str, Any]]) -> str:
+    """What the rig's own recordings add: their sum, and how far their lines are from kinematics at measured speed."""
+    own = [row for row in lines if (row["origin"], row["speed_source"]) == ("measured", "tachometer")]
+    parts = [SPEED.text("measured-sum", total=row["total"], ci95=row["ci95"]) for row in sums[:1]]
+    if 0 < len(own) <= LISTED:
+        listed = ", ".join(f"{row['line']} {row['slip_pct']:+.2f} ± {row['slip_ci95_pct']:.2f} %" for row in own)
+        parts.append(SPEED.text("measured-lines", lines=listed))
+    elif own:
+        slips = [row["slip_pct"] for row in own]
+        parts.append(SPEED.text("measured-range", least=min(slips), most=max(slips), count=len(own)))
+    text = "; ".join(parts)
+    return f" {text[0].upper()}{text[1:]}." if text else ""

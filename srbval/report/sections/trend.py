@@ -1,17 +1,18 @@
 """The page of a trend: the answer, and a picture and a table of each channel."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
-from srbval.report.blocks import Block, Report, Section, Tone
+from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
-from srbval.report.section_texts import Texts
+from srbval.report.plain import literal
+from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
+from srbval.report.tables import Title
 
-TEXTS = Texts("trend")
+TEXTS = Prose("srbval.report", "texts/trend.md")
 COLOURS, MARKS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
 MOST_MARKED = 60  # points, up to which each has its marker
 
@@ -19,29 +20,80 @@ MOST_MARKED = 60  # points, up to which each has its marker
 def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any]) -> Report:
     """The page; `command` is the one that makes it again."""
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
-    pictures = [
-        TEXTS.figure("levels", levels_panel(one), id=f"levels-{number}", one=one, trend=trend)
-        for number, one in enumerate(trend.channels, start=1)
-    ]
+    pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
     first = trend.channels.index(trend.alarm) if trend.alarm else 0
     sections = [
         _section(one, number, () if number == first else (pictures[number],))
         for number, one in enumerate(trend.channels)
     ]
     return Report(
-        title=TEXTS.text("title", trend=trend),
-        subtitle=TEXTS.text("subtitle", trend=trend),
+        title=TEXTS.section(records=len(trend.channels[0].points)).title,
+        subtitle=TEXTS.text("subtitle", time_from=trend.time_from),
         generated_utc=datetime.now(UTC),
-        verdict=TEXTS.verdict(tone, figure=pictures[first], trend=trend),
-        sections=(*sections, replace(provenance_section({"command": command, **provenance}), appendix=())),
+        verdict=VerdictBox(
+            tone=tone, headline=literal(trend.answer), points=tuple(trend_points(trend)), figure=pictures[first]
+        ),
+        sections=(*sections, provenance_section({"command": command, **provenance})),
         data={"trend": trend},
+    )
+
+
+def trend_points(trend: Trend) -> Iterator[str]:
+    """How sure the answer is, why there is no zone if there is none, and what a level is."""
+    if trend.comparisons:
+        each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
+        yield TEXTS.text("how-sure", comparisons=trend.comparisons, baseline=trend.baseline, each=each, all_pct=all_pct)
+    if reasons := dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
+        yield TEXTS.text("no-zone", reasons="; ".join(reasons))
+    yield TEXTS.text("level")
+
+
+def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
+    first, has_velocity = one.first_alarm, one.points[0].velocity_rms_mm_s is not None
+    marks = ["; dashed, the limits"] * bool(one.limits) + ["; dotted, the first alarm"] * (first is not None)
+    return TEXTS.figure(
+        "levels",
+        levels_panel(one),
+        id=name,
+        channel=f"Channel {one.channel}. " if one.channel else "",
+        of_channel=f" of channel {one.channel}" if one.channel else "",
+        baseline=trend.baseline,
+        records=len(one.points),
+        names=", ".join(level for level in one.reference if level != RMS),
+        marks="".join(marks),
+        below="velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
+        alarm="no alarm" if first is None else f"first alarm at {one.points[first].time_text}",
     )
 
 
 def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
     names = [name for name in one.reference if name != RMS]
-    table = TEXTS.table("records", one.points, id=f"records-{number + 1}", one=one, names=names)
-    return Section(id=f"channel-{number + 1}", title=TEXTS.text("channel", one=one), blocks=(*pictures, table))
+    rows = [
+        {
+            "time": point.time_text,
+            "risen": ", ".join(point.risen) or ("no" if point.comparable else "other speed"),
+            "risen_tone": Tone.BAD if point.risen else None,
+            "rms": point.levels[RMS],
+            "velocity": point.velocity_rms_mm_s,
+            "zone": point.zone or MISSING,
+            "rpm": point.rpm,
+        }
+        | {name: one.rise_db(point.levels, name) for name in names}
+        | {f"{name}_ci95": point.ci95_db.get(name) for name in names}
+        for point in one.points
+    ]
+    columns: dict[str, Title] = {
+        "time": "Time",
+        "risen": "Risen",
+        **{name: (name, "dB", "+.1f") for name in names},
+        "rms": ("RMS", "", ".3g"),
+        "velocity": ("Velocity", "mm/s", ".2f"),
+        "zone": "Zone",
+        "rpm": ("Shaft", "rpm", ".1f"),
+    }
+    table = TEXTS.table("records", rows, columns, id=f"records-{number + 1}")
+    title = f"Channel {one.channel}" if one.channel else "The records"
+    return Section(id=f"channel-{number + 1}", title=title, blocks=(*pictures, table))
 
 
 @panel
@@ -55,8 +107,17 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
         rises = [_number(one.rise_db(point.levels, name)) for point in one.points]
         half = [_number(point.ci95_db.get(name)) for point in one.points]
-        upper.errorbar(times, rises, yerr=half, color=colour, marker=mark if marked else None, ms=3.5, lw=0.9,
-                       elinewidth=0.5, label=name)  # fmt: skip
+        upper.errorbar(
+            times,
+            rises,
+            yerr=half,
+            color=colour,
+            marker=mark if marked else None,
+            ms=3.5,
+            lw=0.9,
+            elinewidth=0.5,
+            label=name,
+        )
         if (limit := one.rise_db(one.limits, name)) is not None:
             upper.axhline(limit, color=colour, ls="--", lw=0.8)
         columns |= {f"{name}_db": rises, f"{name}_ci95_db": half}
@@ -71,8 +132,9 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     lower.set_ylabel(f"RMS, {one.unit}" if None in velocity else "Velocity RMS, mm/s")
     for zone, least in () if None in velocity else one.zones:
         lower.axhline(least, color=ORANGE, lw=0.8)
-        lower.annotate(f"zone {zone}", (1.0, least), xycoords=("axes fraction", "data"), ha="right", va="bottom",
-                       fontsize=7)  # fmt: skip
+        lower.annotate(
+            f"zone {zone}", (1.0, least), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=7
+        )
     lower.set_xlabel("Time" if isinstance(times[0], datetime) else "Record")
     if isinstance(times[0], datetime):
         from matplotlib.dates import AutoDateLocator, ConciseDateFormatter

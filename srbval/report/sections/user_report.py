@@ -1,6 +1,7 @@
 """The report on a user's recordings: the answer, spectra, lines, what was not seen, a healthy record, the model."""
 
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -12,26 +13,63 @@ from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
-from srbval.report.blocks import Block, Figure, Heading, Listing, Report, Section, Tone, VerdictBox
+from srbval.report.blocks import Block, Figure, Heading, Listing, Report, Section, Table, Tone, VerdictBox
 from srbval.report.figures.comparison import probabilities_plot
 from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
-from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, highest_of
+from srbval.report.findings.records import SEGMENT_HZ, badge_of, detected_peaks, first_lines, highest_of
 from srbval.report.findings.user_records import ModelSide, UserRecord
-from srbval.report.section_texts import Texts, badge_of
+from srbval.report.plain import literal
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
+from srbval.report.sections.user_texts import (
+    TEXTS,
+    baseline_items,
+    fact_items,
+    headline_of_all,
+    limit_items,
+    model_paragraph,
+    points_of_all,
+    points_of_one,
+    spectrum_words,
+    unseen_reason,
+)
+from srbval.report.tables import Title
 from srbval.signal import LEAST_SNR
 
-TEXTS = Texts("user_report")
 SCHEMA_VERSION = 1
 BRIEF = ("answer", "lines")
 MOST_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
-TONES = {
-    Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD,
-}  # fmt: skip
+TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
+ALARM_TONES = {"yes": Tone.BAD, "check": Tone.WARNING, "-": Tone.NEUTRAL, "no": Tone.GOOD}  # the worst first
+OVERVIEW: dict[str, Title] = {
+    "recording": "Recording",
+    "state": "State",
+    "strongest_fault": "Most probable fault",
+    "probability": ("Probability", "%", ".0f"),
+    "alarm": "Alarm",
+}
+LINES: dict[str, Title] = {
+    "part": "Part",
+    "name": "Line",
+    "kinematic_hz": ("Expected", "Hz", ".2f"),
+    "found_hz": ("Found", "Hz", ".3f"),
+    "deviation_pct": ("From expected", "%", "+.2f"),
+    "snr": ("Over noise", "times", ",.1f"),
+    "depth_pct": ("Modulation", "%", ".1f"),
+    "healthy_pct": ("Modulation, healthy", "%", ".1f"),
+    "false_alarm": ("Chance if nothing is there", "", ".1g"),
+    "seen": "Seen",
+}
+BESIDE: dict[str, Title] = {
+    "name": "Line",
+    "kinematic_hz": ("Expected", "Hz", ".3f"),
+    "model_hz": ("Model", "Hz", ".3f"),
+    "found_hz": ("Record", "Hz", ".3f"),
+    "difference_pct": ("Model less record", "%", "+.2f"),
+}
 
 
 def assemble_user_report(
@@ -48,7 +86,7 @@ def assemble_user_report(
 
     `others` are the documents of records that have a row here and no section, `other_rows` these rows (`summary_of`).
 
-    If `brief`, of the first record the answer, what it rests on and the table of lines alone.
+    If `brief`, only the answer of the first record, its reasons and the table of lines.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
     if several:
@@ -58,8 +96,7 @@ def assemble_user_report(
         names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
         bars = [(name, one["probabilities"]) for name, one in zip(names, faults, strict=True) if one["probabilities"]]
         verdict = _verdict_of_all(summaries, bars, len(failed))
-        table = TEXTS.table("overview-table", summaries, sections=len(records), with_channel=with_channel)
-        sections = [_section("overview", table, open=True)]
+        sections = [_section("overview", _overview(names, summaries, len(records)), open=True)]
         sections += [
             _of_record(record, number, f"{name}: {row['state']}")
             for number, (record, name, row) in enumerate(zip(records, names, summaries, strict=False), start=1)
@@ -68,66 +105,100 @@ def assemble_user_report(
         verdict = _verdict(records[0])
         sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF]
     if failed:
-        sections.insert(1, _section("failed", Listing(TEXTS.each("failed", failed)), open=True))
+        sections.insert(1, _section("failed", Listing(tuple(map(_failure, failed))), open=True))
     if not brief:
-        sections += [_section("limits", TEXTS.listing("limits", records=records)), provenance_section(origin)]
-    text = " ".join(verdict.headline.replace("**", "").split())
+        sections += [_section("limits", Listing(tuple(limit_items(records)))), provenance_section(origin)]
+    first, count = records[0].analysis, len(records) + len(others)
+    rpm = f", {60 * first.speed.value_hz:.5g} rpm" if len(records) == 1 else ""
     return Report(
-        title=TEXTS.text("title", names=[r.analysis.recording.name for r in records], more=len(others)),
-        subtitle=TEXTS.text("subtitle", records=records),
+        title=f"Bearing report: {f'{count} recordings' if several else first.recording.name}",
+        subtitle=f"{first.bearing.title}{rpm}",
         generated_utc=datetime.now(UTC),
         verdict=verdict,
         sections=tuple(sections),
         data={
-            "schema_version": SCHEMA_VERSION, "status": "incomplete" if failed else "ok", "headline": {"text": text},
-            "bearing": records[0].analysis.bearing, "records": (*records, *others),
-            "failed": tuple(failed), "provenance": origin,
+            "schema_version": SCHEMA_VERSION,
+            "status": "incomplete" if failed else "ok",
+            "headline": {"text": " ".join(verdict.headline.replace("**", "").split())},
+            "bearing": first.bearing,
+            "records": (*records, *others),
+            "failed": tuple(failed),
+            "provenance": origin,
         },
-    )  # fmt: skip
+        rows={f"all-lines-{n}": record.analysis.lines for n, record in enumerate(records, start=1)},
+    )
 
 
 def _verdict(record: UserRecord) -> VerdictBox:
     verdict = record.verdict
-    values = {"verdict": verdict, "recording": record.analysis.recording, "summary": record.analysis.summary}
-    return TEXTS.verdict(TONES[verdict.finding], "-of-one", figure=_spectrum(record, ""), **values)
+    return VerdictBox(
+        tone=TONES[verdict.finding],
+        headline=literal(verdict.headline),
+        points=tuple(points_of_one(record)),
+        figure=_spectrum(record, ""),
+    )
 
 
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
-    """Of all `summaries`; `bars` are names and probabilities of those that are measured."""
-    by = {alarm: [row for row in summaries if row["alarm"] == alarm] for alarm in ("yes", "check", "-", "no")}
-    tone = next(tone for tone, rows in zip(TONES.values(), by.values(), strict=True) if rows)
+    """The verdict on all `summaries`; `bars` are names and probabilities of the measured records."""
+    alarms = {row["alarm"] for row in summaries}
     shown = bars[:MOST_BARS]
-    figure = TEXTS.figure("probabilities", probabilities_plot(shown), shown=shown, bars=bars) if shown else None
-    return TEXTS.verdict(tone, "-of-all", figure=figure, records=summaries, by=by, failed=failed)
+    highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
+    figure = TEXTS.figure(
+        "probabilities",
+        probabilities_plot(shown),
+        first=f": the first {len(shown)} of {len(bars)}" if len(bars) > len(shown) else "",
+        shown=", ".join(f"{name} {state} {100 * share:.0f} %" for name, (state, share) in highest),
+    )
+    return VerdictBox(
+        tone=next(tone for alarm, tone in ALARM_TONES.items() if alarm in alarms),
+        headline=headline_of_all(summaries),
+        points=tuple(points_of_all(summaries, failed)),
+        figure=figure if shown else None,
+    )
 
 
-def _section(about: str, *blocks: Block, appendix: tuple[Block, ...] = (), open: bool = False) -> Section:
-    return Section(id=about, title=TEXTS.text(f"title-{about}"), blocks=blocks, appendix=appendix, open=open)
+def _section(about: str, *blocks: Block, open: bool = False) -> Section:
+    return Section(id=about, title=TEXTS.text(f"title-{about}"), blocks=blocks, open=open)
+
+
+def _failure(failed: FailedFile) -> str:
+    reason = str(failed.error)
+    return literal(reason if failed.file in reason else f"{failed.file}: {reason}")
+
+
+def _overview(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sections: int) -> Table:
+    rows = [
+        {
+            **row,
+            "recording": name,
+            "state_tone": ALARM_TONES[row["alarm"]],
+            "probability": None if row["probability"] is None else 100 * row["probability"],
+        }
+        for name, row in zip(names, summaries, strict=True)
+    ]
+    return TEXTS.table("overview-table", rows, OVERVIEW, sections=sections)
 
 
 def _of_record(record: UserRecord, number: int, title: str) -> Section:
     """One section for one of several records, its parts with headings of their own."""
     suffix = f"-{number}"
-    parts = list(_sections(record, suffix))
-    blocks = [block for part in parts for block in (Heading(part.title), *part.blocks)]
-    return Section(
-        id=f"record{suffix}", title=title,
-        blocks=(_spectrum(record, suffix), *blocks), appendix=tuple(block for part in parts for block in part.appendix),
-    )  # fmt: skip
+    blocks = [block for part in _sections(record, suffix) for block in (Heading(part.title), *part.blocks)]
+    return Section(id=f"record{suffix}", title=title, blocks=(_spectrum(record, suffix), *blocks))
 
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     """The sections of one record; `suffix` tells the ids of its figures and tables from another's."""
-    recording = record.analysis.recording
-    reasons = TEXTS.listing("reasons", verdict=record.verdict, recording=recording)
-    yield _section("answer", reasons, TEXTS.listing("facts", analysis=record.analysis, recording=recording))
-    further = (_all_lines(record, suffix),)
-    yield _section("lines", _lines(record, suffix), *_not_detected(record), appendix=further)
-    yield _section("signal", _band(record, suffix), *_times(record, suffix))
+    verdict, recording = record.verdict, record.analysis.recording
+    reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
+    shown = Listing(tuple(literal(reason) for reason in reasons if reason))
+    yield _section("answer", shown, Listing(fact_items(record.analysis)))
+    yield _section("lines", _lines(record, suffix), *_not_detected(record))
+    yield _section("signal", _band(record, suffix), _times(record, suffix))
     if record.baseline is not None:
-        yield _section("baseline", TEXTS.listing("baseline", record=record, baseline=record.baseline))
+        yield _section("baseline", Listing(tuple(baseline_items(record, record.baseline))))
     if isinstance(record.model, str):
         yield _section("model", TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
     elif record.model is not None:
@@ -142,23 +213,36 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
     explore = explore_spectrum(view, f"Envelope, {view.record.unit}", curves)
+    badge = badge_of(record.analysis)
     return TEXTS.figure(
-        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), explore=explore, record=record
+        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge, explore=explore, **spectrum_words(record)
     )
 
 
-def _lines(record: UserRecord, suffix: str) -> Block:
+def _lines(record: UserRecord, suffix: str) -> Table:
     before = record.baseline and {x.name: x for x in record.baseline.analysis.lines if x.harmonic == 1}
-    rows = [
-        {"line": x, "fault": Fault.of_line(x.name), "before": before and before.get(x.name)}
-        for x in first_lines(record.analysis)
-    ]
-    name = "lines-table" if before is None else "lines-with-healthy"
+    rows = [_line_row(line, before.get(line.name) if before else None) for line in first_lines(record.analysis)]
+    columns = {key: title for key, title in LINES.items() if before is not None or key != "healthy_pct"}
+    return TEXTS.table("lines-table", rows, columns, id=f"lines-table{suffix}")
 
-    def tone(line: Line) -> Tone:
-        return Tone.WARNING if line.detected and Fault.of_line(line.name) else Tone.NEUTRAL
 
-    return TEXTS.table(name, rows, id=f"lines-table{suffix}", record=record, tone=tone)
+def _line_row(line: Line, healthy: Line | None) -> dict[str, Any]:
+    fault = Fault.of_line(line.name)
+    return {
+        "part": fault.label if fault else "cage",
+        "name": line.name,
+        "kinematic_hz": line.kinematic_hz,
+        "found_hz": line.found_hz if line.detected else None,
+        "found_hz_ci95": line.ci95_hz,
+        "deviation_pct": line.detected_deviation_pct,
+        "deviation_pct_ci95": line.deviation_ci95_pct,
+        "snr": line.snr,
+        "depth_pct": None if line.depth is None else 100 * line.depth,
+        "healthy_pct": None if healthy is None or healthy.depth is None else 100 * healthy.depth,
+        "false_alarm": line.false_alarm,
+        "seen": "yes" if line.detected else "no",
+        "seen_tone": Tone.WARNING if line.detected and fault else Tone.NEUTRAL,
+    }
 
 
 def _not_detected(record: UserRecord) -> Iterator[Block]:
@@ -166,52 +250,95 @@ def _not_detected(record: UserRecord) -> Iterator[Block]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
         yield TEXTS.paragraph("unseen-intro")
-        yield Listing(tuple(TEXTS.text("unseen", line=line, why=line.not_detected, **limits) for line in unseen))
+        yield Listing(tuple(TEXTS.text("unseen", line=line, why=unseen_reason(line, **limits)) for line in unseen))
 
 
 def _band(record: UserRecord, suffix: str) -> Figure:
-    view = record.view
+    view, (low_hz, high_hz) = record.view, record.analysis.processed.band_hz
     records = ({} if view.healthy is None else {"healthy record": view.healthy}) | {"this record": view.record}
     top = max(float(np.nanmax(one.power_db)) for one in records.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
     return TEXTS.figure(
-        "band", plot, id=f"band-figure{suffix}", badge=badge_of(record.analysis), record=record,
+        "band",
+        plot,
+        id=f"band-figure{suffix}",
+        badge=badge_of(record.analysis),
         resolution_hz=SEGMENT_HZ,
-    )  # fmt: skip
+        healthy=" Dashed grey: the healthy record." if view.healthy else "",
+        low_hz=low_hz,
+        high_hz=high_hz,
+    )
 
 
-def _times(record: UserRecord, suffix: str) -> Iterator[Block]:
+def _times(record: UserRecord, suffix: str) -> Block:
     """The record and the healthy one in time, on the same axes."""
     view, marked = record.view, record.marked
     sides = [("this record", "", view.record)]
     if view.healthy is not None:
         sides.append(("healthy record", "-healthy", view.healthy))
     limit = HEAD_ROOM * max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for *_, one in sides)
-    panels = []
-    for title, key, one in sides:
-        plot = acceleration_panel(one, limit=limit, title=title, inches=WIDE if len(sides) == 1 else HALF,
-            period=(f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None,
-        )  # fmt: skip
-        name = f"time-figure{key}{suffix}"
-        panels.append(TEXTS.figure("time", plot, id=name, badge=badge_of(one.analysis), record=record, title=title))
-    yield TEXTS.grid("grid-time", panels, columns=len(panels), record=record)
+    period = (f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None
+    inches = WIDE if len(sides) == 1 else HALF
+    panels = [
+        TEXTS.figure(
+            "time",
+            acceleration_panel(one, limit=limit, title=title, inches=inches, period=period),
+            id=f"time-figure{key}{suffix}",
+            badge=badge_of(one.analysis),
+            wide=False,
+            title=title.capitalize(),
+        )
+        for title, key, one in sides
+    ]
+    start, stop = view.record.window_s
+    return TEXTS.grid(
+        "grid-time",
+        panels,
+        columns=len(panels),
+        window_ms=1e3 * (stop - start),
+        axes=", on the same axes" if view.healthy else "",
+        period=f" {TEXTS.text('period', name=marked.name)}" if marked else "",
+    )
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
-    """Where the model's lines lie beside the record's, and its envelope spectrum."""
-    lines, end_hz = model.lines, record.view.end_hz
-    rows = [{"line": x, "model": lines[x.name]} for x in first_lines(record.analysis) if x.name in lines]
-    yield TEXTS.paragraph("model", model=model)
-    yield TEXTS.table("model-table", rows, id=f"model-table{suffix}", shaft_hz=model.view.shaft_hz, model=model)
+    """The places of the model's lines beside the record's, and its envelope spectrum."""
+    lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
+    rows = [_beside(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
+    of_dimensions = ", with what the bearing's dimensions leave open of it" if model.open_cage else ""
+    yield model_paragraph(model)
+    yield TEXTS.table(
+        "model-table",
+        rows,
+        BESIDE,
+        id=f"model-table{suffix}",
+        shaft_hz=model.view.shaft_hz,
+        open_cage=of_dimensions,
+    )
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
-    plot = spectrum_panel(view, top=LABEL_ROOM * highest_of(model.view, end_hz),
-        title=f"{model.state.label}, envelope spectrum",
-    )  # fmt: skip
-    yield TEXTS.figure("model", plot, id=f"model-figure{suffix}", badge=badge_of(model.view.analysis), model=model)
+    title, top = f"{model.state.label}, envelope spectrum", LABEL_ROOM * highest_of(model.view, end_hz)
+    yield TEXTS.figure(
+        "model-figure",
+        spectrum_panel(view, top=top, title=title),
+        id=f"model-figure{suffix}",
+        badge=badge_of(model.view.analysis),
+        low_hz=low_hz,
+        high_hz=high_hz,
+        state=model.state.label,
+    )
 
 
-def _all_lines(record: UserRecord, suffix: str) -> Block:
-    rows = [x for x in record.analysis.lines if x.found_hz is not None]
-    shaft_hz = record.analysis.speed.value_hz
-    return TEXTS.table("all-lines-table", rows, id=f"all-lines-table{suffix}", shaft_hz=shaft_hz)
+def _beside(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
+    """A line of the record beside the model's [Hz], with the 95 % half width of the model's [%]."""
+    found_hz = line.found_hz if line.detected else None
+    return {
+        "name": line.name,
+        "kinematic_hz": line.kinematic_hz,
+        "model_hz": model_hz,
+        "model_hz_ci95": model_hz * model_ci95_pct / 100 or None,
+        "found_hz": found_hz,
+        "found_hz_ci95": line.ci95_hz,
+        "difference_pct": None if found_hz is None else 100 * (model_hz / found_hz - 1),
+        "difference_pct_ci95": None if found_hz is None else math.hypot(line.deviation_ci95_pct or 0.0, model_ci95_pct),
+    }

@@ -1,0 +1,141 @@
+"""The rows of ``report.json`` that follow from the findings: comparisons, Table 6, sum rule, cage ratios."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from srbval.bearing import Fault
+from srbval.comparison.bias import biases
+from srbval.comparison.budget import STATED
+from srbval.comparison.cage_means import CageMeans, cage_means
+from srbval.comparison.cage_readings import CageReading
+from srbval.comparison.comparison import deviation_pct
+from srbval.comparison.counterpart import AnalysedRun
+from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
+from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
+from srbval.comparison.verdicts import Headline, Row, Verdict, joint_tests, trend_pct, verdicts
+from srbval.recordings.registry import RegisteredRecording, RegisterListing
+from srbval.report.findings.load_path import load_sharing, point_passing
+from srbval.report.findings.provenance import TIMED
+from srbval.report.findings.records import sideband_shares
+from srbval.signal import NORMAL_95
+
+if TYPE_CHECKING:
+    from srbval.report.findings.findings import Findings
+
+SCHEMA_VERSION = 1
+MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
+
+
+def compared_rows(
+    found: "Findings",
+    models: Mapping[Fault, AnalysedRun],
+    register: RegisterListing,
+    registered: Sequence[RegisteredRecording],
+) -> dict[str, Any]:
+    """The part of ``report.json`` that follows from the findings, and the problems of the register."""
+    printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
+    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
+    model_runs = {state: side.run for state, side in models.items()}
+    paper, rig = (found.analyses[side] for side in ("paper", "rig"))
+    rpm, cage_pct = one_speed_reading(printed, bearing)
+    draws = found.results.content("cage_draws")
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "status": "ok",
+        "headline": Headline(verdicts=(rows := verdicts(found.cage_readings, draws))),
+        "verdicts": rows,
+        **cage_rows(found.cage_readings, draws, rows, bearing.orders.ftf),
+        "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
+        "closure": tuple(sum_rules(printed, paper, runs, rig)),
+        "comparisons": comparisons,
+        "matrix": matrix.cells,
+        "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
+        "published_speeds": list(published_speed_rows()),
+        "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
+        "recordings": tuple(registered),
+        "recordings_not_used": [
+            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
+        ],
+        "register_unreadable": register.unreadable or None,
+        "bias": biases(matrix.comparisons, used_for="withheld"),
+        "sensitivity": found.known.defects,
+        "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
+        "load_path": load_sharing(runs["paper-healthy"]),
+        "point_passing": point_passing(runs["paper-healthy"]),
+        "kept_results": {name: result.origin for name, result in found.results.items()},
+        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in found.run_facts],
+        "cautions": cautions(matrix.cells),
+    }
+
+
+def cautions(records: Iterable[Any]) -> list[dict[str, str]]:
+    """Cautions on the recordings that this report uses: each file and caution once."""
+    once = dict.fromkeys((Path(record.file).name, caution) for record in records for caution in record.cautions)
+    return [{"file": file, "caution": caution} for file, caution in once]
+
+
+def published_speed_rows() -> Iterator[dict[str, Any]]:
+    """Mean tachometer speed of each state's published record, and its deviation from the outer-race record's."""
+    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published_speeds().means}
+    for state, rpm in sorted(means, key=lambda key: (list(Fault).index(key[0]), key[1])):
+        mean = means[state, rpm]
+        from_outer_pct = deviation_pct(mean, means[Fault.OUTER, rpm])
+        yield {"state": state, "nominal_rpm": rpm, "mean_rpm": mean, "from_outer_pct": from_outer_pct}
+
+
+def cage_rows(
+    readings: Sequence[CageReading], stored: Mapping[str, Any], rows: Sequence[Verdict], kinematic: float
+) -> dict[str, Any]:
+    """The keys of ``report.json`` that follow from the records' readings and the model's `stored` draws."""
+    means = cage_means(readings)
+    return {
+        "cage_readings": readings,
+        "cage_ratios": list(cage_ratio_rows(readings, means, stored, kinematic)),
+        "trend": trend(means, rows),
+        "joint_tests": list(joint_tests(readings, stored)),
+    }
+
+
+def cage_ratio_rows(
+    readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
+) -> Iterator[Row]:
+    """Rows of `cage_ratio_plot`: for each nominal speed the records, their mean, the stated scenes, kinematics."""
+    for place, rpm in enumerate(means.rpm):
+        for one in (one for one in readings if one.nominal_rpm == rpm):
+            half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
+            yield _row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
+        yield _row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
+        for variant in stored.get("variants", ()):
+            own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
+            if own and variant["form"] == STATED:
+                yield _row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
+        yield _row("kinematics", rpm, (kinematic,) * 3)
+
+
+def _row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row:
+    low, ratio, high = map(float, interval)
+    return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
+
+
+def trend(means: CageMeans, rows: Iterable[Verdict]) -> Row:
+    """Change of the cage ratio from the fastest speed to the slowest [%]: of the rig, and of the scene ``rig``.
+
+    The model's values are None without its stored draws.
+    """
+    rig, ci95 = trend_pct(means)
+    name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
+    own = next((one for one in rows if (one.scene, one.form, one.endpoint) == ("rig", STATED, name)), None)
+    return {
+        "endpoint": name,
+        "records": list(means.records),
+        "rig_pct": rig,
+        "rig_ci95_pct": ci95,
+        "between_records_pct": 100 * means.between_u / means.means[-1],
+        "between_records_ci95_pct": [100 * end / means.means[-1] for end in means.between_ci95],
+        "model_pct": own and rig + own.error_pct,
+        "u_pct": own and own.u_pct,
+        "verdict": own and own.verdict,
+    }

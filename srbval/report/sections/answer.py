@@ -1,0 +1,157 @@
+"""The answer on the cage speed, and its reasons."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.report.blocks import Badge, Section, Tone, VerdictBox
+from srbval.report.figures.comparison import cage_ratio_plot
+from srbval.report.findings.findings import Findings
+from srbval.report.prose import Prose
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TEXTS = Prose("srbval.report", "texts/answer.md")
+ANSWER_TONE = {Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL, Answer.MET: Tone.GOOD}  # the worst first
+SCENES = {"paper": "paper's scene", "rig": "the rig's own scene"}
+Row = Mapping[str, Any]
+
+
+def verdict_box(findings: Findings) -> VerdictBox:
+    """The first thing on the page: the verdicts in a sentence and the cage ratios in a picture."""
+    data, stated = findings.data, stated_verdicts(findings)
+    ratios = findings.frame("cage_ratios")
+    speeds = list(dict.fromkeys(f"{rpm:g}" for rpm in ratios["nominal_rpm"]))
+    values = [f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in _summaries(ratios)]
+    picture = TEXTS.figure(
+        "cage-ratios",
+        cage_ratio_plot(data["cage_ratios"]),
+        wide=False,
+        speeds=" and ".join(speeds),
+        values=", ".join(values),
+    )
+    return VerdictBox(
+        tone=tone_of(row["verdict"] for row in stated),
+        headline=headline(stated, data["trend"]["endpoint"], f"{speeds[0]} rpm", f"{speeds[-1]} rpm"),
+        points=(
+            trend_sentence(data["trend"], f"{speeds[0]} rpm", f"{speeds[-1]} rpm"),
+            _records_sentence(data["trend"], len(data["cage_readings"])),
+            TEXTS.text("below"),
+        ),
+        figure=picture,
+    )
+
+
+def stated_verdicts(findings: Findings) -> list[Row]:
+    """Verdicts on the scenes as they are stated."""
+    verdicts = findings.frame("verdicts")
+    rows: list[Row] = verdicts.to_dict("records")
+    return [row for row in rows if row["form"] == STATED]
+
+
+def tone_of(answers: Iterator[str]) -> Tone:
+    """Tone of the worst answer; a warning if there is none."""
+    found = set(answers)
+    return next((tone for answer, tone in ANSWER_TONE.items() if answer.value in found), Tone.WARNING)
+
+
+def headline(stated: Sequence[Row], trend_endpoint: str, slowest: str, fastest: str) -> str:
+    """The answer in one sentence: each scene at the fastest speed, and its change to the slowest speed."""
+    if not stated:
+        return TEXTS.text("headline-unknown")
+    answers = []
+    for scene in sorted({row["scene"] for row in stated}):
+        of = {row["endpoint"]: row for row in stated if row["scene"] == scene}
+        parts = [f"{of[fastest]['verdict']} at {fastest} {_error(of[fastest])}"] if fastest in of else []
+        if trend_endpoint != fastest and trend_endpoint in of:
+            parts.append(f"change to {slowest} {of[trend_endpoint]['verdict']} {_error(of[trend_endpoint])}")
+        answers.append(f"{SCENES.get(scene, scene)} {', '.join(parts)}")
+    return TEXTS.text("headline", limit_pct=TOLERANCE.limit_pct, answers="; ".join(answers))
+
+
+def trend_sentence(trend: Row, slowest: str, fastest: str) -> str:
+    """How the rig's cage ratio changes with speed, and the model's if it is known."""
+    name = "trend" if trend["model_pct"] is None else "trend-with-model"
+    return TEXTS.text(name, **trend, slowest=slowest, fastest=fastest)
+
+
+def cage_ratio_section(findings: Findings) -> Section:
+    """Reasons, verdicts with their power, readings."""
+    stated = stated_verdicts(findings)
+    tolerance = {"limit_pct": TOLERANCE.limit_pct, "reason": TOLERANCE.reason, "source": TOLERANCE.source}
+    return TEXTS.section(
+        TEXTS.listing("reasons", **tolerance),
+        TEXTS.table(
+            "verdicts",
+            list(_verdict_rows(stated, findings)),
+            {
+                "scene": "Scene",
+                "endpoint": "Endpoint",
+                "records": ("Records", "", "d"),
+                "error_pct": ("Error E", "%", "+.3f"),
+                "u_pct": ("Uncertainty U", "%", ".3f"),
+                "p_beyond": ("P", "", ".3f"),
+                "verdict": "Verdict",
+                "power": ("Power", "", ".2f"),
+                "changed": "With one input known to be nominal another answer",
+            },
+            more_notes=reversed_notes(stated),
+            limit_pct=TOLERANCE.limit_pct,
+            risk=TOLERANCE.risk,
+            rest=1 - TOLERANCE.risk,
+        ),
+        TEXTS.table(
+            "cage-readings",
+            _reading_rows(findings.frame("cage_readings")),
+            {
+                "record": "Record",
+                "shaft_rpm": ("Shaft", "rpm", ".2f"),
+                "ratio": ("Cage ratio", "", ".5f"),
+                "tachometer": ("By the tachometer", "±", ".5f"),
+                "read_from": "Read from",
+                "band": ("Band", "Hz"),
+            },
+        ),
+    )
+
+
+def reversed_notes(stated: Sequence[Row]) -> tuple[str, ...]:
+    """A note for each verdict that one input alone, over its range, turns from met to missed."""
+    return tuple(
+        TEXTS.text("reversed", scene=row["scene"], endpoint=row["endpoint"], inputs=", ".join(row["reversed_by"]))
+        for row in stated
+        if row["reversed_by"]
+    )
+
+
+def _verdict_rows(stated: Sequence[Row], findings: Findings) -> Iterator[dict[str, Any]]:
+    power = findings.power()
+    for row in stated:
+        found = power.get((row["endpoint"], 2 * TOLERANCE.limit_pct)) if row["scene"] == "rig" else None
+        changed = [name.replace("line_contact.", "") for name in row["changed_by"]]
+        more = {"power": found, "changed": ", ".join(changed) or "none", "verdict_tone": ANSWER_TONE[row["verdict"]]}
+        yield {**row, **more}
+
+
+def _reading_rows(readings: "pd.DataFrame") -> "pd.DataFrame":
+    return readings.assign(
+        ratio_ci95=1.96 * readings["reading_u"],
+        ratio_badge=Badge.MEASURED,
+        tachometer=1.96 * readings["speed_u"],
+        band=[f"{low:g} to {high:g}" for low, high in readings["band_hz"]],
+    )
+
+
+def _summaries(ratios: "pd.DataFrame") -> list[Row]:
+    found: list[Row] = ratios[ratios["of"] != "record"].to_dict("records")
+    return found
+
+
+def _error(row: Row) -> str:
+    return f"({row['error_pct']:+.2f} ± {row['u_pct']:.2f} %)"
+
+
+def _records_sentence(trend: Row, records: int) -> str:
+    low, high = trend["between_records_ci95_pct"]
+    return TEXTS.text("records", records=records, between_pct=trend["between_records_pct"], low_pct=low, high_pct=high)
