@@ -1,13 +1,13 @@
 """The prose of a section as Markdown: plain texts in which values are put, without conditions and without loops.
 
 A file starts with ``# Title {#id}``; each part is ``## name`` with its text below it, up to the next part. A list has
-one item for each line that begins with ``- ``. A figure or table named NAME takes its caption from ``## NAME.caption``,
-its alt text from ``## NAME.alt``, its label (the bold start of the caption) from ``## NAME.label`` and its notes (a
-list) from ``## NAME.notes``; a callout takes its title from ``## NAME.title``.
+one item for each line that begins with ``- ``. A figure, table or callout named NAME takes further texts from parts
+``## NAME.caption``, ``NAME.alt``, ``NAME.label`` (the bold start of the caption), ``NAME.title``, and a table the lists
+``NAME.notes`` and ``NAME.columns``, whose items are ``key | title | unit | format`` (see `tables.frame_table`).
 
 Values are put in by `str.format`: ``{count}``, ``{run.scene.model}``, ``{error_pct:+.2f}``. Text from a file or a user
 is put in with ``{name!l}``, which keeps its stars and backticks from becoming markup. A value that is missing (not
-given, None or not finite) raises an error: a function of the section chooses another text in that case.
+given, None or not finite) raises ValueError: a function of the section chooses another text in that case.
 """
 
 import math
@@ -52,8 +52,8 @@ class Prose:
         source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
         head, *parts = _PART.split(source)
         names, texts = parts[::2], parts[1::2]
-        doubled = next((name for name in names if names.count(name) > 1), None)
-        if doubled is not None:
+        if len(set(names)) < len(names):
+            doubled = next(name for name in names if names.count(name) > 1)
             raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} stands in it twice.")
         return {"": head, **dict(zip(names, texts, strict=True))}
 
@@ -113,14 +113,14 @@ class Prose:
             badge=source,
             synthetic=source is Badge.STAND_IN,
             wide=wide,
+            explore=explore,
             label=self._optional(f"{name}.label", values),
             caption=self.text(f"{name}.caption", **values),
             alt=self.text(f"{name}.alt", **values),
-            explore=explore,
         )
 
     def grid(
-        self, name: str, figures: Iterable[Figure], /, label: str = "", *, columns: int = 2, **values: Any
+        self, name: str, figures: Iterable[Figure], label: str = "", *, columns: int = 2, **values: Any
     ) -> FigureGrid:
         """Panels with the text `name` as their common caption."""
         return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
@@ -130,32 +130,34 @@ class Prose:
         name: str,
         frame: Any,
         /,
-        columns: Mapping[str, Title],
+        columns: Mapping[str, Title] | None = None,
         *,
         id: str = "",
         more_notes: Iterable[str] = (),
         **values: Any,
     ) -> Table:
-        """A table from a frame (see `frame_table`) with its caption, label and notes; `id` is `name` unless given.
+        """A table from a frame (see `frame_table`) with the file's caption, label, notes and, unless given, columns.
 
-        `more_notes` come before the notes of the file.
+        `id` is `name` unless given. `more_notes` come before the notes of the file.
         """
+        notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
+        columns = self.columns(name, **values) if columns is None else columns
+        caption, label = self.text(f"{name}.caption", **values), self._optional(f"{name}.label", values)
         return frame_table(
-            frame,
-            id=id or name,
-            caption=self.text(f"{name}.caption", **values),
-            columns=columns,
-            label=self._optional(f"{name}.label", values),
-            notes=(*more_notes, *(self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ())),
+            frame, id=id or name, caption=caption, label=label, columns=columns, notes=(*more_notes, *notes)
         )
+
+    def columns(self, name: str, /, **values: Any) -> dict[str, Title]:
+        """The columns of a table."""
+        rows = [[part.strip() for part in row.split("|")] for row in self.items(f"{name}.columns", **values)]
+        return {key: (title, *more) for key, title, *more in rows}  # type: ignore[misc]
 
     def section(self, *blocks: Any, open: bool = False, **values: Any) -> Section:
         """The section with the title and the id that the file's first line states."""
         found = _TITLE.fullmatch(self._parts[""].strip())
         if found is None:
             raise ValueError(f"{self._file} of {self._package}: its first line must be '# Title {{#id}}'.")
-        title = self._filled(found["title"], "", values)
-        return Section(id=found["id"], title=title, blocks=tuple(blocks), open=open)
+        return Section(id=found["id"], title=self._filled(found["title"], "", values), blocks=blocks, open=open)
 
     def _optional(self, name: str, values: Mapping[str, Any]) -> str:
         return self.text(name, **values) if self.has(name) else ""
@@ -170,9 +172,7 @@ class _Fill(Formatter):
         return format_value(value, format_spec) if isinstance(value, int | float) else format(value, format_spec)
 
     def convert_field(self, value: Any, conversion: str | None) -> Any:
-        if conversion == "l":
-            return literal(str(value))
-        return super().convert_field(value, conversion)
+        return literal(str(value)) if conversion == "l" else super().convert_field(value, conversion)
 
 
 _FILL = _Fill()

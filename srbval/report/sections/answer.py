@@ -85,34 +85,12 @@ def cage_ratio_section(findings: Findings) -> Section:
         TEXTS.table(
             "verdicts",
             list(_verdict_rows(stated, findings)),
-            {
-                "scene": "Scene",
-                "endpoint": "Endpoint",
-                "records": ("Records", "", "d"),
-                "error_pct": ("Error E", "%", "+.3f"),
-                "u_pct": ("Uncertainty U", "%", ".3f"),
-                "p_beyond": ("P", "", ".3f"),
-                "verdict": "Verdict",
-                "power": ("Power", "", ".2f"),
-                "changed": "With one input known to be nominal another answer",
-            },
             more_notes=reversed_notes(stated),
             limit_pct=TOLERANCE.limit_pct,
             risk=TOLERANCE.risk,
             rest=1 - TOLERANCE.risk,
         ),
-        TEXTS.table(
-            "cage-readings",
-            _reading_rows(findings.frame("cage_readings")),
-            {
-                "record": "Record",
-                "shaft_rpm": ("Shaft", "rpm", ".2f"),
-                "ratio": ("Cage ratio", "", ".5f"),
-                "tachometer": ("By the tachometer", "±", ".5f"),
-                "read_from": "Read from",
-                "band": ("Band", "Hz"),
-            },
-        ),
+        TEXTS.table("cage-readings", _reading_rows(findings.frame("cage_readings"))),
     )
 
 

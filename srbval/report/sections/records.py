@@ -16,19 +16,7 @@ GROUPS = {"paper's speed": "paper", "at the rig's speed": "model", "rig side": "
 
 def records_section(findings: Findings) -> Section:
     """One row for each record, after the problems of the registered data."""
-    table = TEXTS.table(
-        "records",
-        list(_rows(findings)),
-        {
-            "name": "Record",
-            "group": "For",
-            "state": "State",
-            "shaft_rpm": ("Shaft", "rpm", ".2f"),
-            "speed_source": "Speed is",
-            "seconds": ("Length", "s", ".3g"),
-            "band": ("Band", "Hz"),
-        },
-    )
+    table = TEXTS.table("records", list(_rows(findings)))
     return TEXTS.section(TEXTS.paragraph("kinds", runs=len(findings.runs)), *_problems(findings), table)
 
 

@@ -35,7 +35,6 @@ from srbval.report.sections.user_texts import (
     spectrum_words,
     unseen_reason,
 )
-from srbval.report.tables import Title
 from srbval.signal import LEAST_SNR
 
 SCHEMA_VERSION = 1
@@ -44,32 +43,6 @@ MOST_BARS = 12  # recordings in the picture of all, which leaves room for the po
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
 ALARM_TONES = {"yes": Tone.BAD, "check": Tone.WARNING, "-": Tone.NEUTRAL, "no": Tone.GOOD}  # the worst first
-OVERVIEW: dict[str, Title] = {
-    "recording": "Recording",
-    "state": "State",
-    "strongest_fault": "Most probable fault",
-    "probability": ("Probability", "%", ".0f"),
-    "alarm": "Alarm",
-}
-LINES: dict[str, Title] = {
-    "part": "Part",
-    "name": "Line",
-    "kinematic_hz": ("Expected", "Hz", ".2f"),
-    "found_hz": ("Found", "Hz", ".3f"),
-    "deviation_pct": ("From expected", "%", "+.2f"),
-    "snr": ("Over noise", "times", ",.1f"),
-    "depth_pct": ("Modulation", "%", ".1f"),
-    "healthy_pct": ("Modulation, healthy", "%", ".1f"),
-    "false_alarm": ("Chance if nothing is there", "", ".1g"),
-    "seen": "Seen",
-}
-BESIDE: dict[str, Title] = {
-    "name": "Line",
-    "kinematic_hz": ("Expected", "Hz", ".3f"),
-    "model_hz": ("Model", "Hz", ".3f"),
-    "found_hz": ("Record", "Hz", ".3f"),
-    "difference_pct": ("Model less record", "%", "+.2f"),
-}
 
 
 def assemble_user_report(
@@ -179,7 +152,7 @@ def _overview(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sect
         }
         for name, row in zip(names, summaries, strict=True)
     ]
-    return TEXTS.table("overview-table", rows, OVERVIEW, sections=sections)
+    return TEXTS.table("overview-table", rows, sections=sections)
 
 
 def _of_record(record: UserRecord, number: int, title: str) -> Section:
@@ -222,7 +195,9 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
 def _lines(record: UserRecord, suffix: str) -> Table:
     before = record.baseline and {x.name: x for x in record.baseline.analysis.lines if x.harmonic == 1}
     rows = [_line_row(line, before.get(line.name) if before else None) for line in first_lines(record.analysis)]
-    columns = {key: title for key, title in LINES.items() if before is not None or key != "healthy_pct"}
+    columns = TEXTS.columns("lines-table")
+    if before is None:
+        del columns["healthy_pct"]
     return TEXTS.table("lines-table", rows, columns, id=f"lines-table{suffix}")
 
 
@@ -309,12 +284,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     of_dimensions = ", with what the bearing's dimensions leave open of it" if model.open_cage else ""
     yield model_paragraph(model)
     yield TEXTS.table(
-        "model-table",
-        rows,
-        BESIDE,
-        id=f"model-table{suffix}",
-        shaft_hz=model.view.shaft_hz,
-        open_cage=of_dimensions,
+        "model-table", rows, id=f"model-table{suffix}", shaft_hz=model.view.shaft_hz, open_cage=of_dimensions
     )
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
     title, top = f"{model.state.label}, envelope spectrum", LABEL_ROOM * highest_of(model.view, end_hz)
