@@ -1,0 +1,82 @@
+"""Registered recordings of known state, and the bearing within its rig that each is of.
+
+A record is read as what it is. A faulty one is also read with a shaft speed wrong by 13 % and by -10 %, and with
+another bearing: it must come out as something else.
+"""
+
+import dataclasses
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
+from srbval.diagnosis.fault_posterior import OTHER
+from srbval.reading.analyse import Analysis
+from srbval.recordings import Origin, Recording, RecordingSettings
+from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
+
+WRONG_SPEEDS, WRONG_BEARINGS = (1.13, 0.9), ("mfpt-nice", "skf-6203")  # the second for records of the first
+# The geometry of UESTC's insert is not published; a UC 204 is assumed, whose 8 balls its inner-race record fits.
+ASSUMED_BEARING = {"uestc": "uc-204"}
+HEALTHY_IMS = r"^2003\.10\.22\.12\."  # the first minutes of a run to failure of a month: four bearings, eight channels
+SPECIMENS = {  # the bearing within its rig, in the names of the files
+    "cwru": r"_((?:IR|OR|B)\d+|Normal).*_\d\d?k?(DE|FE)|_((?:IR|OR|B)\d+|Normal)",
+    "hit-sm": r"^(Normal|IR\d|OR\d)",
+    "mfpt": r"^(Inner|Outer|baseline)",
+    "uestc": r"^([NBIO])_",
+    "torino": r"^(H|IR|OR|Roller)_",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownRecord:
+    """A registered record of known `state`, read with the settings of `entry`; one of the bearings of a machine."""
+
+    entry: RegisteredRecording
+    state: Fault
+    rig: str
+    specimen: str
+
+    def load(self) -> tuple[Recording, Bearing]:
+        """The record without its state and, if the entry names a channel, without others; and its bearing."""
+        recording = dataclasses.replace(load_entry(self.entry), state=None)
+        channel = self.entry.settings and self.entry.settings.channel
+        if channel:
+            recording = dataclasses.replace(recording, channels={channel: recording.channels[channel]})
+        return recording, load_bearing(ASSUMED_BEARING.get(self.entry.dataset or "") or recording.bearing or "")
+
+
+def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
+    """Measured and complete recordings of known state, in the order of rig and file."""
+    found = []
+    for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
+        file, dataset = Path(entry.file), entry.dataset or ""
+        whole, folder = rig_of(dataset, entry.file)
+        rig = " ".join(filter(None, (whole, Path(folder).name)))
+        if entry.status is not FileStatus.OK:
+            continue
+        if entry.state is not None:
+            pattern = next((p for name, p in SPECIMENS.items() if dataset.startswith(name)), "(.*)")
+            match = re.search(pattern, file.stem)
+            specimen = "-".join(filter(None, match.groups())) if match else file.stem
+            found.append(KnownRecord(entry=entry, state=entry.state, rig=rig, specimen=specimen))
+        elif dataset == "ims" and re.search(HEALTHY_IMS, file.name):
+            for number in range(8):
+                own = dataclasses.replace(entry.settings or RecordingSettings(), channel=f"ch{number + 1}")
+                one = dataclasses.replace(entry, channel=own.channel, settings=own)
+                specimen = f"bearing {number // 2 + 1}"
+                found.append(KnownRecord(entry=one, state=Fault.HEALTHY, rig=rig, specimen=specimen))
+    return sorted(found, key=lambda r: (r.rig, r.entry.file, r.entry.channel or ""))
+
+
+def readings(state: Fault, read: Analysis) -> Iterator[tuple[str, Analysis]]:
+    """The record as `read` with its `state`; a faulty one also in the ways in which it is something else."""
+    yield state.value, read
+    if state in DEFECTS:
+        for factor in WRONG_SPEEDS:
+            value_hz, ci95_hz = factor * read.speed.value_hz, factor * read.speed.ci95_hz
+            speed = dataclasses.replace(read.speed, value_hz=value_hz, ci95_hz=ci95_hz)
+            yield OTHER, dataclasses.replace(read, speed=speed)
+        other = load_bearing(WRONG_BEARINGS[read.bearing.name == WRONG_BEARINGS[0]])
+        yield OTHER, dataclasses.replace(read, bearing=other)
