@@ -1,7 +1,6 @@
 """The report as a tree of frozen dataclasses: sections of text, tables and pictures; renderers only walk it.
 
-Where a number comes from (`Badge`) and how it is judged (`Tone`) are words first: colour only repeats what the word and
-the sign already say.
+The source of a number (`Badge`) and its judgement (`Tone`) are words first; colour only repeats them.
 """
 
 import enum
@@ -21,7 +20,7 @@ _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 class Badge(enum.StrEnum):
-    """Where a value or a picture comes from."""
+    """Source of a value or a picture."""
 
     MEASURED = "measured"
     PUBLISHED = "published"
@@ -31,7 +30,7 @@ class Badge(enum.StrEnum):
 
 
 class Tone(enum.StrEnum):
-    """How a value, a verdict or a callout is judged; `sign` is shown beside its text."""
+    """Judgement of a value, a verdict or a callout; `sign` is shown beside its text."""
 
     GOOD = "good"
     BAD = "bad"
@@ -46,29 +45,27 @@ class Tone(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """One column. `format` is a Python format specification for numbers, such as ``.2f``; with one it is set right.
+    """One column; `unit` is shown below the title.
 
-    `unit` is shown below the title. `timed` values differ from run to run: report.json leaves them out.
+    `format` is a Python format specification for numbers, such as ``.2f``; a column with a format is aligned right.
     """
 
     title: str
     unit: str = ""
     format: str = ""
-    timed: bool = False
 
     @property
     def align(self) -> str:
-        """Where its cells are set."""
+        """Alignment of the cells."""
         return "right" if self.format else "left"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One value with what is known of it.
+    """One value with its source (`badge`), its judgement (`tone`) and a short remark below it (`note`).
 
-    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95``, with no more decimals
-    than give it two digits. None and non-finite values show as a dash. `badge` says where the value comes from, `tone`
-    how it is judged, `note` is a short remark set smaller below it. All text is plain: no markup is read in a cell.
+    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95`` with at most two digits.
+    None and non-finite values show as a dash. All text is plain: no markup is read in a cell.
     """
 
     value: Value
@@ -78,7 +75,7 @@ class Cell:
     note: str = ""
 
     def text(self, column: Column) -> str:
-        """The value as every renderer shows it."""
+        """Text of the value, the same in every renderer."""
         spec, ci95 = column.format, self.ci95
         fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
         if fixed and ci95 and math.isfinite(ci95):
@@ -88,7 +85,7 @@ class Cell:
 
 
 def format_value(value: Value, spec: str) -> str:
-    """Show one value: numbers by `spec`, text as it is, truth as yes or no, nothing as a dash."""
+    """Show one value: a number by `spec`, text unchanged, a truth value as yes or no, a missing value as a dash."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return MISSING
     if isinstance(value, bool):
@@ -178,10 +175,10 @@ class KeyValues:
 
 @dataclass(frozen=True, kw_only=True)
 class Explore:
-    """How a page with scripts shows a figure's data again, to be zoomed and read off.
+    """Description of a chart that scripts draw from a figure's data, to be zoomed and read off.
 
-    `x` and the keys of `curves` are columns of the figure's data file, the values what the reader sees; `marks`
-    are named places on the x axis; `x_per_order`, if any, is what one shaft order is on it.
+    `x` and the keys of `curves` are columns of the figure's data file, the values of `curves` their names; `marks` are
+    named places on the x axis; `x_per_order`, if any, is the length of one shaft order on it.
     """
 
     x: str
@@ -194,12 +191,11 @@ class Explore:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A picture (SVG), with the text that replaces it.
+    """A picture (SVG), with the text that replaces it (`alt`).
 
-    It is drawn when a document that shows it is made: `draw(folder, id)` writes the picture and the plotted data (CSV)
-    under that name, see `save_panel`. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
-    stand-in: both renderers print so above the caption. A figure on its own takes the whole width of the text unless
-    `wide` is False; `explore` says how scripts may show the data. Raises ValueError without alt text or caption.
+    `draw(folder, id)` writes the picture and the plotted data (CSV) under that name, see `save_panel`. `label` is the
+    bold start of the caption ("Figure 11a"). Both renderers mark a `synthetic` stand-in above the caption. A figure on
+    its own takes the whole width of the text unless `wide` is False. Raises ValueError without alt text or caption.
     """
 
     id: str
@@ -220,7 +216,7 @@ class Figure:
 
     @property
     def files(self) -> dict[str, str]:
-        """Where the report keeps the `picture` and the plotted `data`, relative to its folder."""
+        """Paths of the `picture` and the plotted `data`, relative to the report's folder."""
         return {"picture": f"{FIGURES}/{self.id}.svg", "data": f"{FIGURES}/{self.id}.csv"}
 
 

@@ -143,7 +143,7 @@ class Texts:
             columns=tuple(
                 Column(
                     title=_render(column["title"], given),
-                    **{key: column[key] for key in ("unit", "format", "timed") if key in column},
+                    **{key: column[key] for key in ("unit", "format") if key in column},
                 )
                 for column, given in columns
             ),

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES, Cell, Column, Report, Table
+from srbval.report.blocks import FIGURES, Cell, Report, Table
 from srbval.report.renderers import render_html, render_pdf, require_typst
 from srbval.storage.json_files import move_listed_files, to_json
 
@@ -87,8 +87,6 @@ def _columns(table: Table) -> dict[str, list[Any]]:
     """Values of a table by the titles of its columns, half widths of intervals in columns of their own."""
     found: dict[str, list[Any]] = {}
     for place, column in enumerate(table.columns):
-        if column.timed:
-            continue
         title = f"{column.title}, {column.unit}" if column.unit else column.title
         title = f"{title} ({place + 1})" if title in found else title
         cells = [row[place] for row in table.rows]
@@ -99,10 +97,7 @@ def _columns(table: Table) -> dict[str, list[Any]]:
 
 
 def report_data(report: Report) -> dict[str, Any]:
-    """The content of ``report.json``: the report's data, its tables and its figures.
-
-    Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run.
-    """
+    """The content of ``report.json``: the report's data, its tables and its figures; numbers are not rounded."""
     figures = [
         {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
         | {"file": figure.files["picture"], "data": figure.files["data"]}
@@ -111,14 +106,13 @@ def report_data(report: Report) -> dict[str, Any]:
     tables = [
         {name: getattr(table, name) for name in ("id", "label", "caption")}
         | {"columns": [vars(column) for column in table.columns]}
-        | {"rows": [[_cell(*pair) for pair in zip(row, table.columns, strict=True)] for row in table.rows]}
+        | {"rows": [[_cell(cell) for cell in row] for row in table.rows]}
         for table in report.tables()
     ]
     return {**report.data, "tables": tables, "figures": figures}
 
 
-def _cell(cell: Cell, column: Column) -> dict[str, Any]:
+def _cell(cell: Cell) -> dict[str, Any]:
     """The value, and what else is known of it."""
     further = {"ci95": cell.ci95, "badge": cell.badge, "tone": cell.tone, "note": cell.note}
-    value = None if column.timed else cell.value
-    return {"value": value} | {key: known for key, known in further.items() if known not in (None, "")}
+    return {"value": cell.value} | {key: known for key, known in further.items() if known not in (None, "")}

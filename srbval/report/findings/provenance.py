@@ -16,7 +16,6 @@ from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
 from srbval.storage.installation import git_revision, shipped_folder
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
-TIMED = "wall_per_simulated_s"  # differs from one run to the next, so report.json leaves it out
 
 
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
@@ -66,5 +65,4 @@ def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
         "cage_ratio": run.cage_ratio,
         "energy_imbalance": run.energy_imbalance,
         "numerics": None if run.step_error is None else run.step_error.to_dict(),
-        TIMED: run.wall_per_simulated_s,
     }

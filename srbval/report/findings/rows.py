@@ -18,7 +18,6 @@ from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
 from srbval.comparison.verdicts import Headline, Row, Verdict, joint_tests, trend_pct, verdicts
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.report.findings.load_path import load_sharing, point_passing
-from srbval.report.findings.provenance import TIMED
 from srbval.report.findings.records import sideband_shares
 from srbval.signal import NORMAL_95
 
@@ -66,7 +65,7 @@ def compared_rows(
         "load_path": load_sharing(runs["paper-healthy"]),
         "point_passing": point_passing(runs["paper-healthy"]),
         "kept_results": {name: result.origin for name, result in found.results.items()},
-        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in found.run_facts],
+        "runs": found.run_facts,
         "cautions": cautions(matrix.cells),
     }
 
