@@ -1,1 +1,1 @@
-"""The transfer path from the bearing to the sensor, amplitudes behind it, sizes of defects."""
+"""The transfer path from the bearing to the sensor, and the amplitudes behind it."""

@@ -1,11 +1,14 @@
 """Amplitudes in m/s2 and patterns of a record.
 
-Levels are those of the fault's increment: a record's power in a band less that of the healthy record of the same speed.
-Third octaves are those of IEC 61260-1, 400 to 3150 Hz; outside, the rig's records hold tones of its drive that do not
-move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the paper's band for the rig.
+A level is computed from the fault's increment: the power of a record in a band minus the power of the healthy record
+at the same speed. Third octaves follow IEC 61260-1 from 400 to 3150 Hz; outside this range, the rig's records contain
+tones of the drive that do not move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the
+paper's band for the rig. Errors of a model in several bands are separated into a common level and a pattern.
 """
 
 import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
@@ -14,7 +17,6 @@ import scipy.signal
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.budget import VERDICT
-from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
 from srbval.models.sensor import ORDER
 from srbval.reading.locked import locked_powers
@@ -30,74 +32,100 @@ RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": W
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
 MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
 SEGMENT_S, BLOCKS = 0.25, 8
+SCATTERS_DB = np.linspace(0.02, 12.0, 600)  # between mountings, tried
 HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
 NEAR_BINS, NOISE_BINS = 1.5, 40
-DB = 10 / math.log(10)
+DB_OF_SHARE = 10 / math.log(10)  # a small relative change of a power, in dB
+TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise repeats exactly
 
 
-def record_density(recording: Recording) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and power density [(m/s2)^2/Hz] by Welch's method in segments of `SEGMENT_S`.
+@dataclass(frozen=True, kw_only=True)
+class Amplitude:
+    """A quantity read from a record, with the half width `ci95` of its 95 % interval.
 
-    A run's samples are means over output intervals: what that takes from its density is given back.
+    `present` is true if the quantity stands out of the noise; `least` is the smallest value that would.
     """
-    fs_hz = recording.fs_hz
-    own_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
-    return own_hz, density / np.sinc(own_hz / fs_hz) ** 2 if recording.origin is Origin.SIMULATED else density
+
+    value: float
+    ci95: float = 0.0
+    present: bool = True
+    least: float = -math.inf
 
 
-def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
-    """Power in a band [(m/s2)^2]."""
-    own_hz, density = record_density(recording)
-    inside = own_hz[(own_hz > band_hz[0]) & (own_hz < band_hz[1])]
-    at = np.array([band_hz[0], *inside, band_hz[1]])
-    return float(np.trapezoid(np.interp(at, own_hz, density), at))
+def decibels(power: float) -> float:
+    """Level of a power, floored so that a noisy estimate of zero or less stays finite."""
+    return DB_OF_SHARE * math.log(max(power, TINY))
 
 
-def levels(
-    recording: Recording, healthy: Recording | None, mounting_db: float = 0.0
-) -> dict[str, QuantityValue]:  # fmt: skip
-    """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; of the record itself without one.
+def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]]) -> dict[str, float]:
+    """Power in each band [(m/s2)^2] by Welch's method in segments of `SEGMENT_S`.
 
-    Of the increment D - H the variance is (D^2 + H^2) / (B T) and, where the levels of either mounting scatter by
-    `mounting_db`, 2 (H s)^2 with that as a share of the power, s. One below two deviations is not resolved.
+    Samples of a run are means over output intervals; the power that averaging removes is restored.
+    """
+    fs_hz, found = recording.fs_hz, {}
+    at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
+    if recording.origin is Origin.SIMULATED:
+        density = density / np.sinc(at_hz / fs_hz) ** 2
+    for name, (low, high) in bands_hz.items():
+        edges = np.array([low, *at_hz[(at_hz > low) & (at_hz < high)], high])
+        found[name] = float(np.trapezoid(np.interp(edges, at_hz, density), edges))
+    return found
+
+
+def levels(recording: Recording, healthy: Recording | None, mounting_db: float = 0.0) -> dict[str, Amplitude]:
+    """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, levels of the record.
+
+    The increment D - H has the variance (D^2 + H^2) / (B T). If the levels of a mounting scatter by `mounting_db`,
+    2 (H s)^2 is added, with s the scatter as a share of the power. An increment below two deviations is not present.
+    """
+    bands, found = LEVEL_BANDS | RMS_BANDS, {}
+    own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
+    for name, (low, high) in bands.items():
+        noise = math.hypot(own[name], floor[name]) / math.sqrt((high - low) * recording.seconds)
+        u = math.hypot(noise, math.sqrt(2) * floor[name] * mounting_db / DB_OF_SHARE)
+        increment = max(own[name] - floor[name], 0.1 * u)
+        ci95 = NORMAL_95 * DB_OF_SHARE * min(u / increment, 1.0)
+        found[name] = Amplitude(value=decibels(increment), ci95=ci95, present=own[name] - floor[name] > 2 * u)
+    return found
+
+
+def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
+    """Total level of each third octave [dB re 1 m/s2], with the power of the record `added` if it is given."""
+    found = {}
+    powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
+    for name, (low, high) in LEVEL_BANDS.items():
+        ci95 = NORMAL_95 * DB_OF_SHARE / math.sqrt((high - low) * recording.seconds)
+        found[f"total {name}"] = Amplitude(value=decibels(powers[name] + more.get(name, 0.0)), ci95=ci95)
+    return found
+
+
+def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
+    """Power locked to the fault per third octave [dB re 1 m/s2], see `srbval.reading.locked`.
+
+    The value of a level that is not present is half of the smallest power that would be, or more.
     """
     found = {}
-    for name, band in (LEVEL_BANDS | RMS_BANDS).items():
-        own = band_power(recording, band)
-        floor = 0.0 if healthy is None else band_power(healthy, band)
-        noise = math.hypot(own, floor) / math.sqrt((band[1] - band[0]) * recording.seconds)
-        u = math.hypot(noise, math.sqrt(2) * floor * mounting_db / DB)
-        increment = max(own - floor, 0.1 * u)
-        found[name] = QuantityValue(
-            value=DB * math.log(increment), ci95=NORMAL_95 * DB * min(u / increment, 1.0), present=own - floor > 2 * u
+    for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
+        value = max(power.value, power.ci95 / 2)
+        found[f"locked {name}"] = Amplitude(
+            value=decibels(value),
+            ci95=DB_OF_SHARE * min(power.ci95 / max(value, TINY), 1.0),
+            present=power.value > power.ci95,
+            least=decibels(power.ci95),
         )
     return found
 
 
-def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, QuantityValue]:
-    """Power locked to the fault per third octave [dB re 1 m/s2], see `srbval.reading.locked`.
-
-    `least` is the level from which on it would be shown; of one that is not, the value is half of that power at least.
-    `halves` are the levels of both halves of the record, NaN for one that noise makes negative.
-    """
-    found = {}
-    for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
-        value, tiny = max(power.value, power.ci95 / 2), 1e-30  # a run without noise repeats exactly
-        found[f"locked {name}"] = QuantityValue(
-            value=DB * math.log(max(value, tiny)), ci95=DB * min(power.ci95 / max(value, tiny), 1.0),
-            present=power.value > power.ci95, least=DB * math.log(max(power.ci95, tiny)),
-            halves=np.array([DB * math.log(one) if one > 0 else math.nan for one in power.halves]),
-        )  # fmt: skip
-    return found
-
-
 def pattern(
-    recording: Recording, bearing: Bearing, fault: Fault, line_order: float,
+    recording: Recording,
+    bearing: Bearing,
+    fault: Fault,
+    line_order: float,
     band_hz: tuple[float, float] = ENVELOPE_HZ,
-) -> dict[str, QuantityValue]:  # fmt: skip
+) -> dict[str, Amplitude]:
     """Harmonics and sidebands over the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
 
-    `line_order` is that of the fault's line as it was found; its squared envelope is followed over the shaft's angle.
+    `line_order` is the order at which the fault's line was found; the squared envelope follows the shaft's angle.
     """
     speed = recording.speed
     if speed is None:
@@ -114,19 +142,18 @@ def pattern(
         read = [_line(square, rate, one) for one in at]
         power = float(np.mean([p for p, _ in read]))
         spread = math.hypot(1 / math.sqrt(2 * first_snr), *(1 / math.sqrt(2 * s) / len(at) for _, s in read))
-        found[name] = QuantityValue(
-            value=DB * math.log(power / first), ci95=NORMAL_95 * 2 * DB * spread,
+        found[name] = Amplitude(
+            value=DB_OF_SHARE * math.log(power / first),
+            ci95=NORMAL_95 * 2 * DB_OF_SHARE * spread,
             present=min(first_snr, *(snr for _, snr in read)) > LEAST_SNR,
-        )  # fmt: skip
+        )
     depth = 200 * math.sqrt(first) / float(square.mean())
-    found["depth"] = QuantityValue(
-        value=depth, ci95=NORMAL_95 * depth / math.sqrt(2 * first_snr), present=first_snr > LEAST_SNR
-    )
-    return found | kurtoses(recording)
+    ci95 = NORMAL_95 * depth / math.sqrt(2 * first_snr)
+    return found | {"depth": Amplitude(value=depth, ci95=ci95, present=first_snr > LEAST_SNR)} | kurtoses(recording)
 
 
-def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
-    """Kurtosis in both bands; intervals from leaving out one block after the other (jackknife: Efron & Stein 1981)."""
+def kurtoses(recording: Recording) -> dict[str, Amplitude]:
+    """Kurtosis in both bands; intervals by leaving out one block after the other (jackknife: Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
@@ -134,12 +161,53 @@ def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
         parts = np.array_split(passed, BLOCKS)
         without = np.array([kurtosis(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(BLOCKS)])
         u = math.sqrt((BLOCKS - 1) * float(np.mean((without - without.mean()) ** 2)))
-        found[name] = QuantityValue(value=kurtosis(passed), ci95=NORMAL_95 * u)
+        found[name] = Amplitude(value=kurtosis(passed), ci95=NORMAL_95 * u)
     return found
 
 
+def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
+    """Level [dB] that the errors of n bands share, its standard deviation u, and D^2 of the pattern that remains.
+
+    Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives the
+    level b with u^2 = 1 / (1' V^-1 1); D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u is normal and D^2 is
+    chi-squared with n - 1 degrees of freedom.
+    """
+    weights = np.linalg.solve(covariance, np.ones(errors_db.size))
+    u = 1 / math.sqrt(float(weights.sum()))
+    level = float(weights @ errors_db) * u**2
+    return level, u, max(float(errors_db @ np.linalg.solve(covariance, errors_db)) - (level / u) ** 2, 0.0)
+
+
+def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
+    """Standard deviation of the levels of one mounting [dB]: posterior mean and 95 % interval, from pairs of records.
+
+    Only third octaves count in which a faulty record is quieter than the healthy one, since a fault adds power. Such a
+    difference follows one half of a normal distribution of variance 2 tau^2 + u^2, with the deviation u of reading
+    both. The prior of tau is half-normal; bands count as independent.
+    """
+    off, u = [], []
+    for faulty, healthy in pairs:
+        powers = [band_powers(one, LEVEL_BANDS) for one in (faulty, healthy)]
+        off += [decibels(powers[0][name]) - decibels(powers[1][name]) for name in LEVEL_BANDS]
+        u += [DB_OF_SHARE * math.sqrt(2 / ((high - low) * faulty.seconds)) for low, high in LEVEL_BANDS.values()]
+    quieter = np.array([(db, own) for db, own in zip(off, u, strict=True) if db < 0]).reshape(-1, 2)
+    variance = 2 * SCATTERS_DB[:, None] ** 2 + quieter[:, 1] ** 2
+    likelihood = -(np.log(variance) + quieter[:, 0] ** 2 / variance).sum(axis=1) / 2
+    logarithm = likelihood - SCATTERS_DB**2 / (2 * prior_db**2)
+    weight = np.exp(logarithm - logarithm.max())
+    low, high = np.interp((0.025, 0.975), np.cumsum(weight) / weight.sum(), SCATTERS_DB)
+    mean = float(weight @ SCATTERS_DB / weight.sum())
+    return {
+        "scatter_db": mean,
+        "low_db": float(low),
+        "high_db": float(high),
+        "quieter": len(quieter),
+        "bands": len(off),
+    }
+
+
 def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
-    """Power of a line within `NEAR_BINS`, and that over the local noise."""
+    """Power of a line within `NEAR_BINS`, and its ratio to the local noise."""
     length = 8 * square.size
     power = np.abs(scipy.fft.rfft(square - square.mean(), n=length)) ** 2 / square.size**2
     step = rate / length

@@ -1,19 +1,19 @@
-"""Identifying the path to the sensor: from records of a known fault, or from measured responses.
+"""Identification of the path to the sensor, from records of a known fault or from measured responses.
 
-In each third octave the power locked to the fault (`srbval.reading.locked`) of the record is what the path makes of
-that of a run of the model at the record's own speed and load, with X_l and X_c of its parts along the load and across:
+In each third octave the record's power that is locked to the fault (`srbval.reading.locked`), D, is compared with a run
+of the model at the record's speed and load. With the run's powers X_l along the load and X_c across it, the gain is g:
 
     D = g^2 (X_l + r^2 X_c)
 
-The ratio r of cross to load is the same in all bands. A hole that turns with the inner race strikes along the load and
-across it by turns, so that its sidebands tell r: it is the one for which the run behind the path shows the sidebands of
-the record, in the band in which its data set is demodulated, or else in that of the path. A record of a fault that
-stands still tells none, and without another one r is 1.
+The ratio r of cross to load is the same in all bands. A defect that turns with the inner race strikes along the load
+and across it in turn, so its sidebands determine r: the run behind the path must have the sidebands of the record, in
+the band in which its data set is demodulated, or else in the band of the path. A defect that stands still determines no
+ratio; without another record r is 1.
 
-A third octave that does not hold two spacings of the fault's line is joined with those below it until they do, and they
-have one gain, which may miss each of theirs by as much as gains scatter from band to band. Gains reach from the lowest
-to the highest band in which the record's power is above its own standard deviation; a band between in which it is not
-has its neighbours' gain.
+A third octave narrower than two spacings of the fault's line is joined with those below it. Joined bands have one gain,
+which may differ from the gain of each band by as much as gains scatter between bands. Gains reach from the lowest to
+the highest band in which the record's power exceeds its own standard deviation; a band between them in which it does
+not gets the gain of its neighbours.
 """
 
 import json
@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,147 +31,149 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, stored_run
-from srbval.path.amplitudes import DB, SIDEBANDS, pattern
+from srbval.path.amplitudes import DB_OF_SHARE, SIDEBANDS, decibels, pattern
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import SPACINGS, locked_powers
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath, parts_along_sensor
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
+from srbval.signal import NORMAL_95
 from srbval.signal.locked import LockedMean
 
-# Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
+if TYPE_CHECKING:
+    import pandas as pd
+
+# The drives of the paper's rig have tones near 4 and 8 kHz at any speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
-RATIOS = (0.1, 30.0)  # of cross to load, between which one is looked for
-WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of one that may lie anywhere between
-CHANCE = 0.025  # that noise alone shows power in any of the bands
-ROUNDS = 3  # of setting gains so that the run behind them has the record's power, edges of bands and filters included
+RATIOS = (0.1, 30.0)  # range of cross over load in which the ratio is searched
+WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of a ratio anywhere in that range
+RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
+CHANCE = 0.025  # that noise alone is taken for power in any of the bands
+ROUNDS = 3  # corrections of the gains for the edges of bands and filters
 LEAST_LINES = 3  # of a measured response in a band
+Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """A path and what it rests on.
+    """An identified path, the powers from which it follows, and the sidebands that determine its ratio.
 
-    `record_db`: power of the record locked to its fault in each of the path's bands [dB re 1 m/s2], NaN where it is not
-    shown, and `ring_db` that of the run, along the load and across it [2, n]; of joined bands, what all of them have;
-    empty for a measured response.
-    `sidebands_db`: of record and run behind the path, at one and two times their spacing [2, 2]; None where no
-    sidebands tell the ratio.
+    `bands`: a row for each third octave with its gains and, in dB re 1 m/s2, the locked power of the record (NaN if it
+    is not present) and of the run along the load and across it. `sidebands_db`: of the record and of the run behind the
+    path, at one and two spacings [2, 2]; None if no sidebands determine the ratio.
     """
 
     path: SensorPath
-    record_db: FloatArray
-    ring_db: FloatArray
+    bands: "pd.DataFrame"
     sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, one table of all bands."""
-        path, count = self.path, len(self.path.load)
-        known = np.vstack((self.record_db, self.ring_db)) if self.record_db.size else np.full((3, count), np.nan)
-        columns = zip(path.frequency_hz, path.load, path.cross, path.u_db or [math.nan] * count, *known, strict=True)
-        names = ("frequency_hz", "load", "cross", "u_db", "record_db", "ring_load_db", "ring_cross_db")
-        return {
-            "bands": [dict(zip(names, row, strict=True)) for row in columns],
-            "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db, "band_hz": (path.low_hz, path.high_hz),
-            "used": path.used, "source": path.source,
-        }  # fmt: skip
+        """Plain values, with one list of all bands."""
+        path, bands = self.path, self.bands.to_dict("records")
+        found = {"bands": bands, "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db}
+        return found | {"band_hz": (path.low_hz, path.high_hz), "used": path.used, "source": path.source}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """A record of a faulty bearing and the run of a scene at its speed, load and fault, without a path."""
+    """A record of a faulty bearing, and the run of a scene at its speed, load and fault, without a path."""
 
     record: Recording
     run: Run
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges of the third octaves whose middles lie in a band, by these middles [Hz]."""
+    """Edges of the third octaves whose middles lie in a band, by their middles [Hz]."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
 
 
 def identify(
-    pair: Pair, cross: Pair | None = None, *, bearing: Bearing | str | Path, healthy: Recording | None = None,
+    pair: Pair,
+    cross: Pair | None = None,
+    *,
+    bearing: Bearing | str | Path,
+    healthy: Recording | None = None,
     band_hz: tuple[float, float] = BAND_HZ,
-) -> Identified:  # fmt: skip
-    """The path that makes of a run its record; the ratio of its directions from `cross`, or the same pair's sidebands.
+) -> Identified:
+    """Identify the path behind which the run of `pair` has the powers of its record.
 
-    Of a `healthy` record what it has at the same passage is taken off.
-
-    Raises `DataError` for records that cannot be used (unit, no speed, no band or no sideband that shows),
-    `ConfigurationError` for a band that lies beyond a record, or a record without a fault.
+    The ratio of the directions follows from the sidebands of `cross`, or of `pair` if its fault is on the inner race.
+    The power that a `healthy` record has at the same passage is subtracted. Raises `DataError` for records that cannot
+    be used (unit, no speed, no band or no sideband that stands out), `ConfigurationError` for a band beyond the record
+    and for a record without a fault.
     """
-    bearing = load_bearing(bearing)
     from scipy.special import stdtrit
 
+    bearing = load_bearing(bearing)
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
-    shown = np.array([one.value > one.u for one in powers.values()])
-    if not any(one.value > one.u * stdtrit(one.blocks - 1, 1 - CHANCE / len(powers)) for one in powers.values()):
+    value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
+    if not np.any(value > u * stdtrit(blocks - 1, 1 - CHANCE / max(value.size, 1))):
         raise DataError(
             f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
             "locked to the fault. Widen --band, or use a longer record."
         )
-    reach = slice(int(np.argmax(shown)), shown.size - int(np.argmax(shown[::-1])))
+    shown = np.flatnonzero(value > u)
+    reach = slice(shown[0], shown[-1] + 1)
     bands = {lowest: bands[lowest] for lowest in list(powers)[reach]}
-    levels, u_db = (
-        np.array([of(one) if one.value > one.u else math.nan for one in list(powers.values())[reach]])
-        for of in (lambda one: decibels(one.value), lambda one: DB * one.u / one.value)
-    )
+    power = np.where(value > u, value, np.nan)[reach]
+    levels, u_db = 10 * np.log10(power), _filled(DB_OF_SHARE * u[reach] / power)
     order = line_order(pair.run, bearing)
     ring = np.array([locked_db(one, bearing, bands, order) for one in ring_parts(pair.run)])
     low_hz, high_hz = next(iter(bands.values()))[0], list(bands.values())[-1][1]
     middles = [one for one in third_octaves(band_hz) if low_hz < one < high_hz]
-    place = np.searchsorted(list(bands), middles, side="right") - 1  # of each third octave among the bands read
+    place = np.searchsorted(list(bands), middles, side="right") - 1  # of each third octave among the bands
     turning = cross or (pair if pair.record.state is Fault.INNER else None)
     used = (pair.record.name, *((f"{turning.record.name} (direction)",) if turning else ()))
-    own = SensorPath(
-        frequency_hz=tuple(middles), load=(1.0,) * len(middles), cross=(1.0,) * len(middles),
-        u_db=tuple(_filled(u_db)[place].tolist()), used=used,
-        source=f"identified from {' and '.join(used)}, driven by {recording_from_run(pair.run).name}",
-    )  # fmt: skip
+    source = f"identified from {' and '.join(used)}, driven by {recording_from_run(pair.run).name}"
 
-    def behind_ratio(ratio: float) -> SensorPath:
+    def path_of(gain: FloatArray, ratio: float) -> SensorPath:
+        load, across, u = (tuple(each[place].tolist()) for each in (gain, ratio * gain, u_db))
+        return SensorPath(frequency_hz=tuple(middles), load=load, cross=across, u_db=u, used=used, source=source)
+
+    def gains(ratio: float) -> FloatArray:
         excited = 10 ** (ring[0] / 10) + ratio**2 * 10 ** (ring[1] / 10)
-        gains = 10 ** (_filled(levels - 10 * np.log10(excited))[place] / 20)
-        return replace(own, load=tuple(gains.tolist()), cross=tuple((ratio * gains).tolist()))
+        return 10 ** (_filled(levels - 10 * np.log10(excited)) / 20)
 
-    ratio, u, sidebands = _ratio(turning, bearing, behind_ratio) if turning else (1.0, 0.0, None)
-    path = replace(behind_ratio(ratio), cross_u_db=u)
+    ratio, cross_u_db, sidebands = 1.0, 0.0, None
+    if turning:
+        ratio, cross_u_db, sidebands = _ratio(turning, bearing, lambda tried: path_of(gains(tried), tried))
+    gain = gains(ratio)
     for _ in range(ROUNDS):
-        off = 10 ** (_filled(levels - locked_db(behind(pair.run, path), bearing, bands, order))[place] / 20)
-        path = replace(path, load=tuple(path.load * off), cross=tuple(path.cross * off))
-    each, count = np.unique(place, return_index=True, return_counts=True)[1:]  # joined bands have one gain
-    scatter = float(np.std(20 * np.log10(np.array(path.load)[each]), ddof=min(1, each.size - 1)))
-    wide = count[place] > 1
-    path = replace(path, u_db=tuple(np.hypot(path.u_db, scatter * wide).tolist()))
-    return Identified(path=path, record_db=levels[place], ring_db=ring[:, place], sidebands_db=sidebands)
+        shown_db = locked_db(behind(pair.run, path_of(gain, ratio)), bearing, bands, order)
+        gain = gain * 10 ** (_filled(levels - shown_db) / 20)
+    scatter = float(np.std(20 * np.log10(gain), ddof=min(1, gain.size - 1)))
+    u_db = np.hypot(u_db, scatter * (np.bincount(place) > 1))
+    path = replace(path_of(gain, ratio), cross_u_db=cross_u_db)
+    return Identified(path=path, bands=_band_table(path, levels[place], ring[:, place]), sidebands_db=sidebands)
 
 
 def identify_response(
-    frequency_hz: FloatArray, values: ComplexArray, *, mass_kg: float, name: str,
-    cross: tuple[FloatArray, ComplexArray] | None = None, band_hz: tuple[float, float] = BAND_HZ,
-) -> Identified:  # fmt: skip
-    """The path of a measured response [m/s2/N] of the structure that is `mass_kg` of ring and housing in the scene.
+    frequency_hz: FloatArray,
+    values: ComplexArray,
+    *,
+    mass_kg: float,
+    name: str,
+    cross: tuple[FloatArray, ComplexArray] | None = None,
+    band_hz: tuple[float, float] = BAND_HZ,
+) -> Identified:
+    """Path from a measured response [m/s2/N] of the structure, with `mass_kg` of ring and housing in the scene.
 
-    `cross`: frequencies and response to a force across the load; without it both directions are alike. Gains are root
-    mean squares over a band.
+    `cross`: frequencies and response to a force across the load; without it the gains of both directions are equal.
+    Gains are root mean squares over a band.
     """
-    bands = third_octaves(band_hz)
-    load, other = (
-        _band_gains(of, mass_kg, bands, name) for of in ((frequency_hz, values), cross or (frequency_hz, values))
-    )
-    path = SensorPath(
-        frequency_hz=tuple(bands), load=load, cross=other,
-        source=f"measured response {name}, {mass_kg:g} kg of ring and housing",
-    )  # fmt: skip
-    return Identified(path=path, record_db=np.empty(0), ring_db=np.empty(0))
+    bands, along = third_octaves(band_hz), (frequency_hz, values)
+    load, across = (_band_gains(of, mass_kg, bands, name) for of in (along, cross or along))
+    source = f"measured response {name}, {mass_kg:g} kg of ring and housing"
+    path = SensorPath(frequency_hz=tuple(bands), load=load, cross=across, source=source)
+    missing = np.full(len(bands), math.nan)
+    return Identified(path=path, bands=_band_table(path, missing, np.array([missing, missing])))
 
 
 def _band_gains(
-    response: tuple[FloatArray, ComplexArray], mass_kg: float, bands: Mapping[float, tuple[float, float]], name: str
+    response: tuple[FloatArray, ComplexArray], mass_kg: float, bands: Edges, name: str
 ) -> tuple[float, ...]:
     at_hz, values = response
     gains = []
@@ -186,14 +188,22 @@ def _band_gains(
     return tuple(gains)
 
 
+def _band_table(path: SensorPath, record_db: FloatArray, ring_db: FloatArray) -> "pd.DataFrame":
+    import pandas as pd
+
+    columns = {name: getattr(path, name) or math.nan for name in ("frequency_hz", "load", "cross", "u_db")}
+    powers = {"record_db": record_db, "ring_load_db": ring_db[0], "ring_cross_db": ring_db[1]}
+    return pd.DataFrame(columns | powers)
+
+
 def line_order(run: Run, bearing: Bearing) -> float:
-    """The order of the line of a run's fault: by its cage, a roller's where it is found."""
+    """Order of the line of a run's fault: computed from its cage, or found if the fault is on a rolling element."""
     by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
     return by_cage or found_order(recording_from_run(run), bearing, BAND_HZ)
 
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
-    """The order of the line of a record's fault where it is found in a band, or else by pure rolling."""
+    """Order at which the line of a record's fault is found in a band; its order in pure rolling if it is not found."""
     if record.state not in DEFECTS or record.speed is None:
         raise ConfigurationError(
             f"{record.name}: state {record.state or 'unknown'}, speed {'known' if record.speed else 'unknown'}: a path "
@@ -204,22 +214,22 @@ def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float
 
 
 def ring_parts(run: Run) -> tuple[Recording, Recording]:
-    """Recordings of what the ring does along the load and across it, each along the sensor's axis."""
+    """Recordings of the ring's motion along the load and across it, each projected onto the sensor's axis."""
     parts = parts_along_sensor(run.acceleration_m_s2, run.scene.load.direction_rad)
     along, across = (recording_from_run(replace(run, sensor_m_s2=np.ascontiguousarray(one))) for one in parts.T)
     return along, across
 
 
 def behind(run: Run, path: SensorPath | None) -> Recording:
-    """What the sensor shows of a run."""
+    """Recording of a run by a sensor behind a path."""
     sensor = SensorFilter(path, run.scene.output_rate_hz, run.scene.load.direction_rad)
     return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
 
 
-def joined(bands: Mapping[float, tuple[float, float]], least_hz: float) -> dict[float, tuple[float, float]]:
+def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
     """Adjoining third octaves, each narrower than `least_hz` joined with those below it, by their lowest middles [Hz].
 
-    What is too narrow at the low end is left out.
+    A rest that is too narrow at the low end is left out.
     """
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
@@ -231,11 +241,10 @@ def joined(bands: Mapping[float, tuple[float, float]], least_hz: float) -> dict[
 
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
-) -> tuple[dict[float, tuple[float, float]], dict[float, LockedMean]]:
-    """Edges [Hz] of the third octaves of a band, `joined` to hold the fault's line, and the power locked to it there.
+) -> tuple[Edges, dict[float, LockedMean]]:
+    """Edges of the third octaves of a band, `joined` to hold the fault's line, and the power locked to it [(m/s2)^2].
 
-    Both by lowest middles [Hz]; powers [(m/s2)^2] less what a `healthy` record of the same speed has at the same
-    passage, if there is one.
+    Both by lowest middles [Hz]. The power that a `healthy` record of the same speed has at the passage is subtracted.
     """
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
@@ -250,21 +259,17 @@ def record_powers(
     assert record.speed is not None
     bands = joined(bands, SPACINGS * order * record.speed.value_hz)
     found = locked_powers(record, bearing, order, bands)
-    if healthy is not None:
-        other = locked_powers(healthy, bearing, order, bands)
-        found = {
-            lowest: replace(one, value=one.value - other[lowest].value, u=math.hypot(one.u, other[lowest].u))
-            for lowest, one in found.items() if lowest in other
-        }  # fmt: skip
-    return {lowest: bands[lowest] for lowest in found}, found
+    other = {} if healthy is None else locked_powers(healthy, bearing, order, bands)
+    for lowest, less in other.items():
+        own = found[lowest]
+        found[lowest] = replace(own, value=own.value - less.value, u=math.hypot(own.u, less.u))
+    return bands, found
 
 
-def locked_db(
-    run: Recording, bearing: Bearing, bands: Mapping[float, tuple[float, float]], order: float
-) -> FloatArray:  # fmt: skip
-    """Power of a run locked to its fault's line [dB re 1 m/s2] in the `bands` that hold two of these lines, [n].
+def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in the `bands` that hold two spacings of it, [n].
 
-    `ConfigurationError` where the scene's rate does not show them.
+    Raises `ConfigurationError` if the scene's output rate does not reach the bands.
     """
     if max(high for _, high in bands.values()) >= 0.5 * run.fs_hz:
         raise ConfigurationError(
@@ -274,54 +279,49 @@ def locked_db(
     return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
 
 
-def decibels(power: float) -> float:
-    """Of a power that may be zero or, by noise, less."""
-    return DB * math.log(max(power, 1e-30))
-
-
 def _filled(values: FloatArray) -> FloatArray:
-    """With the values of both neighbours between those that are known; both ends are."""
+    """Values with those missing between two known ones interpolated; both ends are known."""
     known = np.flatnonzero(np.isfinite(values))
     return np.interp(np.arange(values.size), known, values[known])
 
 
-def _ratio(
-    pair: Pair, bearing: Bearing, behind_ratio: Callable[[float], SensorPath]
-) -> tuple[float, float, FloatArray]:
-    """The ratio of cross to load, its deviation [dB], and the sidebands of record and run behind it [dB], [2, 2]."""
+def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]) -> tuple[float, float, FloatArray]:
+    """Ratio of cross to load, its deviation [dB], and the sidebands of record and run behind the path [dB], [2, 2]."""
     from scipy.optimize import minimize_scalar
 
-    band_hz = pair.record.band_hz or (behind_ratio(1.0).low_hz, behind_ratio(1.0).high_hz)
-    order = found_order(pair.record, bearing, band_hz)
-    read = pattern(pair.record, bearing, Fault.INNER, order, band_hz)
-    theirs = [read[f"sidebands {n}"] for n in SIDEBANDS]
-    if pair.record.state is not Fault.INNER or not all(one.present for one in theirs):
+    any_path = path_with(1.0)
+    band_hz = pair.record.band_hz or (any_path.low_hz, any_path.high_hz)
+
+    def sidebands(record: Recording, order: float) -> FloatArray:
+        read = pattern(record, bearing, Fault.INNER, order, band_hz)
+        found = [read[f"sidebands {n}"] for n in SIDEBANDS]
+        return np.array([(one.value, one.ci95 / NORMAL_95, one.present) for one in found]).T
+
+    wanted, u, present = sidebands(pair.record, found_order(pair.record, bearing, band_hz))
+    if pair.record.state is not Fault.INNER or not present.all():
         raise DataError(
             f"{pair.record.name}: the ratio of the path's directions follows from the sidebands of an inner-race "
             "fault, which do not stand out here. Use another record for --cross-from."
         )
-    wanted, u = (np.array(list(one)) for one in zip(*((v.value, (v.ci95 or 0.0) / 1.96) for v in theirs), strict=True))
+    run_order = line_order(pair.run, bearing)
 
-    def sidebands(log_ratio: float) -> FloatArray:
-        shown = behind(pair.run, behind_ratio(math.exp(log_ratio)))
-        own = pattern(shown, bearing, Fault.INNER, line_order(pair.run, bearing), band_hz)
-        return np.array([own[f"sidebands {n}"].value for n in SIDEBANDS])
+    def behind_ratio(log_ratio: float) -> FloatArray:
+        return sidebands(behind(pair.run, path_with(math.exp(log_ratio))), run_order)[0]
 
     def misfit(log_ratio: float) -> float:
-        return float(np.sum(((sidebands(log_ratio) - wanted) / u) ** 2))
+        return float(np.sum(((behind_ratio(log_ratio) - wanted) / u) ** 2))
 
-    low, high = np.log(RATIOS)
-    best = minimize_scalar(misfit, bounds=(low, high), method="bounded", options={"xatol": 0.01})
-    step = 0.1
-    slope = (sidebands(best.x + step) - sidebands(best.x - step)) / (2 * step)
-    u_db = 2 * DB / max(math.sqrt(float(np.sum((slope / u) ** 2))), 2 * DB / WIDEST_DB)  # sidebands may hardly move
-    return math.exp(best.x), u_db, np.array([wanted, sidebands(best.x)])
+    best = minimize_scalar(misfit, bounds=np.log(RATIOS), method="bounded", options={"xatol": 0.01}).x
+    slope = (behind_ratio(best + RATIO_STEP) - behind_ratio(best - RATIO_STEP)) / (2 * RATIO_STEP)
+    least = 2 * DB_OF_SHARE / WIDEST_DB  # sidebands may hardly move
+    u_db = 2 * DB_OF_SHARE / max(math.sqrt(float(np.sum((slope / u) ** 2))), least)
+    return math.exp(best), u_db, np.array([wanted, behind_ratio(best)])
 
 
 def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent) -> Run:
-    """A run of the scene at the record's speed, load and state, without a path, as long as the record or `longest_s`.
+    """Run of the scene at the record's speed, load and state, without a path, as long as the record or `longest_s`.
 
-    Raises `NumericsError` where it fails, `ConfigurationError` for a record without a fault or speed.
+    Raises `NumericsError` if it fails, `ConfigurationError` for a record without a fault or speed.
     """
     if record.state not in DEFECTS or record.speed is None:
         raise ConfigurationError(f"{record.name}: its fault and its speed must be known; give --defect and --rpm.")
@@ -329,25 +329,31 @@ def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.in
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)
     own = replace(
-        scene, shaft_speed_rad_s=2 * math.pi * record.speed.value_hz, load=load, speed_profile=None, load_profile=None,
-        defect=replace(scene.defect, kind=record.state), duration_s=round(min(record.seconds, longest_s), 2),
+        scene,
+        shaft_speed_rad_s=2 * math.pi * record.speed.value_hz,
+        load=load,
+        speed_profile=None,
+        load_profile=None,
+        defect=replace(scene.defect, kind=record.state),
+        duration_s=round(min(record.seconds, longest_s), 2),
         sensor_path=None,
-    )  # fmt: skip
+    )
     return stored_run(own, step=Step.UNCHECKED, progress=progress).require_usable("the run that drives the path")
 
 
 def path_toml(path: SensorPath) -> str:
-    """The path as the file that a scene's `sensor_path` names."""
+    """Text of the file that a scene's `sensor_path` names."""
 
     def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
         return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)
 
     columns = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
-    return "\n".join([
+    lines = [
         f"# {path.source}",
         "# Gains of force times path; the records named in `used` are fitted: no verdict rests on them.",
         *(f"{name} = [{', '.join(f'{value:.6g}' for value in values)}]" for name, values in columns.items() if values),
         f"cross_u_db = {path.cross_u_db:.4g}",
         f"source = {quoted(path.source)}",
         f"used = [{', '.join(quoted(name) for name in path.used)}]\n",
-    ])  # fmt: skip
+    ]
+    return "\n".join(lines)

@@ -48,7 +48,7 @@ LONG = (
     "srbval.report.reports.gather", "srbval.cli.campaign_command.run_campaign", "srbval.cli.check_command.run_check",
     "srbval.cli.data_command.fetch", "srbval.cli.installation_commands.clear_cache", "sphinx.cmd.build.build_main",
     "srbval.cli.study_command.make_result", "srbval.cli.identify_command.simulated_run",
-    "srbval.cli.identify_command.size_runs", "srbval.report.findings.user_records.run_cases", "webbrowser.open",
+    "srbval.report.findings.user_records.run_cases", "webbrowser.open",
 )  # fmt: skip
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
 # Examples of each command of 1,000 in all, 20 where it is not named. Their sum is larger: some commands have fewer

@@ -1,23 +1,35 @@
-"""Amplitudes: levels of known tones, increments, patterns of known modulation, and rows with their verdicts."""
+"""Amplitudes of known tones and modulation, increments, levels and patterns of planted errors, scatter of mountings."""
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import chdtrc, ndtr
 
 from srbval.bearing import Fault
-from srbval.comparison.comparison import RIG_READING, ComparisonVerdict, QuantityValue
 from srbval.errors import DataError
-from srbval.path.amplitudes import THIRD_OCTAVES, kurtoses, levels, pattern
+from srbval.path import amplitudes
+from srbval.path.amplitudes import (
+    LEVEL_BANDS,
+    THIRD_OCTAVES,
+    kurtoses,
+    level_and_pattern,
+    levels,
+    mounting_scatter,
+    pattern,
+    totals,
+)
 from srbval.recordings import Origin, Recording
-from srbval.studies.rig_amplitudes import NUMERICS, PATH, crps, half_widths, kind_of, rows, scaling, with_background
-from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, record_of
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
 NEAR_DB = 0.01  # of a tone in the middle of its band
 BIAS_DB = 0.5
 ORDER = BEARING.orders.bpfo
+BANDS, COMMON_DB, OWN_DB, TRIALS = 6, 6.0, 1.0, 400  # of planted errors
+COVARIANCE = COMMON_DB**2 * np.ones((BANDS, BANDS)) + OWN_DB**2 * np.eye(BANDS)
 
 
 def made(samples: np.ndarray, state: Fault = Fault.OUTER) -> Recording:
@@ -83,57 +95,57 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
         pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
 
-def test_a_background_keeps_its_levels_and_nothing_else() -> None:
-    noise = made(background(np.random.default_rng(4), 0.1), Fault.HEALTHY)
-    quiet = made(np.zeros(TIME_S.size))
-    both = with_background(quiet, noise)
-    for name, value in levels(both, None).items():
-        assert value.value == pytest.approx(levels(noise, None)[name].value, abs=1.0)
-    assert not np.allclose(both.channels["sensor"], noise.channels["a"], atol=0.01)
+def test_the_total_of_two_records_is_the_sum_of_their_powers() -> None:
+    one = made(np.random.default_rng(3).standard_normal(TIME_S.size))
+    alone, twice = totals(one)["total 1000 Hz"], totals(one, one)["total 1000 Hz"]
+    assert twice.value - alone.value == pytest.approx(10 * math.log10(2))
 
 
-def test_rows_have_every_part_and_a_verdict() -> None:
-    rig = {"1000 Hz": QuantityValue(value=-20.0, ci95=0.5), "depth": QuantityValue(value=50.0, ci95=1.0),
-           "501 Hz": QuantityValue(value=-20.0)}  # fmt: skip
-    model = {"1000 Hz": QuantityValue(value=-20.5), "depth": QuantityValue(value=40.0)}
-    parts = {PATH: {"1000 Hz": 0.98}, NUMERICS: {"1000 Hz": 0.3, "depth": 2.0}}
-    level, depth = rows(rig, model, parts, record="IR", fault=Fault.INNER, used_for="withheld")
-    assert level.parts == pytest.approx({RIG_READING: 0.5, PATH: 0.98, NUMERICS: 0.3})
-    assert (level.kind, level.error, level.verdict) == ("band level", -0.5, ComparisonVerdict.AGREES)
-    assert (depth.kind, depth.error) == ("modulation depth", pytest.approx(100 * math.log(0.8)))
-    assert depth.parts == pytest.approx({RIG_READING: 2.0, NUMERICS: 4.0})
-    assert depth.verdict is ComparisonVerdict.RESOLVED  # 20 % off, known to 4.5 %
-    assert level.to_dict()["used_for"] == "withheld"
+def test_a_common_level_and_a_pattern_are_separated() -> None:
+    level, u, d2 = level_and_pattern(np.full(BANDS, 12.0), COVARIANCE)
+    assert level == pytest.approx(12.0)
+    assert u == pytest.approx(np.sqrt(COMMON_DB**2 + OWN_DB**2 / BANDS))
+    assert d2 == pytest.approx(0.0, abs=1e-9)
+    level, _, d2 = level_and_pattern(np.array([3.0, -3.0] * (BANDS // 2)), COVARIANCE)
+    assert level == pytest.approx(0.0)
+    assert d2 == pytest.approx(BANDS * 9 / OWN_DB**2)
+    assert level_and_pattern(np.array([-12.0]), np.array([[36.0]]))[0] == pytest.approx(-12.0)
 
 
-def test_the_cage_ratio_has_its_own_margin() -> None:
-    sides = ({"cage ratio": QuantityValue(value=value)} for value in (0.43082, 0.43090))
-    (row,) = rows(*sides, {NUMERICS: {"cage ratio": 1e-4}}, record="OR", fault=Fault.OUTER, used_for="withheld")
-    assert (row.kind, row.margin) == ("line frequency", 0.1)
-    assert row.error == pytest.approx(0.0186, rel=0.01)  # per cent
-    assert row.verdict is ComparisonVerdict.AGREES
+def test_right_models_are_rejected_as_often_as_they_may_be() -> None:
+    errors = np.random.default_rng(1).multivariate_normal(np.zeros(BANDS), COVARIANCE, TRIALS)
+    level, u, d2 = np.array([level_and_pattern(one, COVARIANCE) for one in errors]).T
+    for p in (2 * ndtr(-np.abs(level / u)), chdtrc(BANDS - 1, d2)):
+        assert 0.02 < np.mean(p < 0.05) < 0.09  # three deviations of as many trials
 
 
-def test_a_level_that_rises_with_the_speed() -> None:
-    slow = {"1000 Hz": QuantityValue(value=-30.0, ci95=0.3), "501 Hz": QuantityValue(value=-40.0, present=False)}
-    fast = {"1000 Hz": QuantityValue(value=-18.0, ci95=0.4), "501 Hz": QuantityValue(value=-30.0)}
-    found = scaling(slow, fast)
-    assert found["scaling 1000 Hz"] == QuantityValue(value=12.0, ci95=pytest.approx(0.5))
-    assert not found["scaling 501 Hz"].present
-    assert kind_of("scaling 1000 Hz") == "speed scaling"
+@pytest.mark.parametrize("scatter_db", [0.7, 2.0])
+def test_the_scatter_of_mountings_is_found_from_bands_to_which_a_fault_adds_nothing(
+    scatter_db: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(amplitudes, "band_powers", lambda planted, _: planted.powers)
+    inside, means = [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        found = mounting_scatter([planted_pair(random, scatter_db) for _ in range(6)], prior_db=2.0)
+        inside.append(found["low_db"] <= scatter_db <= found["high_db"])
+        means.append(found["scatter_db"])
+    assert np.mean(means) == pytest.approx(scatter_db, rel=0.15)
+    assert np.mean(inside) > 0.85  # 95 %; three deviations of as many trials
 
 
-def test_half_widths_are_student_s() -> None:
-    """t(3) = 3.1824 (Student's table) times the standard deviation of four draws."""
-    found = half_widths([{"a": value} for value in (1.0, 2.0, 3.0, 4.0)])
-    assert found["a"] == pytest.approx(3.1824 * np.std([1, 2, 3, 4], ddof=1), rel=1e-4)
+def planted_pair(random: np.random.Generator, scatter_db: float) -> list[SimpleNamespace]:
+    """Powers of a faulty and a healthy record, each with levels of its mounting; the fault is in each other band."""
+    pair = []
+    for fault_db in (30.0, 0.0):
+        db = scatter_db * random.standard_normal(len(LEVEL_BANDS)) + fault_db * (np.arange(len(LEVEL_BANDS)) % 2)
+        pair.append(SimpleNamespace(powers=dict(zip(LEVEL_BANDS, 10 ** (db / 10), strict=True)), seconds=30.0))
+    return pair
 
 
-def test_the_score_is_the_integral_that_defines_it() -> None:
-    """CRPS = integral of (F(x) - 1(x >= y))^2 over x."""
-    error, u = 1.7, 0.8
-    x = np.linspace(-12, 12, 200_001)
-    below = 0.5 * (1 + np.array([math.erf(one / (u * math.sqrt(2))) for one in x - error]))
-    assert crps(error, u) == pytest.approx(float(np.trapezoid((below - (x >= 0)) ** 2, x)), rel=1e-4)
-    assert crps(-error, u) == pytest.approx(crps(error, u))
-    assert crps(-2.0, 0.0) == 2.0
+def test_without_a_quieter_band_the_prior_remains() -> None:
+    quiet = made(np.random.default_rng(1).standard_normal(TIME_S.size))
+    loud = dataclasses.replace(quiet, channels={"a": 10.0 * quiet.channels["a"]})
+    found = mounting_scatter([(loud, quiet)], prior_db=2.0)
+    assert (found["quieter"], found["bands"]) == (0, len(LEVEL_BANDS))
+    assert found["scatter_db"] == pytest.approx(2.0 * np.sqrt(2 / np.pi), rel=0.01)  # mean of the half-normal prior

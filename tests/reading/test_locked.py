@@ -12,7 +12,7 @@ from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_level
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
 from srbval.recordings import Recording
 from srbval.signal import bandpass
-from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
 ORDER = BEARING.orders.bpfo

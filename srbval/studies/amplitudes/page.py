@@ -1,80 +1,95 @@
-"""Amplitudes of the rig's own scene behind a fitted path against the rig's records, from the stored study.
+"""Page of the study of amplitudes: counts, errors of the locked third octaves, the level of each record."""
 
-In the appendix also the outcome of the predictions that were stored before three records were compared:
-``prediction_outcome``, computed once by the revision that it names (`StoredResult.stale` says why it is never computed
-again).
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from srbval.comparison.bias import LEAST_RECORDS
-from srbval.comparison.compared_quantities import CAGE_RATIO
-from srbval.report.blocks import Block, Section
-from srbval.report.pages import Page, StoredResults, missing, origin_of
-from srbval.report.section_texts import Texts
+import pandas as pd
 
-TEXTS = Texts.of_study(__package__)
-DEPTH = "modulation depth"
-TABLED = ("locked level", "total level")  # kinds of rows that the counts stand for
-UNEXPLAINED = "IR_353rpm_sample"  # far below what the model and the same race's other record imply
-Row = Mapping[str, Any]
+from srbval.comparison.budget import VERDICT
+from srbval.report.blocks import Block, Section
+from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Drawn, legend_above, new_axes, panel
+from srbval.report.pages import StoredResults, origin_of, study_page
+from srbval.report.prose import Prose
+from srbval.report.tables import Title
+
+LOCKED, OUTCOME = "locked level", "prediction_outcome"
+CHANCE = 0.05  # over all records, that the level of a right model is called unexplained
+COLUMNS: Mapping[str, Title] = {
+    "record": "Record",
+    "level": ("Level", "dB", "+.1f"),
+    "u": ("u", "dB", ".1f"),
+    "level_p": ("p, level", "", ".2g"),
+    "pattern_p": ("p, pattern", "", ".2g"),
+}
+Rows = Sequence[Mapping[str, Any]]
+
+
+def unexplained(tests: Rows, locked: Rows) -> str:
+    """Conclusion on the records whose common level is off by more than chance, with the range of their errors."""
+    far = [one["record"] for one in tests if one["level_p"] < CHANCE / len(tests)]
+    if not far:
+        return "In no record is the level that its third octaves share off by more than the uncertainty."
+    found = []
+    for record in far:
+        errors = [one["error"] for one in locked if one["record"] == record]
+        found.append(f"{short(record)} (error {min(errors):+.0f} to {max(errors):+.0f} dB)")
+    return f"Open problem: the level of {' and '.join(found)} is not explained."
+
+
+def short(record: str) -> str:
+    """Name of a record as the page shows it."""
+    return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")
+
+
+@panel
+def draw_errors(rows: Rows) -> Drawn:
+    """Errors of the locked third octaves with their U, for each record."""
+    figure, ax = new_axes(WIDE)
+    table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])
+    for number, (record, of) in enumerate(table.groupby("record", sort=False)):
+        at, colour = of.band_hz * 1.03 ** (number - 1.5), VERMILION if "353" in str(record) else BLUE
+        ax.errorbar(at, of.error, of.uncertainty, fmt="os^v"[number % 4], color=colour, ms=4, label=short(str(record)))
+    ax.axhspan(-VERDICT.near_db, VERDICT.near_db, color=SOFT, alpha=0.12, lw=0)
+    ax.set(xscale="log", xlabel="Third octave, Hz", ylabel="Model over rig, dB")
+    bands = sorted(table.band_hz.unique())
+    ax.set_xticks(bands, labels=[f"{hz:.0f}" for hz in bands])
+    ax.minorticks_off()
+    legend_above(ax)
+    columns = ["record", "band_hz", "rig", "model", "error", "uncertainty"]
+    return figure, {name: table[name].tolist() for name in columns}
+
+
+def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
+    locked = [one for one in content["rows"] if one["kind"] == LOCKED]
+    yield prose.paragraph("counts", near_db=VERDICT.near_db, **content["counts"])
+    yield prose.figure("amplitude-errors", draw_errors(locked), near_db=VERDICT.near_db)
+    yield prose.table("amplitude-levels", [one | {"record": short(one["record"])} for one in content["tests"]], COLUMNS)
+    yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked), **content["mounting"])
+
+
+STUDY = study_page(__package__, 44.2, _blocks)
 
 
 def section(results: StoredResults) -> Section:
-    """The counts with what each part is worth, and every locked band; level and pattern, bias, rows in the appendix."""
-    result, predicted = results.get("amplitudes"), _outcome(results)
-    if result is None:
-        return TEXTS.section(TEXTS.paragraph("amplitudes"), missing("amplitudes"), appendix=predicted)
-    content = result.content
-    withheld = [
-        row for row in content["comparisons"]
-        if row["used_for"] == "withheld" and row["rig_present"] and row["kind"] not in TABLED
-    ]  # fmt: skip
-    return TEXTS.section(
-        TEXTS.paragraph("amplitudes"),
-        TEXTS.paragraph("counts", counts=content["counts"]),
-        TEXTS.table("worth", content["worth"]),
-        TEXTS.paragraph(
-            "causes",
-            counts=content["counts"],
-            unexplained=[row for row in content["bands"] if row["record"] == UNEXPLAINED and not row["censored"]],
-        ),
-        TEXTS.table("locked", content["bands"], mounting=content["mounting"]),
-        appendix=(
-            *predicted,
-            origin_of(result),
-            TEXTS.table("level-and-pattern", content["level_and_pattern"]),
-            TEXTS.paragraph("mounting", mounting=content["mounting"], crps=content["crps_db"]),
-            TEXTS.table("amplitude-bias", content["bias"], least_records=LEAST_RECORDS),
-            TEXTS.table("amplitude-rows", withheld),
-        ),
-    )
+    """Section of the study, and the outcome of the predictions that were stored before three records were read."""
+    found, outcome = STUDY.section(results), results.get(OUTCOME)
+    if outcome is None:
+        return found
+    counts = ", ".join(f"{one['kind']} {one['within']} of {one['of']}" for one in outcome.content["counts"])
+    said = Prose(__package__).paragraph("predicted", counts=counts, near_db=VERDICT.near_db, near_pct=VERDICT.near_pct)
+    return replace(found, blocks=(*found.blocks, origin_of(outcome), said))
 
 
-def _outcome(results: StoredResults) -> Sequence[Block]:
-    """What became of the stored predictions, failures first, and every row of it; nothing without that result."""
-    content = results.content("prediction_outcome")
-    if not content:
-        return ()
-    present = [row for row in content["comparisons"] if row["rig_present"]]
-    said = TEXTS.paragraph(
-        "outcome", outcome=content, depths=[row for row in present if row["kind"] == DEPTH],
-        cages=[row for row in present if row["quantity"] == CAGE_RATIO.name],
-    )  # fmt: skip
-    return said, TEXTS.table("outcome-rows", content["comparisons"], outcome=content)
-
-
-def data(results: StoredResults) -> Row:
-    """What ``report.json`` holds of it."""
-    content, outcome = results.content("amplitudes"), results.content("prediction_outcome")
+def data(results: StoredResults) -> Mapping[str, Any]:
+    """Keys of ``report.json``."""
+    content, outcome = results.content("amplitudes"), results.content(OUTCOME)
     return {
         "amplitudes": content.get("counts"),
-        "bias": content.get("bias", []),
-        "comparisons": [*content.get("comparisons", []), *outcome.get("comparisons", [])],
+        "amplitude_levels": content.get("tests", []),
+        "comparisons": [*content.get("rows", []), *outcome.get("comparisons", [])],
         "prediction_outcome": {key: value for key, value in outcome.items() if key != "comparisons"},
     }
 
 
-RESULTS = ("amplitudes", "prediction_outcome")
-PAGE = Page(name="amplitudes", place=44.2, results=RESULTS, section=section, data=data)
+PAGE = replace(STUDY, results=("amplitudes", OUTCOME), section=section, data=data)
