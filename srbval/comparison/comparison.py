@@ -5,7 +5,7 @@ of squares. Where |E| exceeds U the model's error is resolved. It agrees only wh
 fixed before: |E| + U below it (two one-sided tests, Schuirmann 1987; with U in place of 1.645 u they hold whatever the
 distribution, and that of an input is as good as uniform). Between the two nothing is decided. Verdicts on single
 quantities are exploratory: see `srbval.comparison.verdicts` for the cage ratio,
-`srbval.studies.level_and_pattern` for bands.
+the study `amplitudes` for bands.
 """
 
 import enum

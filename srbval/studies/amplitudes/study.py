@@ -113,7 +113,7 @@ def scenes_of(case: Mapping[str, Any]) -> tuple[Scene, ...]:
 def measure(case: Mapping[str, Any], *attempts: Attempt) -> dict[str, float]:
     """Levels of all runs behind the path that they identify; for the nominal case the 95 % half widths of its gains."""
     for one in attempts:
-        if not one.ok:
+        if not one.works:
             raise NumericsError(f"amplitudes: a run with {case['inputs']} inputs is {one.status}: {one.reason}")
     runs, records = [one.run for one in attempts if one.run is not None], rig_records()
     pairs = [Pair(record=records[place].record, run=runs[place]) for place in (GAINS, RATIO)]
