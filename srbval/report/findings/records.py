@@ -1,4 +1,4 @@
-"""What figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram."""
+"""Arrays that figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram."""
 
 import dataclasses
 import math
@@ -20,15 +20,15 @@ from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
-WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or more of a race fault
+WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of a race fault or more
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
 OWN_UNIT, NORMALISED = "m/s²", "std. dev."
-# Of an envelope spectrum, but no more than this order of a slow shaft: below lies the slow trend at its very start.
+# The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
 LEAST_HZ, LEAST_ORDER = 1.0, 0.3
-HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner race's where none is: end of a spectrum
-# Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
-# as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
+HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # end of a spectrum: times the marked line, or the inner race's if none is
+# Peaks taller than the share TALL of the tallest are named. Peaks within the share SAME of their frequency and two bins
+# are one peak. At most MOST_TIMES shaft, line or cage: every frequency is near to some higher multiple.
 TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
 
 
@@ -65,17 +65,17 @@ class RecordView:
 
     @property
     def origin(self) -> Origin:
-        """Whether it is measured, simulated or a stand-in."""
+        """Measured, simulated or a stand-in."""
         return self.analysis.recording.origin
 
     @property
     def shaft_hz(self) -> float:
-        """The mean speed of its shaft [Hz]."""
+        """Mean shaft speed [Hz]."""
         return self.analysis.speed.value_hz
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
-    """The arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
+    """Arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
@@ -102,16 +102,16 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
 
 
 def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of a run, along the sensor's axis: acceleration [m/s²]; frequencies [Hz] and level [dB re 1 (m/s²)²/Hz]."""
+    """Acceleration of a run along the sensor's axis [m/s²]; frequencies [Hz] and level [dB re 1 (m/s²)²/Hz]."""
     acceleration = along_sensor(run.acceleration_m_s2)
     hz, power = power_density(acceleration, run.scene.output_rate_hz, 1 / RUN_SEGMENT_HZ)
     return acceleration, hz[1:], 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
 
 
 def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """A record and a healthy one, each the middle of its time, both in m/s² where both are in it.
+    """Views of a record and a healthy record, each at the middle of its time, in m/s² if both recordings are.
 
-    The healthy one's Welch spectrum is given at the record's frequencies, NaN beyond its own.
+    The Welch spectrum of the healthy record has the record's frequencies, NaN beyond its own.
     """
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = all(side.recording.unit == "m/s2" for side in sides)
@@ -136,10 +136,10 @@ class Cursor:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpectrumView:
-    """The envelope spectrum of `record` from zero to `end_hz`, to be drawn over that of `healthy` where there is one.
+    """The envelope spectrum of `record` from zero to `end_hz`, to be drawn over the spectrum of `healthy` if given.
 
-    `cursors` are the lines expected, `peaks` the frequency [Hz] and amplitude of those found, `others` further tall
-    peaks by what they are: name, frequency, amplitude (see `tall_peaks`).
+    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found, `others` the names,
+    frequencies and amplitudes of further tall peaks (see `tall_peaks`).
     """
 
     record: RecordView
@@ -151,15 +151,15 @@ class SpectrumView:
 
 
 def highest_of(record: RecordView, end_hz: float) -> float:
-    """The highest amplitude of an envelope spectrum from `LEAST_HZ`, or `LEAST_ORDER` of the shaft, to `end_hz`."""
+    """Highest amplitude of an envelope spectrum from `LEAST_HZ`, or `LEAST_ORDER` of the shaft, to `end_hz`."""
     least_hz = min(LEAST_HZ, LEAST_ORDER * record.shaft_hz)
     return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
 def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:
-    """The spectrum up to a few harmonics of the `marked` line, with one sideband either side of each, and every line.
+    """The spectrum up to a few harmonics of the `marked` line, with one sideband on either side of each.
 
-    Marked as found are those lines alone whose first harmonic was detected.
+    Only lines whose first harmonic was detected are marked as found.
     """
     analysis = record.analysis
     end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
@@ -195,7 +195,7 @@ def marked_line(analysis: Analysis) -> Line | None:
 
 
 def detected_peaks(record: RecordView) -> tuple[tuple[float, float], ...]:
-    """Frequency [Hz] and height of the peaks of those lines whose first harmonic was detected."""
+    """Frequency [Hz] and height of the peaks of all lines whose first harmonic was detected."""
     detected = tuple(line.name for line in first_lines(record.analysis) if line.detected)
     return tuple((hz, height) for name, hz, height in record.peaks if name.startswith(detected))
 
@@ -211,7 +211,7 @@ def fault_cursors(
 ) -> tuple[Cursor, ...]:
     """Cursors of all harmonics of `line` up to `end_hz`, each with `sidebands` on either side.
 
-    Named as the field does: ``BPFI``, ``2xBPFI``, ``BPFI-fr``, ``2xBPFI+2fr``.
+    Their names are those of the field: ``BPFI``, ``2xBPFI``, ``BPFI-fr``, ``2xBPFI+2fr``.
     """
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
@@ -234,10 +234,10 @@ def tall_peaks(
     orders: Mapping[str, float],
     marked_hz: Sequence[float],
 ) -> tuple[tuple[str, float, float], ...]:
-    """Tall peaks of a spectrum, [n], up to `end_hz` that are not marked already: what they are, frequency, amplitude.
+    """Names, frequencies and amplitudes of the tall peaks of a spectrum [n] up to `end_hz` that are not marked.
 
-    Named as a small multiple of one of `orders` (name: shaft orders), or by their distance from one within a shaft
-    order, or else by their own order.
+    The name is a small multiple of one of `orders` (name: shaft orders), else the distance from a race line within a
+    shaft order, else the peak's own order.
     """
     frequency, height = plotted(frequency_hz, amplitude, end_hz, BINS_SHOWN)
     inner = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
@@ -261,7 +261,7 @@ def tall_peaks(
 
 
 def envelope_scalogram(shown: RecordView) -> Scalogram:
-    """The wavelet transform of the envelope shown."""
+    """Wavelet transform of the envelope shown."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
 
@@ -269,7 +269,7 @@ def envelope_scalogram(shown: RecordView) -> Scalogram:
 def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
     """Sidebands of the inner-race line `at_one` and `at_two` shaft speeds, mean of both sides, as shares of the line.
 
-    None where the line was not read.
+    None if the line was not read.
     """
     line_hz, shaft_hz = analysis.line("BPFI").found_hz, analysis.speed.value_hz
     if line_hz is None:

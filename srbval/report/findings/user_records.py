@@ -1,4 +1,4 @@
-"""Findings on a user's recordings: lines, what was not detected and why, a healthy record, the model to compare."""
+"""Findings on a user's recordings: lines, reasons for lines not detected, a healthy record, the model to compare."""
 
 import math
 from collections.abc import Sequence
@@ -30,15 +30,15 @@ from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
 
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
-HIGHEST_SHARE = 0.45  # of a run's rate, where a record's band reaches beyond it
+HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's band reaches beyond it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelSide:
-    """The model at a record's speed, with the defect of `state`: its run, and what figures show of it.
+    """A run of the model at a record's speed, with the defect of `state`, and its arrays for figures.
 
-    `stated_load` says whether the record states its load, or the scene's own was taken; `open_cage` what is open of the
-    cage's speed, where the model takes that from dimensions.
+    `stated_load` is true if the record states its load, else the scene's own was taken; `open_cage` is what the
+    dimensions leave open of the cage's speed, if the model takes it from them.
     """
 
     run: Run
@@ -50,7 +50,7 @@ class ModelSide:
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
-        """Lines at the cage's mean speed [Hz], with 95 % half widths of what is open of it [%]."""
+        """Lines at the cage's mean speed [Hz], with 95 % half widths of what the dimensions leave open [%]."""
         elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
         shift, ci95 = (0.0, 0.0) if self.open_cage is None else (self.open_cage.shift, self.open_cage.ci95)
         cage = self.run.cage_ratio * (1 + shift)
@@ -78,10 +78,10 @@ class ModelSide:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UserRecord(RecordReading):
-    """One recording with all that the report says of it.
+    """One recording with everything that the report shows of it.
 
-    `view` is its envelope spectrum with that of the healthy record; `marked` the line whose harmonics are marked there,
-    None where there is none to mark. `model` is a text where the model's run failed, None where there is no model.
+    `view` is its envelope spectrum with the healthy record's; `marked` is the line whose harmonics are marked there, if
+    any. `model` is the reason as a text if the model's run failed, None without a model.
     """
 
     view: SpectrumView
@@ -90,11 +90,11 @@ class UserRecord(RecordReading):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The record in a row of the overview."""
+        """Row of the overview."""
         return summary_of(to_json(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """The record's entry in ``report.json``: all numbers; arrays that figures draw lie in their data files."""
+        """Entry in ``report.json``: all numbers; the data files of figures contain the arrays."""
         baseline, model = self.baseline, self.model
         return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
@@ -115,10 +115,9 @@ def gather_user_records(
 ) -> tuple[tuple[UserRecord, ...], tuple[FailedFile, ...], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
-    Returns the records, what could not be read or analysed, and the provenance. For `request`, `healthy` and
-    `all_channels` see `read_recording`. The model is compared with a measured record where the bearing's dimensions
-    are known and `model` is left True. Raises the error of the records where none can be analysed; a model's run that
-    fails is only said.
+    Returns the records, the files that could not be read or analysed, and the provenance. For `request`, `healthy` and
+    `all_channels` see `read_recording`. If `model` is true, it is compared with each measured record of a bearing
+    with known dimensions; a run that fails is reported. Raises the error of the records if none can be analysed.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -148,7 +147,7 @@ def gather_user_records(
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
-    """What the report says of one reading, beside a model where there is any."""
+    """Everything that the report shows of one reading, beside a model if given."""
     analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
@@ -167,9 +166,9 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """The model at the record's speed with a defect of the part named, or else of the one declared.
+    """The model at the record's speed with a defect of the named part, or else of the declared one.
 
-    None where the bearing has no model.
+    None if the bearing has no model.
     """
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:

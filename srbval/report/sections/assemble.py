@@ -57,7 +57,7 @@ def limits_section(findings: Findings) -> Section:
     axial = any(cell.axial_kn for cell in cells if cell.comparisons)
     passing = findings.data["point_passing"]
     items = (
-        blind_sentence(findings),
+        blind_sentence(to_json(list(findings.matrix.comparisons)), predicted="prediction_outcome" in findings.results),
         *missed_sentence(stated_verdicts(findings)),
         *LIMITS.items(
             "limits",
@@ -71,12 +71,11 @@ def limits_section(findings: Findings) -> Section:
     return LIMITS.section(Listing(items))
 
 
-def blind_sentence(findings: Findings) -> str:
-    """Which records were unknown to the project before they were compared, and the stored predictions if there are."""
-    rows = findings.matrix.comparisons
-    blind = list(dict.fromkeys(Path(row.record).name for row in rows if row.used_for == "blind"))
+def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
+    """Which records were unknown to the project before they were compared, and that predictions were compared once."""
+    blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMITS.text("blind", records=", ".join(blind)) if blind else LIMITS.text("not-blind")
-    return f"{text} {LIMITS.text('predicted')}" if findings.results.content("prediction_outcome") else text
+    return f"{text} {LIMITS.text('predicted')}" if predicted else text
 
 
 def missed_sentence(stated: Iterable[Mapping[str, Any]]) -> Iterator[str]:
