@@ -1,52 +1,60 @@
 """One bias for each kind of compared quantity: mean error over records, its interval, and the model's scatter.
 
 The record is the unit: errors of one record share its bearing, mounting and speed. Mean error and Student's interval
-b +- t s / sqrt(n); below `LEAST_RECORDS` there is no claim, since neither mean nor scatter says anything of the next
-record. What the errors scatter by beyond the data's own uncertainty is the model's (after the NIST fire-model
+b +- t s / sqrt(n); with fewer than `LEAST_RECORDS` records no bias is claimed, since neither mean nor scatter predicts
+the next record. The scatter of the errors beyond the data's own uncertainty is the model's (after the NIST fire-model
 validation guide, McGrattan et al., NIST SP 1018-3).
 """
 
 import math
-import statistics
-from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE
-from srbval.comparison.comparison import Comparison
+from srbval.comparison.comparison import Row
 from srbval.signal import NORMAL_95
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 LEAST_RECORDS = 5
-Row = dict[str, Any]  # a bias as it is stored
 
 
-def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Row, ...]:
-    """One for each kind, scene and use of the rows that both sides show; yes or no is counted, not measured.
+def biases(comparisons: "pd.DataFrame", *, used_for: str = "") -> list[Row]:
+    """Bias of each kind, scene and use among the rows that both sides show; presence is counted, not measured.
 
-    With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width and the `scatter`,
-    one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is what was seen.
+    With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width `ci95` and the
+    `scatter`, one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is the mean seen.
     """
-    groups: dict[tuple[str, str, str], list[Comparison]] = {}
-    for row in rows:
-        if row.both_present and row.kind != PRESENCE.kind:
-            groups.setdefault((row.kind, row.scene, used_for or row.used_for), []).append(row)
+    both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
+    shown = comparisons[both & (comparisons["kind"] != PRESENCE.kind)]
+    if used_for:
+        shown = shown.assign(used_for=used_for)
     places = {row.kind: place for place, row in enumerate(COMPARED)}
-    return tuple(_bias(*key, groups[key]) for key in sorted(groups, key=lambda key: places.get(key[0], len(places))))
+    groups = shown.groupby(["kind", "scene", "used_for"], sort=False)
+    return [
+        _bias(kind, scene, use, rows)
+        for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))
+    ]
 
 
-def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> Row:
+def _bias(kind: str, scene: str, used_for: str, rows: "pd.DataFrame") -> Row:
     from scipy.special import stdtrit
 
-    by_record: dict[str, list[float]] = {}
-    for row in rows:
-        by_record.setdefault(row.record, []).append(row.error)
-    errors = [statistics.fmean(own) for own in by_record.values()]
-    count, mean = len(errors), statistics.fmean(errors)
-    data = math.sqrt(statistics.fmean((row.data_ci95 / NORMAL_95) ** 2 for row in rows))
+    errors = rows.groupby("record", sort=False)["error"].mean()
+    count, mean = len(errors), float(errors.mean())
+    data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
     claimed = count >= LEAST_RECORDS
-    variance = statistics.variance(errors) if claimed else 0.0
+    variance = float(errors.var()) if claimed else 0.0
     return {
-        "kind": kind, "scene": scene, "used_for": used_for, "unit": rows[0].error_unit, "records": count,
-        "pairs": len(rows), "mean_error": mean, "bias": mean if claimed else None,
+        "kind": kind,
+        "scene": scene,
+        "used_for": used_for,
+        "unit": rows["error_unit"].iloc[0],
+        "records": count,
+        "pairs": len(rows),
+        "mean_error": mean,
+        "bias": mean if claimed else None,
         "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
-        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None, "data_scatter": data,
-    }  # fmt: skip
+        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
+        "data_scatter": data,
+    }

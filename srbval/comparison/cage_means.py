@@ -71,10 +71,14 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
         apart = random_effects(ratios, own, design).effects[:, -1]
     low, middle, high = np.quantile(found.between, (0.025, 0.5, 0.975)).tolist()
     return CageMeans(
-        rpm=tuple(rpm.tolist()), records=tuple(np.bincount(place).tolist()),
-        means=tuple(found.effects.mean(axis=0).tolist()), between_u=middle,
-        between_ci95=(low, high), draws=found.effects, outer_less_inner=apart,
-    )  # fmt: skip
+        rpm=tuple(rpm.tolist()),
+        records=tuple(np.bincount(place).tolist()),
+        means=tuple(found.effects.mean(axis=0).tolist()),
+        between_u=middle,
+        between_ci95=(low, high),
+        draws=found.effects,
+        outer_less_inner=apart,
+    )
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:

@@ -91,9 +91,12 @@ def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trackin
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
         reading = read_comb(
-            record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
-            sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz,
-        )  # fmt: skip
+            record,
+            family.kinematic_hz,
+            window_share(bearing, speed) * family.kinematic_hz,
+            sideband_hz=family.sideband_hz,
+            period_s=1 / speed.value_hz,
+        )
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
     if not found:
@@ -111,9 +114,12 @@ def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trac
     vibration = tracked(signal - signal.mean(), recording.fs_hz, 0.0, tracking)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
     reading = read_comb(
-        record, family.kinematic_hz, window_share(bearing, speed) * family.kinematic_hz,
-        harmonics=math.floor(band_hz[1] / family.kinematic_hz), period_s=1 / speed.value_hz,
-    )  # fmt: skip
+        record,
+        family.kinematic_hz,
+        window_share(bearing, speed) * family.kinematic_hz,
+        harmonics=math.floor(band_hz[1] / family.kinematic_hz),
+        period_s=1 / speed.value_hz,
+    )
     if reading is None:
         return None
     placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
@@ -124,17 +130,26 @@ def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trac
 
 
 def _made(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, read_from: str,
+    recording: Recording,
+    bearing: Bearing,
+    speed: ShaftSpeed,
+    reading: LineReading,
+    read_from: str,
     band_hz: tuple[float, float],
-) -> CageReading:  # fmt: skip
+) -> CageReading:
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
     inner = read_from.startswith(Fault.INNER.line or "")
     per_speed = share if inner else -share
     return CageReading(
-        record=Path(recording.file or recording.name).name, state=recording.state or Fault.HEALTHY,
-        nominal_rpm=recording.nominal_rpm or RPM_PER_HZ * speed.value_hz, shaft_rpm=RPM_PER_HZ * speed.value_hz,
-        ratio=1 - share if inner else share, reading_u=reading.ci95_hz / NORMAL_95 / hz_per_ratio,
-        speed_u=abs(per_speed) * speed.ci95_hz / NORMAL_95 / speed.value_hz, per_speed=per_speed,
-        read_from=read_from, band_hz=band_hz,
-    )  # fmt: skip
+        record=Path(recording.file or recording.name).name,
+        state=recording.state or Fault.HEALTHY,
+        nominal_rpm=recording.nominal_rpm or RPM_PER_HZ * speed.value_hz,
+        shaft_rpm=RPM_PER_HZ * speed.value_hz,
+        ratio=1 - share if inner else share,
+        reading_u=reading.ci95_hz / NORMAL_95 / hz_per_ratio,
+        speed_u=abs(per_speed) * speed.ci95_hz / NORMAL_95 / speed.value_hz,
+        per_speed=per_speed,
+        read_from=read_from,
+        band_hz=band_hz,
+    )

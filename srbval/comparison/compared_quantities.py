@@ -1,27 +1,26 @@
 """What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
 
-Amplitudes in m/s2 are compared apart, in `srbval.path.amplitudes`: they need the path to the sensor.
+Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
 """
 
 import math
-import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.comparison.budget import PRIOR, TOLERANCE, VERDICT
 from srbval.comparison.comparison import (
-    MODEL_STARTS,
+    GRID,
+    INPUTS,
     MOUNTING,
     RIG_READING,
     RIG_SPEED,
-    Comparison,
-    ComparisonVerdict,
     QuantityValue,
+    Row,
+    comparison_row,
 )
-from srbval.comparison.effects import INPUTS, DefectEffects, Sensitivity
-from srbval.comparison.spectrum_shape import UNRELATED_DEG, angle_between, angle_within, halves_of, noise_about
+from srbval.comparison.vocabulary import Verdict
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
@@ -30,27 +29,27 @@ LEVEL_AXIS = "level over the first harmonic, dB"
 _DB = 20 / math.log(10)
 
 Read = Callable[[Analysis, Fault], QuantityValue | None]
+# Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
+# ``inputs``, in the quantity's unit.
+Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedQuantity:
     """One row of `COMPARED`: how a quantity is read and compared, and how the report shows it.
 
-    `name` may hold ``{line}`` for the fault's. `kind` and `heading` are those of its bias and of its column of the
-    matrix; quantities of one `plot` share it and its `axis`. `read` gives the value from an analysis, `from_order` from
-    the line's order of the shaft, where the model's run itself knows that, free of a reading's noise. `compare` gives
-    the fields of a `Comparison` that depend on how it is made, or None where it cannot be. Errors are in `error_unit`:
-    per cent of the rig's value where `relative`, else model less rig. A `yes_or_no` quantity counts whether either side
-    shows something. An error surely below `margin` agrees.
+    `name` may hold ``{line}`` for the fault's line. `kind` and `heading` name its bias and its column of the matrix;
+    quantities of one `plot` share it and its `axis`. `read` gives the value of an analysis. `from_order` gives the
+    value by the line's order of the shaft, which a run of the model knows free of a reading's noise. Errors are in
+    per cent of the rig's value if `relative`, else model less rig in dB. A `yes_or_no` quantity compares whether either
+    side shows something. An error surely below `margin` agrees.
     """
 
     kind: str
     name: str
     heading: str
     read: Read
-    compare: Callable[["ComparedQuantity", QuantityValue, QuantityValue, DefectEffects | None], dict[str, Any] | None]
     unit: str = "dB"
-    error_unit: str = "dB"
     from_order: Callable[[Fault, float, int], float] | None = None
     relative: bool = False
     yes_or_no: bool = False
@@ -63,22 +62,18 @@ class ComparedQuantity:
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
-    def error_per_unit(self, rig: QuantityValue) -> float:
-        """What one of its unit is in `error_unit`."""
-        return 100 / rig.value if self.relative else 1.0
-
 
 def cage_ratio(analysis: Analysis, fault: Fault) -> QuantityValue | None:
     """Cage speed over shaft speed by the line of a race's defect.
 
-    It is what both race lines tell, BPFO = Z c and BPFI = Z (1 - c) in orders: one that slip lowers is one that slip
-    raises the other by, so that errors of lines must not be pooled.
+    Both race lines give it, BPFO = Z c and BPFI = Z (1 - c) in orders of the shaft with Z rollers. Slip lowers BPFO and
+    raises BPFI, so their errors must not be averaged.
     """
     return _by_line(analysis, fault, cage_of) if fault in RACE_DEFECTS else None
 
 
 def roller_line(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """The line of a roller's defect in orders of the shaft: its own turning, which the cage does not settle."""
+    """The line of a roller's defect in orders of the shaft: the roller's own rotation, which the cage does not fix."""
     return _by_line(analysis, fault, order_of) if fault is Fault.ROLLER else None
 
 
@@ -103,7 +98,6 @@ def _by_line(analysis: Analysis, fault: Fault, value_of: Callable[[Fault, float,
         ci95=abs(value_of(fault, order + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
         speed_ci95=abs(value_of(fault, order * slower, rollers) - value),
         present=line.detected,
-        line=line,
         kinematic=value_of(fault, line.kinematic_hz / shaft_hz, rollers),
     )
 
@@ -120,20 +114,10 @@ def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
-def spectrum_shape(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """Angle of the spectra of a record's halves with each other [degrees], see `srbval.comparison.spectrum_shape`."""
-    halves = halves_of(analysis, fault)
-    if halves is None:
-        return None
-    degrees, ci95 = angle_within(halves)
-    related = degrees + ci95 < UNRELATED_DEG
-    return QuantityValue(value=degrees, ci95=ci95, present=related, line=analysis.line_of(fault), halves=halves)
-
-
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
-    """Mean level of lines over the first harmonic [dB]; Rayleigh's scatter of an amplitude in noise is its interval.
+    """Mean level of lines over the first harmonic [dB]; its interval is Rayleigh's scatter of an amplitude in noise.
 
-    None where they are out of the record's reach.
+    None if the lines are out of the record's reach.
     """
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
@@ -145,10 +129,8 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
     return QuantityValue(
         value=_DB * math.log(depth / first.depth),
         ci95=NORMAL_95 * spread,
-        first_ci95=NORMAL_95 * _scatter_db(first),
         present=first.detected and all(line.detected for line in lines),
         least=_DB * math.log(least / first.depth),
-        line=first,
     )
 
 
@@ -157,163 +139,140 @@ def _scatter_db(line: Line) -> float:
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
-def difference(
-    row: ComparedQuantity, model: QuantityValue, rig: QuantityValue, _: DefectEffects | None = None
-) -> dict[str, Any]:
-    """Model less rig; a relative quantity's with the uncertainty of the rig's shaft speed, a level's of its mounting.
-
-    One mounting cannot tell what mounting the sensor does to a level from the model's error: it is in U.
-    """
-    scale = row.error_per_unit(rig)
-    parts = {MODEL_STARTS: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
-    return {"model": model, "rig": rig, "error": scale * (model.value - rig.value), "parts": parts}
-
-
-def presence(
-    _: ComparedQuantity, model: QuantityValue, rig: QuantityValue, __: DefectEffects | None = None
-) -> dict[str, Any]:
-    """Yes or no on either side. A difference counts where the side without would have shown the other's level."""
-    verdict = ComparisonVerdict.UNDECIDED
-    if model.present != rig.present:
-        shown, missing = (model, rig) if model.present else (rig, model)
-        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
-        verdict = ComparisonVerdict.RESOLVED if would_show else ComparisonVerdict.INSUFFICIENT
-    yes = [replace(side, value=float(side.present)) for side in (model, rig)]
-    error = yes[0].value - yes[1].value
-    return {"model": yes[0], "rig": yes[1], "error": error, "parts": {}, "verdict_override": verdict}
-
-
-def shape_angle(
-    _: ComparedQuantity, model: QuantityValue, rig: QuantityValue, known: DefectEffects | None = None
-) -> dict[str, Any] | None:
-    """The model's angle with the record less the one that a right model expects, and the chance of so large a one.
-
-    That is the angle of the record's halves with each other, and what inputs and noise add to it; the former alone
-    where the latter are not known. None where the record's line was not detected.
-    """
-    if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
-        return None
-    (degrees, ci95), noise = angle_between(model.halves, rig.halves), noise_about(rig.line)
-    angle = QuantityValue(value=degrees, ci95=ci95, line=model.line)
-    null = None if known is None or noise is None else known.right_model_excess(*noise)
-    off = degrees - rig.value
-    if null is None:
-        parts = {MODEL_STARTS: ci95, RIG_READING: rig.ci95 or 0.0}
-        return {"model": angle, "rig": replace(rig, halves=None), "error": off, "parts": parts}
-    p = float(1 + len(null) * (null >= off).mean()) / (len(null) + 1)
-    expected, reading = float(null.mean()), NORMAL_95 * math.sqrt(null.var(axis=1).mean())
-    return {
-        "model": angle,
-        "rig": replace(rig, value=rig.value + expected, ci95=reading, halves=None),
-        "error": off - expected,
-        "parts": {RIG_READING: reading, INPUTS: NORMAL_95 * float(null.mean(axis=1).std())},
-        "verdict_override": (ComparisonVerdict.RESOLVED if p < VERDICT.false_resolved else ComparisonVerdict.UNDECIDED),
-        "p": p,
-    }
-
-
 CAGE_RATIO = ComparedQuantity(
-    kind="cage ratio", name="cage ratio", heading="Cage ratio, %", read=cage_ratio, compare=difference,
-    unit="1", error_unit="%", from_order=cage_of, relative=True, margin=TOLERANCE.limit_pct,
-    plot="cage", axis="cage ratio's deviation from kinematics, %",
-)  # fmt: skip
+    kind="cage ratio",
+    name="cage ratio",
+    heading="Cage ratio, %",
+    read=cage_ratio,
+    unit="1",
+    from_order=cage_of,
+    relative=True,
+    margin=TOLERANCE.limit_pct,
+    plot="cage",
+    axis="cage ratio's deviation from kinematics, %",
+)
 ROLLER_LINE = ComparedQuantity(
-    kind="roller line", name="{line}", heading="Roller's line, %", read=roller_line, compare=difference,
-    unit="order", error_unit="%", from_order=order_of, relative=True, margin=TOLERANCE.limit_pct,
-    plot="roller", axis="roller line's deviation from kinematics, %",
-)  # fmt: skip
+    kind="roller line",
+    name="{line}",
+    heading="Roller's line, %",
+    read=roller_line,
+    unit="order",
+    from_order=order_of,
+    relative=True,
+    margin=TOLERANCE.limit_pct,
+    plot="roller",
+    axis="roller line's deviation from kinematics, %",
+)
 HARMONIC = {
     number: ComparedQuantity(
-        kind=f"harmonic {number}", name=f"{number}x{{line}}", heading=f"Harmonic {number}, dB",
-        read=harmonic_level(number), compare=difference, margin=VERDICT.level_db,
+        kind=f"harmonic {number}",
+        name=f"{number}x{{line}}",
+        heading=f"Harmonic {number}, dB",
+        read=harmonic_level(number),
+        margin=VERDICT.level_db,
     )
     for number in (2, 3, 4, 5)
-}  # fmt: skip
+}
 PRESENCE = ComparedQuantity(
-    kind="sideband presence", name="{line} sidebands: shown", heading="Sidebands, model / rig", read=sideband_level,
-    compare=presence, unit="1: yes", error_unit="yes or no", yes_or_no=True, plot="", axis="",
-)  # fmt: skip
+    kind="sideband presence",
+    name="{line} sidebands: shown",
+    heading="Sidebands, model / rig",
+    read=sideband_level,
+    unit="1: yes",
+    yes_or_no=True,
+    plot="",
+    axis="",
+)
 SIDEBANDS = ComparedQuantity(
-    kind="sideband level", name="{line} sidebands", heading="Sideband level, dB", read=sideband_level,
-    compare=difference, margin=VERDICT.level_db,
-)  # fmt: skip
-SHAPE = ComparedQuantity(
-    kind="spectrum shape", name="spectrum shape", heading="Spectrum shape, degrees", read=spectrum_shape,
-    compare=shape_angle, unit="degrees", error_unit="degrees", plot="shape",
-    axis="angle with the rig's spectrum, degrees",
-)  # fmt: skip
-COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS, SHAPE)
+    kind="sideband level",
+    name="{line} sidebands",
+    heading="Sideband level, dB",
+    read=sideband_level,
+    margin=VERDICT.level_db,
+)
+COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS)
 FREQUENCIES = (CAGE_RATIO.kind, ROLLER_LINE.kind)
+
+
+def effects_of(stored: Mapping[str, Any]) -> Effects:
+    """Effects of inputs and numerics from the stored result ``inputs``; none without it."""
+    return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
 def compare(
     fault: Fault,
     rig: Analysis,
     model: Mapping[str, QuantityValue],
-    sensitivity: Sensitivity,
+    effects: Effects,
     *,
     scene: str = "paper",
     used_for: str = "withheld",
-) -> tuple[Comparison, ...]:
-    """Every quantity of a fault that both sides can show; none for a healthy bearing. `scene` names the model's.
+) -> Iterator[Row]:
+    """A `comparison_row` for every quantity of a fault that both sides have; none for a healthy bearing.
 
-    `model` are its values by name. `sensitivity` was measured at one speed and load and is carried over; the mean over
-    the inputs is compared, not their nominal values' run.
+    `model` holds the quantities of the run by name, `scene` names its scene. `effects` were measured at one speed and
+    load and are carried over. The mean over the inputs is compared, not the run at their nominal values.
     """
-    record, known = rig.recording.file or rig.recording.name, sensitivity.of(fault)
-    found = []
+    record = rig.recording.file or rig.recording.name
     for row in COMPARED if fault in DEFECTS else ():
         name = row.name_of(fault)
-        theirs, own = model.get(name), row.read(rig, fault)
+        theirs, own, studied = model.get(name), row.read(rig, fault), effects.get((fault.value, name))
         if theirs is None or own is None:
             continue
-        effects = None if known is None else known.of(name)
-        if effects is not None:
-            theirs = replace(theirs, value=theirs.value + effects.shift)
-        made = row.compare(row, theirs, own, known)
-        if made is None:
-            continue
-        if known is not None:
-            studied = known.parts_ci95(name).items()
-            made["parts"] |= {part: row.error_per_unit(own) * ci95 for part, ci95 in studied}
-        found.append(
-            Comparison(
-                record=record, state=fault, kind=row.kind, quantity=name, unit=row.unit, error_unit=row.error_unit,
-                scene=scene, used_for=used_for, margin=row.margin, **made,
-            )
-        )  # fmt: skip
-    return tuple(found)
+        if studied is not None:
+            theirs = replace(theirs, value=theirs.value + studied["shift"])
+        made = _presence(theirs, own) if row.yes_or_no else _difference(row, theirs, own, studied)
+        yield comparison_row(
+            record=record,
+            state=fault,
+            kind=row.kind,
+            quantity=name,
+            unit=row.unit,
+            scene=scene,
+            used_for=used_for,
+            margin=row.margin,
+            **made,
+        )
+
+
+def _difference(
+    row: ComparedQuantity, model: QuantityValue, rig: QuantityValue, studied: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """Model less rig; U of a relative quantity includes the rig's shaft speed, U of a level the sensor's mounting.
+
+    One mounting cannot separate the mounting's effect on a level from the model's error.
+    """
+    scale = 100 / rig.value if row.relative else 1.0
+    parts = {RIG_READING: scale * (rig.ci95 or 0.0)}
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
+    if studied is not None:
+        parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
+    error = scale * (model.value - rig.value)
+    return {"model": model, "rig": rig, "error": error, "error_unit": "%" if row.relative else "dB", "parts": parts}
+
+
+def _presence(model: QuantityValue, rig: QuantityValue) -> dict[str, Any]:
+    """Yes or no on either side; they differ if the side without would have shown the other's level."""
+    verdict = Verdict.NOT_RESOLVED
+    if model.present != rig.present:
+        shown, missing = (model, rig) if model.present else (rig, model)
+        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
+        verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
+    yes = {
+        side: replace(value, value=float(value.present), ci95=0.0) for side, value in (("model", model), ("rig", rig))
+    }
+    error = yes["model"].value - yes["rig"].value
+    return yes | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
 
 
 def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, QuantityValue]:
-    """Every quantity of a run by name, as read, or by the line's `order` where the run gives it and a row takes it."""
+    """Quantities of a run by name: as read, or by the line's `order` if the run knows it and the quantity takes it."""
     found = {}
     for row in COMPARED if fault in DEFECTS else ():
         read = row.read(analysis, fault)
         if read is not None and row.from_order is not None and order is not None:
             value = row.from_order(fault, order, analysis.bearing.rolling_elements)
-            read = QuantityValue(value=value, line=read.line, kinematic=read.kinematic)
+            read = QuantityValue(value=value, kinematic=read.kinematic)
         if read is not None:
             found[row.name_of(fault)] = read
-    return found
-
-
-def mean_of_starts(values: Sequence[Mapping[str, QuantityValue]]) -> dict[str, QuantityValue]:
-    """Means over runs, with Student's interval; shown where most runs show it. One run keeps its reading's interval."""
-    from scipy.special import stdtrit
-
-    if len(values) < 2:
-        return dict(values[0])
-    found = {}
-    for name in values[0]:
-        own = [one[name] for one in values if name in one]
-        if len(own) < len(values):
-            continue
-        numbers = [one.value for one in own]
-        ci95 = float(stdtrit(len(own) - 1, 0.975)) * statistics.stdev(numbers) / math.sqrt(len(own))
-        found[name] = replace(
-            own[0], value=statistics.fmean(numbers), ci95=ci95, least=max(one.least for one in own),
-            present=2 * sum(one.present for one in own) > len(own),
-        )  # fmt: skip
     return found

@@ -1,31 +1,33 @@
-"""The validation matrix: every registered record of the rig, one cell per operating point of Table 5.
+"""The validation matrix: one record per operating point of Table 5, and every quantity of its fault compared.
 
-Every registered record fills a cell, and every cell of a fault compares every quantity; there is no other list.
+Every registered record of the rig fills a row; there is no other list.
 """
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.comparison.compared_quantities import FREQUENCIES, compare
-from srbval.comparison.comparison import Comparison, ComparisonVerdict
+from srbval.comparison.compared_quantities import FREQUENCIES, Effects, compare
+from srbval.comparison.comparison import Row, comparison_frame
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.effects import Sensitivity
-from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline
+from srbval.comparison.vocabulary import Verdict
+from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.lines import Line, line_entry
-from srbval.recordings import ShaftSpeed
+from srbval.reading.lines import line_entry
 from srbval.recordings.datasets.description import OperatingGrid, dataset
 from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry, unopened
 
-# Verdicts of cells that hold no comparison.
+if TYPE_CHECKING:
+    import pandas as pd
+
+# Verdicts on records that have no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
-Counterpart = Callable[[Analysis, Executor], AnalysedRun | str]  # made in that pool
-Sides = tuple[Analysis, AnalysedRun | str]  # of a record; the model's is the reason where its run failed
+Counterpart = Callable[[Analysis], AnalysedRun | str]
+Sides = tuple[Analysis, AnalysedRun | str]  # rig and model of a record; a text is the reason why the run failed
 
 
 class Point(NamedTuple):
@@ -37,83 +39,22 @@ class Point(NamedTuple):
     nominal_rpm: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class MatrixCell:
-    """One record [kN, rpm]: its shaft speed, the line of its state, the fault call, and its rows of the comparison.
-
-    `comparisons` hold every quantity of the fault that both sides show; `error_pct` and `uncertainty_pct` are those of
-    the frequency. `model_hz` is the model's line at the same speed,
-    None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault call against
-    the healthy record of the same point.
-    """
-
-    state: Fault
-    radial_kn: float
-    axial_kn: float
-    nominal_rpm: float
-    file: str
-    speed: ShaftSpeed
-    line: Line
-    model_hz: float | None
-    call: BaselineComparison
-    comparisons: tuple[Comparison, ...] = ()
-    error_pct: float | None = None
-    uncertainty_pct: float | None = None
-    remark: str = ""
-    cautions: tuple[str, ...] = ()
-
-    @property
-    def point(self) -> Point:
-        """The cell's place in the matrix."""
-        return Point(self.state, self.radial_kn, self.axial_kn, self.nominal_rpm)
-
-    @property
-    def shaft_rpm(self) -> float:
-        """Mean shaft speed [rpm]."""
-        return 60 * self.speed.value_hz
-
-    @property
-    def verdict(self) -> str:
-        """What may be said of the model at this point."""
-        if not self.line.detected:
-            return NOT_DETECTED
-        if self.state is Fault.HEALTHY:
-            return BASELINE
-        frequency = next((row for row in self.comparisons if row.kind in FREQUENCIES), None)
-        return (ComparisonVerdict.INSUFFICIENT if frequency is None else frequency.verdict).value
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
-        line, entry = self.line, vars(self) | line_entry(self.line)
-        del entry["speed"]
-        return entry | {
-            "shaft_rpm": self.shaft_rpm,
-            "speed_ci95_rpm": 60 * self.speed.ci95_hz,
-            "speed_source": self.speed.source,
-            "rig_hz": line.found_hz,
-            "rig_ci95_hz": line.ci95_hz,
-            "deviation_pct": line.deviation_pct if line.detected else None,
-            "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
-            "verdict": self.verdict,
-        }
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Matrix:
-    """The cells there are data for, on the grid of Table 5; `unusable` are records with the reason.
+    """The records that there are, on the grid of Table 5.
 
-    `sides` are those of the cells that were asked for: those of a full grid would not fit into memory.
+    `records` has one row per record, with the columns of `matrix` in ``report.json``: its point, speed, the line of its
+    state, `model_hz` (NaN if there is no run, `remark` gives the reason), `call` (the fault call against the healthy
+    record of the same speed and load) and the `verdict` on the frequency. `comparisons` has one row per record and
+    quantity, see `comparison_row`. `unusable` are files that could not be analysed, with the reason. `sides` holds rig
+    and model of the points that were asked for; those of a full grid would not fit into memory.
     """
 
     grid: OperatingGrid
-    cells: tuple[MatrixCell, ...] = ()
+    records: "pd.DataFrame"
+    comparisons: "pd.DataFrame"
     unusable: tuple[tuple[str, str], ...] = ()
     sides: Mapping[Point, Sides] = field(default_factory=dict)
-
-    @property
-    def comparisons(self) -> tuple[Comparison, ...]:
-        """The whole table: the rows of all cells."""
-        return tuple(row for cell in self.cells for row in cell.comparisons)
 
     @property
     def size(self) -> int:
@@ -133,98 +74,102 @@ def build_matrix(
     *,
     bearing: Bearing,
     counterpart: Counterpart,
-    sensitivity: Sensitivity,
+    effects: Effects,
     keep_sides_of: Collection[Point] = (),
     jobs: int | None = None,
 ) -> Matrix:
     """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
 
-    `counterpart` runs the model at a record's own speed and load in the pool it is given, or says why it failed;
-    `sensitivity` holds the effects of numerics and open inputs. Verdicts hold over all records together (Holm). A
-    healthy bearing's line is its baseline, not a fault that the model has: nothing is run for it. A record that cannot
-    be analysed is listed with its reason and fills no cell. Both sides of the points in `keep_sides_of` are returned in
-    full, healthy ones' too.
+    `counterpart` runs the model at a record's own speed and load, or returns the reason why it failed; `effects` are
+    those of numerics and uncertain inputs. A healthy bearing's line is its baseline, not a fault that the model has, so
+    nothing is run for it. A record that cannot be analysed is listed with its reason. Both sides of the points in
+    `keep_sides_of` are returned, of healthy bearings too.
     """
+    import pandas as pd
+
     chosen: dict[Point, RegisteredRecording] = {}
     for entry in registered:
         point = point_of(entry)
         if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
 
-    def compared(points: Sequence[Point], runs: Executor) -> list[tuple[Point, MatrixCell | str, Sides | None]]:
-        """The records of one speed and load, the healthy one first: the others are compared with it."""
-        healthy, found = None, []
-        for point in sorted(points, key=lambda point: point.state is not Fault.HEALTHY):
-            entry, sides = chosen[point], None
-            try:
-                rig = analyse(load_entry(entry), bearing=bearing)
-                wanted = point in keep_sides_of
-                model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
-                used_for = "blind" if unopened(entry) else "withheld"
-                cell: MatrixCell | str = _cell(point, rig, healthy, model, sensitivity, used_for)
-            except SrbvalError as error:
-                cell = str(error)
-            else:
-                healthy = rig if point.state is Fault.HEALTHY else healthy
-                sides = (rig, model) if wanted and model is not None else None
-            found.append((point, cell, sides))
-        return found
-
-    groups: dict[tuple[float, float, float], list[Point]] = {}
-    for point in sorted(chosen, key=lambda point: point.nominal_rpm):  # slow shafts first: theirs are the longest runs
-        groups.setdefault(point[1:], []).append(point)
-    # Records wait for their runs; a pool of these alone keeps every core busy, whichever records they belong to.
-    workers = jobs or os.cpu_count() or 1
-    with ThreadPoolExecutor(workers) as runs, ThreadPoolExecutor(workers) as records:
-        tasks = [records.submit(compared, points, runs) for points in groups.values()]
+    def sides_of(point: Point) -> tuple[Analysis, AnalysedRun | str | None] | str:
         try:
-            results = sorted((one for task in tasks for one in task.result()), key=lambda one: one[0])
-        except BaseException:
-            for pool in (records, runs):
-                pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    cells = [cell for _, cell, _ in results if isinstance(cell, MatrixCell)]
+            rig = analyse(load_entry(chosen[point]), bearing=bearing)
+            wanted = point in keep_sides_of or point.state in DEFECTS
+            return rig, counterpart(rig) if wanted else None
+        except SrbvalError as error:
+            return str(error)
+
+    groups: dict[tuple[float, float, float], list[Point]] = {}  # of one speed and load, the healthy record first
+    for point in sorted(chosen, key=lambda point: (point.nominal_rpm, point.state is not Fault.HEALTHY)):
+        groups.setdefault(point[1:], []).append(point)
+    records, comparisons, sides, unusable = dict[Point, Row](), dict[Point, list[Row]](), dict[Point, Sides](), []
+    with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as pool:
+        for points in groups.values():
+            healthy = None
+            for point, found in zip(points, pool.map(sides_of, points), strict=True):
+                if isinstance(found, str):
+                    unusable.append((chosen[point].file, found))
+                    continue
+                rig, model = found
+                healthy = rig if point.state is Fault.HEALTHY else healthy
+                used_for = "blind" if unopened(chosen[point]) else "withheld"
+                comparisons[point] = _compared(point.state, rig, model, effects, used_for)
+                records[point] = _record(point, rig, healthy, model, comparisons[point])
+                if model is not None and point in keep_sides_of:
+                    sides[point] = (rig, model)
+    ordered = sorted(records)
     return Matrix(
         grid=rig_grid(),
-        cells=tuple(cells),
-        unusable=tuple((chosen[point].file, cell) for point, cell, _ in results if isinstance(cell, str)),
-        sides={point: sides for point, _, sides in results if sides is not None},
+        records=pd.DataFrame([records[point] for point in ordered]),
+        comparisons=comparison_frame(row for point in ordered for row in comparisons[point]),
+        unusable=tuple(unusable),
+        sides={point: sides[point] for point in ordered if point in sides},
     )
 
 
 def point_of(entry: RegisteredRecording) -> Point | None:
-    """The operating point of a record, None where one of state, load and speed is not known."""
+    """The operating point of a record; None if one of state, load and speed is not known."""
     if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
         return None
     return Point(entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm)
 
 
-def _cell(
-    point: Point,
-    analysis: Analysis,
-    healthy: Analysis | None,
-    model: AnalysedRun | str | None,
-    sensitivity: Sensitivity,
-    used_for: str,
-) -> MatrixCell:
-    state = point.state
-    # A healthy bearing's line is its baseline, not a fault.
-    line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
-    rows: tuple[Comparison, ...] = ()
-    model_order = model.line_order if isinstance(model, AnalysedRun) else None
-    if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base, used_for=used_for)
-    frequency = next((row for row in rows if row.kind in FREQUENCIES), None)
-    return MatrixCell(
+def _compared(
+    state: Fault, rig: Analysis, model: AnalysedRun | str | None, effects: Effects, used_for: str
+) -> list[Row]:
+    if state not in DEFECTS or not isinstance(model, AnalysedRun) or not rig.line_of(state).detected:
+        return []
+    return list(compare(state, rig, model.values, effects, scene=model.case.base, used_for=used_for))
+
+
+def _record(
+    point: Point, rig: Analysis, healthy: Analysis | None, model: AnalysedRun | str | None, rows: Sequence[Row]
+) -> Row:
+    """The record's row of the matrix; its deviation from kinematics is None if its line is not detected."""
+    faulty = point.state is not Fault.HEALTHY
+    line = rig.line_of(point.state if faulty else Fault.OUTER)  # a healthy bearing's BPFO line is its baseline
+    frequency = next((row for row in rows if row["kind"] in FREQUENCIES), None)
+    verdict = BASELINE if not faulty else frequency["verdict"] if frequency else Verdict.INSUFFICIENT.value
+    order = model.line_order if isinstance(model, AnalysedRun) else None
+    return {
         **point._asdict(),
-        file=analysis.recording.file or analysis.recording.name,
-        speed=analysis.speed,
-        line=line,
-        model_hz=analysis.speed.value_hz * model_order if model_order else None,
-        call=compare_with_baseline(analysis, healthy),
-        comparisons=rows,
-        error_pct=None if frequency is None else frequency.error,
-        uncertainty_pct=None if frequency is None else frequency.uncertainty,
-        remark=model if isinstance(model, str) else "",
-        cautions=analysis.recording.cautions,
-    )
+        "state": point.state.value,
+        "file": rig.recording.file or rig.recording.name,
+        "shaft_rpm": 60 * rig.speed.value_hz,
+        "speed_ci95_rpm": 60 * rig.speed.ci95_hz,
+        "speed_source": rig.speed.source.value,
+        **line_entry(line),
+        "rig_hz": line.found_hz,
+        "rig_ci95_hz": line.ci95_hz,
+        "deviation_pct": line.deviation_pct if line.detected else None,
+        "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
+        "model_hz": rig.speed.value_hz * order if order else None,
+        "error_pct": None if frequency is None else frequency["error"],
+        "uncertainty_pct": None if frequency is None else frequency["uncertainty"],
+        "verdict": verdict if line.detected else NOT_DETECTED,
+        "call": compare_with_baseline(rig, healthy),
+        "remark": model if isinstance(model, str) else "",
+        "cautions": rig.recording.cautions,
+    }

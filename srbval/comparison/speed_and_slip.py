@@ -1,20 +1,21 @@
 """What part of a line's deviation is the shaft's speed and what part the cage's slip."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.comparison.comparison import deviation_pct
-from srbval.comparison.matrix import MatrixCell
+from srbval.comparison.comparison import Row, deviation_pct
 from srbval.comparison.table6 import Table6
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
 PRINTED_CI95_HZ = 0.05
-Row = dict[str, Any]  # a line's deviation, split
 
 
 def split_speed_and_slip(
@@ -38,11 +39,19 @@ def split_speed_and_slip(
     reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
     slip_ci, to_cage = math.hypot(reading_pct, speed_ci), cage_factor(line, bearing)
     return source | {
-        "line": line, "reference_rpm": reference_rpm, "shaft_rpm": shaft_rpm, "shaft_ci95_rpm": shaft_ci95_rpm,
-        "total_pct": deviation_pct(found_hz, order * reference_rpm / 60), "total_ci95_pct": reading_pct,
-        "speed_pct": deviation_pct(shaft_rpm, reference_rpm), "speed_ci95_pct": speed_ci,
-        "slip_pct": slip, "slip_ci95_pct": slip_ci, "cage_pct": to_cage * slip, "cage_ci95_pct": abs(to_cage) * slip_ci,
-    }  # fmt: skip
+        "line": line,
+        "reference_rpm": reference_rpm,
+        "shaft_rpm": shaft_rpm,
+        "shaft_ci95_rpm": shaft_ci95_rpm,
+        "total_pct": deviation_pct(found_hz, order * reference_rpm / 60),
+        "total_ci95_pct": reading_pct,
+        "speed_pct": deviation_pct(shaft_rpm, reference_rpm),
+        "speed_ci95_pct": speed_ci,
+        "slip_pct": slip,
+        "slip_ci95_pct": slip_ci,
+        "cage_pct": to_cage * slip,
+        "cage_ci95_pct": abs(to_cage) * slip_ci,
+    }
 
 
 def cage_factor(line: str, bearing: Bearing) -> float:
@@ -50,26 +59,35 @@ def cage_factor(line: str, bearing: Bearing) -> float:
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
-def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[Row]:
-    """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
-    for cell in cells:
-        line = cell.line
-        if cell.state in RACE_DEFECTS and line.detected and line.found_hz is not None:
-            yield split_speed_and_slip(
-                line.name, bearing, (line.found_hz, line.ci95_hz or 0.0), (cell.shaft_rpm, 60 * cell.speed.ci95_hz),
-                reference_rpm=cell.nominal_rpm, record=Path(cell.file).stem, origin=Origin.MEASURED.value,
-                speed_source=cell.speed.source.value,
-            )  # fmt: skip
+def matrix_rows(records: "pd.DataFrame", bearing: Bearing) -> Iterator[Row]:
+    """The race line of each record of `Matrix.records` that shows it, counted from the record's nominal speed."""
+    shown = records[records["state"].isin(RACE_DEFECTS) & records["detected"].astype(bool)]
+    for one in shown.to_dict("records"):
+        yield split_speed_and_slip(
+            one["line"],
+            bearing,
+            (one["found_hz"], one["ci95_hz"]),
+            (one["shaft_rpm"], one["speed_ci95_rpm"]),
+            reference_rpm=one["nominal_rpm"],
+            record=Path(one["file"]).stem,
+            origin=Origin.MEASURED.value,
+            speed_source=one["speed_source"],
+        )
 
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[Row]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
     for state in RACE_DEFECTS:
         yield split_speed_and_slip(
-            state.line or "", bearing, (printed.of(state.value).rig_hz, PRINTED_CI95_HZ),
-            published_rpm(state, float(printed.motor_rpm)), reference_rpm=printed.shaft_rpm,
-            record=f"Table 6, rig, {state.line}", origin="published", speed_source="published means, between",
-        )  # fmt: skip
+            state.line or "",
+            bearing,
+            (printed.of(state.value).rig_hz, PRINTED_CI95_HZ),
+            published_rpm(state, float(printed.motor_rpm)),
+            reference_rpm=printed.shaft_rpm,
+            record=f"Table 6, rig, {state.line}",
+            origin="published",
+            speed_source="published means, between",
+        )
 
 
 def published_speeds() -> PublishedSpeeds:

@@ -1,21 +1,24 @@
 """Table 6: the paper's rows as data, compared with our model at the paper's speed and at the rig recordings' own."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO
-from srbval.comparison.comparison import Comparison, QuantityValue, deviation_pct
+from srbval.comparison.comparison import QuantityValue, Row, comparison_row, deviation_pct
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.reading.verdict import SumRule
 from srbval.storage.tables import build, read_toml
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,11 +49,9 @@ class Table6:
         return next(row for row in self.row if row.defect == defect)
 
 
-OF_PAPER = (
-    "paper_model_hz", "paper_rig_hz", "paper_model_printed_pct", "paper_rig_printed_pct", "paper_model_recomputed_pct",
-    "paper_rig_recomputed_pct",
-)  # fmt: skip
-Row = dict[str, Any]  # of Table 6 as ``report.json`` has it: frequencies [Hz], deviations and errors [%]
+# Keys that only rows with the paper's own values have; null in the others.
+OF_PAPER = ("paper_model_hz", "paper_rig_hz", "paper_model_printed_pct", "paper_rig_printed_pct")
+OF_PAPER += ("paper_model_recomputed_pct", "paper_rig_recomputed_pct")
 
 
 def table6() -> Table6:
@@ -62,12 +63,11 @@ def table6() -> Table6:
 def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Row]:
     """Our model at the paper's speed with the paper's model and rig, and the printed kinematic frequency.
 
-    The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
+    The paper gives its rig values no uncertainty and no measured speed, so these rows have insufficient data.
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
-        model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
-        yield _row(fault, row.kinematic_hz, model, rig, {}) | {
+        yield _row(fault, row.kinematic_hz, (found_hz, ci95_hz), (row.rig_hz, None), {}) | {
             "rig_source": "published",
             "shaft_rpm": printed.shaft_rpm,
             "model_cage_hz": cage_line_hz(runs[f"paper-{fault}"], fault),
@@ -81,23 +81,20 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
 
 
 def measured_rows(
-    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: Sequence[Comparison]
+    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: "pd.DataFrame"
 ) -> Iterator[Row]:
     """Our model compared with each recording at its measured speed; states without a found line are left out.
 
-    The comparison of the cage ratio, said of the line: a per cent of c is c / (1 - c) per cent of BPFI.
+    The cage-ratio comparison converted to the line: 1 % of c is 1 % of BPFO and c / (1 - c) % of BPFI.
     """
-    for fault in RACE_DEFECTS:
-        of_cage = [row for row in comparisons if (row.state, row.kind) == (fault, CAGE_RATIO.kind)]
-        if fault not in rig or not of_cage:
-            continue
+    of_cage = comparisons[comparisons["kind"] == CAGE_RATIO.kind].drop_duplicates("state").set_index("state")
+    for fault in (fault for fault in RACE_DEFECTS if fault in rig and fault in of_cage.index):
         (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
-        c, outer = of_cage[0].model.value, fault is Fault.OUTER
+        c, outer = float(of_cage.at[fault, "model"]), fault is Fault.OUTER
         model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
         line_over_cage = 1.0 if outer else c / (1 - c)
-        parts = {name: line_over_cage * part for name, part in of_cage[0].parts.items()}
-        own = QuantityValue(value=found_hz, ci95=ci95_hz)
-        yield _row(fault, line.kinematic_hz, QuantityValue(value=model_hz), own, parts) | {
+        parts = {name: line_over_cage * part for name, part in of_cage.at[fault, "parts"].items()}
+        yield _row(fault, line.kinematic_hz, (model_hz, 0.0), (found_hz, ci95_hz), parts) | {
             "rig_source": "measured",
             "shaft_rpm": 60 * speed.value_hz,
             "rig_shaft_rpm": 60 * speed.value_hz,
@@ -106,28 +103,43 @@ def measured_rows(
 
 
 def _row(
-    fault: Fault, kinematic_hz: float, model: QuantityValue, rig: QuantityValue, parts: Mapping[str, float]
+    fault: Fault,
+    kinematic_hz: float,
+    model: tuple[float, float],
+    rig: tuple[float, float | None],
+    parts: Mapping[str, float],
 ) -> Row:
-    """What rows of both sources have, and null for what only one has; parts of the uncertainty [%]."""
-    made = Comparison(
-        record="", state=fault, kind=CAGE_RATIO.kind, quantity=fault.line or "", unit="Hz", error_unit="%",
-        model=model, rig=rig, error=deviation_pct(model.value, rig.value), parts=parts,
-    )  # fmt: skip
+    """Keys of rows of both sources, null for those that only one has; `parts` of the uncertainty [%].
+
+    Model and rig are frequencies with their 95 % half widths [Hz].
+    """
+    made = comparison_row(
+        record="",
+        state=fault,
+        kind=CAGE_RATIO.kind,
+        quantity=fault.line or "",
+        unit="Hz",
+        error_unit="%",
+        model=QuantityValue(value=model[0], ci95=model[1]),
+        rig=QuantityValue(value=rig[0], ci95=rig[1]),
+        error=deviation_pct(model[0], rig[0]),
+        parts=parts,
+    )
     return {
         "defect": fault,
         "line": fault.line,
         "kinematic_hz": kinematic_hz,
-        "model_hz": model.value,
-        "model_ci95_hz": model.ci95,
-        "model_deviation_pct": deviation_pct(model.value, kinematic_hz),
-        "rig_hz": rig.value,
-        "rig_ci95_hz": rig.ci95,
+        "model_hz": model[0],
+        "model_ci95_hz": model[1],
+        "model_deviation_pct": deviation_pct(model[0], kinematic_hz),
+        "rig_hz": rig[0],
+        "rig_ci95_hz": rig[1],
         "rig_shaft_rpm": None,
-        "rig_deviation_pct": deviation_pct(rig.value, kinematic_hz),
-        "comparison_error_pct": made.error,
-        "validation_uncertainty_pct": made.uncertainty,
+        "rig_deviation_pct": deviation_pct(rig[0], kinematic_hz),
+        "comparison_error_pct": made["error"],
+        "validation_uncertainty_pct": made["uncertainty"],
         "uncertainty_parts_pct": parts,
-        "verdict": made.verdict,
+        "verdict": made["verdict"],
         **dict.fromkeys(OF_PAPER),
     }
 
@@ -148,9 +160,14 @@ def sum_rules(
         ("paper's rig", "published", outer.rig_hz, inner.rig_hz),
     ):
         yield SumRule(
-            source=source, origin=origin, rolling_elements=rollers,
-            bpfo_order=bpfo / shaft_hz, bpfi_order=bpfi / shaft_hz, ci95=None, stated_rpm=60 * shaft_hz,
-        )  # fmt: skip
+            source=source,
+            origin=origin,
+            rolling_elements=rollers,
+            bpfo_order=bpfo / shaft_hz,
+            bpfi_order=bpfi / shaft_hz,
+            ci95=None,
+            stated_rpm=60 * shaft_hz,
+        )
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = rollers * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", rollers, paper, slip)
@@ -183,6 +200,12 @@ def _read_pair(
         ci95.append(relative * found_hz / speed.value_hz)
     shaft_hz = (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2
     return SumRule(
-        source=source, origin=origin, rolling_elements=rollers, bpfo_order=orders[0], bpfi_order=orders[1],
-        ci95=math.hypot(*ci95), stated_rpm=60 * shaft_hz, slip_difference=slip_difference,
-    )  # fmt: skip
+        source=source,
+        origin=origin,
+        rolling_elements=rollers,
+        bpfo_order=orders[0],
+        bpfi_order=orders[1],
+        ci95=math.hypot(*ci95),
+        stated_rpm=60 * shaft_hz,
+        slip_difference=slip_difference,
+    )

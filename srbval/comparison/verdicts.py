@@ -2,90 +2,42 @@
 
 The error is E = S - D (ASME V&V 20) of an endpoint: the mean over the records of the fastest speed, the slowest speed
 less that (the trend), and the records of the outer race less those of the inner. S has the distribution of the model's
-runs at draws of its inputs that all records share, so that what they share cancels in a difference; D that of
-`cage_means`, in which records scatter by more than their readings. Both are independent, and so is what a finer run
-still changes. Of E, `p_beyond` is the chance that it lies beyond the limit on either side:
+runs at draws of its inputs that all records share, so that what they share cancels in a difference. D has the
+distribution of `cage_means`, in which records scatter by more than their readings. Both are independent, and so is the
+change that a finer run makes. `p_beyond` is the chance that E lies beyond the limit on either side:
 
     missed       p_beyond >= 1 - risk
     met          p_beyond <= risk
-    not resolved else, or where one input alone, over its range, gives both
+    not resolved else, or if one input alone, over its range, gives both
 
-With the truth on the limit either wrong answer has at most the chance `risk`. An input that only widens E, a reading
-less precise than the one used and another form of the model do not count: a form has its own verdicts. How often each
-answer is given is counted on simulated rigs by ``srbval study run verdict_power``, with the functions of this file.
+If the truth lies on the limit either wrong verdict has at most the chance `risk`. The study `inputs` counts how often
+each verdict is given on simulated rigs, with the functions of this file.
 
-A second look at the verdicts: all endpoints in one test, and the verdicts again without each record. The errors of all
-endpoints have one distribution, by paired draws of the model and of the rig: what inputs, tachometer and the scatter
-between records do to several of them is in it. D^2 = E' C^-1 E with its covariance C is compared with the same of the
-draws about their mean, which are not normal where that scatter is estimated from few records. Holm's procedure adjusts
-the endpoints' own chances. A verdict that one record more or less would turn, or the record's other comb, rests on that
-record.
+`joint_tests` tests all endpoints together. The errors of all endpoints have one distribution, by paired draws of the
+model and of the rig, which includes what inputs, tachometer and the scatter between records do to several of them.
+D^2 = E' C^-1 E with their covariance C is compared with the same of the draws about their mean, which are not normal
+if that scatter is estimated from few records. Holm's procedure adjusts the endpoints' own chances.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import CageMeans, cage_means, race_design
 from srbval.comparison.cage_readings import CageReading
+from srbval.comparison.comparison import Row
+from srbval.comparison.vocabulary import Verdict
 
-QUANTILES = 128  # that stand for the rig's distribution
+QUANTILES = 128  # that represent the rig's distribution
 HALF_WIDTH = 0.95  # of an error's distribution, for U
 SEED = 4
-Row = dict[str, Any]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """On one `endpoint` of a `form` of a `scene`: error E and its 95 % half width U [% of the rig's ratio].
-
-    `p_beyond` is the chance that the error is beyond the limit. `reversed_by` names the inputs that alone, over their
-    range, give both met and missed; `changed_by` those with which another answer would be given if they were known to
-    have their nominal value.
-    """
-
-    JSON_PROPERTIES: ClassVar = ("verdict",)
-
-    endpoint: str
-    scene: str
-    form: str
-    error_pct: float
-    u_pct: float
-    p_beyond: float
-    records: int
-    draws: int
-    reversed_by: tuple[str, ...] = ()
-    changed_by: tuple[str, ...] = ()
-
-    @property
-    def verdict(self) -> Answer:
-        """What may be stated."""
-        return Answer.NOT_RESOLVED if self.reversed_by else TOLERANCE.answer(self.p_beyond)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Headline:
-    """All verdicts, and what follows for the models as they are stated: that none is missed is not that all are met."""
-
-    JSON_PROPERTIES: ClassVar = ("holds",)
-
-    verdicts: tuple[Verdict, ...]
-
-    @property
-    def stated(self) -> tuple[Verdict, ...]:
-        """Those on scenes as they are stated, not on other forms of a model."""
-        return tuple(one for one in self.verdicts if one.form == STATED)
-
-    @property
-    def holds(self) -> bool:
-        """Whether no tolerance is missed by what is stated."""
-        return all(one.verdict is not Answer.MISSED for one in self.stated)
+Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the stored result ``inputs``
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,7 +50,7 @@ class Endpoint:
 
 
 def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[Endpoint]:
-    """All that the records allow: no trend by one speed, no difference of races by one.
+    """All endpoints that the records allow: no trend by one speed, no difference of races by one.
 
     The weights are those of least squares with the effects of `cage_means`: a mean of each speed, and the races apart.
     """
@@ -115,17 +67,26 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
         yield Endpoint(name=codes, weights=apart, rig=means.outer_less_inner)
 
 
-def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> tuple[Verdict, ...]:
-    """Of every variant of the stored study ``cage_draws``, by endpoint; none without it or without records."""
+def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
+    """Verdicts on every scene of the stored result ``inputs``, by endpoint; none without it or without records."""
     if not readings or not stored:
-        return ()
+        return []
     means = cage_means(readings)
     wanted = list(endpoints(readings, means))
-    return tuple(verdict(one, variant, readings, means.means[-1]) for variant in stored["variants"] for one in wanted)
+    return [verdict(one, variant, readings, means.means[-1]) for variant in stored["variants"] for one in wanted]
 
 
-def verdict(of: Endpoint, variant: Mapping[str, Any], readings: Sequence[CageReading], scale: float) -> Verdict:
-    """Of one variant; per cent of `scale`, the rig's ratio."""
+def holds(rows: Iterable[Row]) -> bool:
+    """True if no tolerance is missed, which does not mean that all are met."""
+    return all(row["verdict"] != Verdict.MISSED for row in rows)
+
+
+def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], scale: float) -> Row:
+    """Verdict on one endpoint of one scene, in per cent of `scale`, the rig's cage ratio.
+
+    `reversed_by` names the inputs that alone, over their range, give both met and missed; `changed_by` those with which
+    the verdict would be another if they were known to have their nominal value.
+    """
     weights = of_model(variant, readings, of.weights)
 
     def model(name: str) -> FloatArray:
@@ -135,26 +96,32 @@ def verdict(of: Endpoint, variant: Mapping[str, Any], readings: Sequence[CageRea
     drawn, nominal = model("drawn"), float(model("nominal"))
     numerics = float(model("finer")) - nominal
     apart = np.concatenate([rig - numerics, rig + numerics])
-    error = float(drawn.mean() - rig.mean())
-    answer, reversing, changing = TOLERANCE.answer(p_beyond(drawn, apart)), [], []
+    error, p = float(drawn.mean() - rig.mean()), p_beyond(drawn, apart)
+    answer, reversing, changing = TOLERANCE.verdict(p), list[str](), list[str]()
     for place, effect in enumerate(variant["effects"]):
         curve = 100 / scale * (weights @ np.array(effect["ratios"]))
         left = drawn - at_shares(np.array(variant["at"])[:, place], effect["shares"], curve)
-        known = {TOLERANCE.answer(p_beyond(left + value, apart)) for value in curve}
-        if {Answer.MET, Answer.MISSED} <= known | {answer}:
+        known = {TOLERANCE.verdict(p_beyond(left + value, apart)) for value in curve}
+        if {Verdict.MET, Verdict.MISSED} <= known | {answer}:
             reversing.append(effect["name"])
-        if TOLERANCE.answer(p_beyond(left + nominal, apart)) is not answer:
+        if TOLERANCE.verdict(p_beyond(left + nominal, apart)) is not answer:
             changing.append(effect["name"])
-    return Verdict(
-        endpoint=of.name, scene=variant["scene"], form=variant["form"], error_pct=error,
-        u_pct=float(np.quantile(np.abs(np.subtract.outer(drawn, apart) - error), HALF_WIDTH)),
-        p_beyond=p_beyond(drawn, apart), records=int(np.count_nonzero(of.weights)), draws=drawn.size,
-        reversed_by=tuple(reversing), changed_by=tuple(changing),
-    )  # fmt: skip
+    return {
+        "endpoint": of.name,
+        "scene": variant["scene"],
+        "error_pct": error,
+        "u_pct": float(np.quantile(np.abs(np.subtract.outer(drawn, apart) - error), HALF_WIDTH)),
+        "p_beyond": p,
+        "records": int(np.count_nonzero(of.weights)),
+        "draws": drawn.size,
+        "reversed_by": reversing,
+        "changed_by": changing,
+        "verdict": (Verdict.NOT_RESOLVED if reversing else answer).value,
+    }
 
 
-def of_model(variant: Mapping[str, Any], readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
-    """Weights of the variant's records: a record without a run of its state has that of the healthy bearing."""
+def of_model(variant: Variant, readings: Iterable[CageReading], weights: FloatArray) -> FloatArray:
+    """Weights of the scene's records: a record without a run of its state takes the healthy bearing's run."""
     places = {(one["state"], one["nominal_rpm"]): place for place, one in enumerate(variant["records"])}
     found = np.zeros(len(variant["records"]))
     for reading, weight in zip(readings, weights.tolist(), strict=True):
@@ -164,12 +131,11 @@ def of_model(variant: Mapping[str, Any], readings: Iterable[CageReading], weight
 
 
 def p_beyond(model: FloatArray, rig: FloatArray) -> float:
-    """Chance that values of the model and of the rig [%], drawn apart, differ by more than the limit."""
+    """Chance that values of the model and of the rig [%], drawn independently, differ by more than the limit."""
     ordered = np.sort(rig)
-    within = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right") - np.searchsorted(
-        ordered, model - TOLERANCE.limit_pct, "left"
-    )
-    return 1 - float(within.mean()) / ordered.size
+    above = np.searchsorted(ordered, model + TOLERANCE.limit_pct, "right")
+    below = np.searchsorted(ordered, model - TOLERANCE.limit_pct, "left")
+    return 1 - float((above - below).mean()) / ordered.size
 
 
 def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> FloatArray:
@@ -180,9 +146,10 @@ def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> Flo
 
 
 def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
-    """Of every variant of the stored study ``cage_draws``: mean errors [% of the rig's ratio], D^2, its chance `p`.
+    """Test of all endpoints together for every scene: mean errors [% of the rig's ratio], D^2 and its chance `p`.
 
-    `p` is that of so large a D^2 if the model were right in all endpoints, `p_holm` that of each alone, after Holm.
+    `p` is the chance of so large a D^2 if the model were right in all endpoints, `p_holm` that of each alone after
+    Holm.
     """
     means = cage_means(readings)
     of = list(endpoints(readings, means))
@@ -200,10 +167,13 @@ def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> I
         as_large = np.count_nonzero(np.einsum("id,ij,jd->d", about, own, about) >= d2)
         beyond = np.minimum((errors > 0).sum(axis=1), (errors < 0).sum(axis=1))
         yield {
-            "scene": variant["scene"], "form": variant["form"], "endpoints": [one.name for one in of],
-            "errors_pct": mean.tolist(), "d2": d2, "p": (1 + int(as_large)) / (1 + rig.shape[1]),
+            "scene": variant["scene"],
+            "endpoints": [one.name for one in of],
+            "errors_pct": mean.tolist(),
+            "d2": d2,
+            "p": (1 + int(as_large)) / (1 + rig.shape[1]),
             "p_holm": holm_adjusted(np.minimum(1.0, 2 * (1 + beyond) / (1 + rig.shape[1]))).tolist(),
-        }  # fmt: skip
+        }
 
 
 def holm_adjusted(chances: ArrayLike) -> FloatArray:
@@ -215,29 +185,8 @@ def holm_adjusted(chances: ArrayLike) -> FloatArray:
     return adjusted
 
 
-def second_looks(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
-    """With nothing changed, without each record, and with each record's other comb, for models as they are stated.
-
-    The rig's trend then [%], with its 95 % half width, and the verdicts that are others than with nothing changed.
-    """
-    sets = {"nothing": readings}
-    sets |= {f"without {one.record}": [other for other in readings if other is not one] for one in readings}
-    sets |= {
-        f"{one.record} by {one.check.read_from}": [replace(one.check, check=None) if o is one else o for o in readings]
-        for one in readings if one.check is not None
-    }  # fmt: skip
-    answers: dict[tuple[str, str], str] = {}
-    for changed, own in sets.items():
-        rows = [one for one in verdicts(own, stored) if one.form == STATED]
-        if not answers:
-            answers = {(one.scene, one.endpoint): one.verdict for one in rows}
-        trend, half = trend_pct(cage_means(own))
-        turned = [one for one in rows if one.verdict is not answers.get((one.scene, one.endpoint))]
-        yield {"changed": changed, "trend_pct": trend, "trend_ci95_pct": half, "turned": turned}
-
-
 def trend_pct(means: CageMeans) -> tuple[float, float]:
-    """How much higher the rig's ratio is at the slowest speed than at the fastest [%], and its 95 % half width."""
+    """Increase of the rig's ratio from the fastest speed to the slowest [%], and its 95 % half width."""
     drawn: FloatArray = 100 * (means.draws[:, 0] / means.draws[:, -1] - 1)
     low, high = np.quantile(drawn, (0.025, 0.975))
     return float(drawn.mean()), float(high - low) / 2
