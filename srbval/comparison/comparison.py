@@ -20,9 +20,8 @@ if TYPE_CHECKING:  # models and plans use quantities and need no tables
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
-COLUMNS = ("record", "state", "kind", "quantity", "unit", "scene", "used_for", "model", "model_ci95", "model_present")
-COLUMNS += ("rig", "rig_ci95", "rig_present", "kinematic", "error", "error_unit", "uncertainty", "data_ci95", "parts")
-COLUMNS += ("dominant", "margin", "verdict")
+COLUMNS = """record state kind quantity unit scene used_for model model_ci95 model_present rig rig_ci95 rig_present kinematic
+error error_unit uncertainty data_ci95 parts dominant margin verdict""".split()
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 

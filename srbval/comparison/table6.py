@@ -50,8 +50,14 @@ class Table6:
 
 
 # Keys that only rows with the paper's own values have; null in the others.
-OF_PAPER = ("paper_model_hz", "paper_rig_hz", "paper_model_printed_pct", "paper_rig_printed_pct")
-OF_PAPER += ("paper_model_recomputed_pct", "paper_rig_recomputed_pct")
+OF_PAPER = (
+    "paper_model_hz",
+    "paper_rig_hz",
+    "paper_model_printed_pct",
+    "paper_rig_printed_pct",
+    "paper_model_recomputed_pct",
+    "paper_rig_recomputed_pct",
+)
 
 
 def table6() -> Table6:

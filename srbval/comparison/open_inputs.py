@@ -1,0 +1,92 @@
+"""Uncertain inputs of the paper's scene: ranges and readings of its values, from `budget.toml`."""
+
+import enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from srbval.comparison.budget import BUDGET
+from srbval.errors import ConfigurationError
+from srbval.reading.pipeline import SIMULATED_BAND_HZ
+from srbval.scene import Scene
+from srbval.storage.tables import build, read_toml
+
+BAND = "band"
+POINTS, LOG_POINTS = 3, 9  # values of one input tried alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenInput:
+    """An uncertain value, the same for all `keys`: dotted names in a `Scene`, or ``band.low_hz``, ``band.high_hz``.
+
+    Uniform from `low` to `high`, in the logarithm if `log`, of factors on the scene's own value if `relative`; or one
+    of `choices`, equally likely. `with_choice` gives further values of the scene for a choice, by key.
+    """
+
+    name: str
+    source: str
+    keys: tuple[str, ...]
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+    relative: bool = False
+    choices: tuple[str, ...] = ()
+    with_choice: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Shares to try alone: every choice, or evenly from end to end; over decades an effect rises and falls."""
+        ends, points = (False, len(self.choices)) if self.choices else (True, LOG_POINTS if self.log else POINTS)
+        return tuple(np.linspace(0, 1, points, endpoint=ends).tolist())
+
+    def value(self, share: float) -> float | str:
+        """The value, or the factor, at a share of the probability, 0 to 1."""
+        if self.choices:
+            return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
+        if self.log:
+            return float(self.low * (self.high / self.low) ** share)
+        return self.low + (self.high - self.low) * share
+
+
+Drawn = tuple[Scene, tuple[float, float]]  # a scene, and the band of the envelope [Hz]
+
+
+def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | None]) -> Drawn:
+    """The scene and the envelope's band with every input at its share; None keeps the scene's own value.
+
+    Raises `ConfigurationError` for an input that a scene does not have.
+    """
+    band = dict(zip(("low_hz", "high_hz"), SIMULATED_BAND_HZ, strict=True))
+    for one, share in zip(inputs, shares, strict=True):
+        if share is None:
+            continue
+        value = one.value(share)
+        for key in one.keys:
+            if key.startswith(f"{BAND}."):
+                band[key.removeprefix(f"{BAND}.")] = float(value)
+            else:
+                scene = _with(scene, key, value, one.relative)
+        for key, own in one.with_choice.get(str(value), {}).items():
+            scene = _with(scene, key, own, relative=False)
+    return scene, (band["low_hz"], band["high_hz"])
+
+
+def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
+    """`owner` with the value of a dotted name, or with its own value times it if `relative`."""
+    name, _, rest = key.partition(".")
+    if not hasattr(owner, name):
+        raise ConfigurationError(f"input {key}: a scene has no {name}.")
+    own = getattr(owner, name)
+    if rest:
+        return replace(owner, **{name: _with(own, rest, value, relative)})
+    if isinstance(own, enum.Enum):
+        return replace(owner, **{name: type(own)(value)})
+    return replace(owner, **{name: own * value if relative else value})
+
+
+def open_inputs() -> tuple[OpenInput, ...]:
+    """The inputs of the paper's scene."""
+    rows = enumerate(read_toml(BUDGET)["input"], start=1)
+    return tuple(build(OpenInput, row, f"{BUDGET.name} input {number}") for number, row in rows)
