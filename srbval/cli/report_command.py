@@ -65,7 +65,7 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         command=own_command(),
         progress=progress,
     )
-    return files, {"headline": to_json(found.headline), "table6": found.data["table6"]}
+    return files, {"headline": to_json(found.data["headline"]), "table6": found.data["table6"]}
 
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:

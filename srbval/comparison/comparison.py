@@ -20,8 +20,6 @@ if TYPE_CHECKING:  # models and plans use quantities and need no tables
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
-COLUMNS = """record state kind quantity unit scene used_for model model_ci95 model_present rig rig_ci95 rig_present kinematic
-error error_unit uncertainty data_ci95 parts dominant margin verdict""".split()
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 
@@ -102,8 +100,10 @@ def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     """Frame of `comparison_row`s; an empty one has their columns too."""
     import pandas as pd
 
-    found = list(rows)
-    return pd.DataFrame(found, columns=None if found else list(COLUMNS))
+    nothing = {"record": "", "kind": "", "quantity": "", "unit": "", "error_unit": "", "error": 0.0, "parts": {}}
+    none = QuantityValue(value=0.0)
+    found = list(rows) or [comparison_row(state=Fault.HEALTHY, model=none, rig=none, **nothing)]
+    return pd.DataFrame(found).query("record != ''")
 
 
 def rows_of(frame: "pd.DataFrame") -> list[Row]:

@@ -7,19 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.cage_readings import CageReading, cage_readings
-from srbval.comparison.counterpart import (
-    COUNTERPARTS,
-    PAPER_STATES,
-    AnalysedRun,
-    paper_cases,
-    run_cases,
-    run_counterpart,
-    stored_starts,
-)
-from srbval.comparison.effects import Sensitivity, sensitivity_of
+from srbval.comparison.compared_quantities import Effects, effects_of
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
 from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
 from srbval.comparison.table6 import Table6, table6
-from srbval.comparison.verdicts import Headline
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
@@ -39,8 +30,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
-# Stored ones that uncertainties, verdicts and the model's values are made of.
-RESULTS = ("sensitivity", "cage_draws", "verdict_power", COUNTERPARTS)
+# Stored results that uncertainties and verdicts are made of.
+RESULTS = ("inputs",)
 Side = Mapping[Fault, Analysis]
 
 
@@ -63,18 +54,12 @@ class Findings:
     analyses: Mapping[str, Side]
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
-    known: Sensitivity
+    known: Effects
     matrix: Matrix
     cage_readings: tuple[CageReading, ...]
     datasets: tuple[DatasetDescription, ...]
     results: StoredResults
     provenance: Mapping[str, Any]
-
-    @property
-    def headline(self) -> Headline:
-        """How far the model's cage ratio is from that of the rig's records."""
-        found: Headline = self.data["headline"]
-        return found
 
     def frame(self, key: str) -> "pd.DataFrame":
         """Rows of a key of ``report.json`` as a frame whose columns are the keys of a row."""
@@ -86,7 +71,7 @@ class Findings:
 
     def power(self) -> dict[tuple[str, float], float]:
         """Share of simulated rigs in which a planted error is found, by endpoint and planted error [%]."""
-        rows = self.results.content("verdict_power").get("rows", ())
+        rows = self.results.content("inputs").get("power", ())
         return {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rows}
 
 
@@ -110,22 +95,20 @@ def gather(
         of_rig = rig_recordings(register.recordings)
         chosen = choose_rig_recordings(printed, of_rig)
     runs, facts = _simulate(seconds, jobs, progress)
-    starts = stored_starts(results.get(COUNTERPARTS))
-    known = sensitivity_of(results.content("sensitivity"))
+    stored = results.content("inputs")
+    known = effects_of(stored)
     points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
     with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
         matrix = build_matrix(
             of_rig,
             bearing=bearing,
-            sensitivity=known,
+            effects=known,
             keep_sides_of=set(points.values()),
             jobs=jobs,
-            counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, stored=starts, progress=progress),
+            counterpart=lambda rig: run_counterpart(rig, progress=progress),
         )
     with stage(progress, "Read the cage ratio of every record"):
-        readings = cage_readings(
-            [load_entry(one) for one in at_drawn_points(of_rig, printed, results.content("cage_draws"))], bearing
-        )
+        readings = cage_readings([load_entry(one) for one in at_drawn_points(of_rig, printed, stored)], bearing)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}

@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.comparison.budget import TOLERANCE
+from srbval.comparison.vocabulary import Verdict
 from srbval.report.blocks import Badge, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEXTS = Prose("srbval.report", "texts/answer.md")
-ANSWER_TONE = {Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL, Answer.MET: Tone.GOOD}  # the worst first
+# Tones of verdicts with a tolerance, the worst first.
+ANSWER_TONE = {Verdict.MISSED: Tone.BAD, Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD}
 SCENES = {"paper": "paper's scene", "rig": "the rig's own scene"}
 Row = Mapping[str, Any]
 
@@ -44,16 +46,15 @@ def verdict_box(findings: Findings) -> VerdictBox:
 
 
 def stated_verdicts(findings: Findings) -> list[Row]:
-    """Verdicts on the scenes as they are stated."""
-    verdicts = findings.frame("verdicts")
-    rows: list[Row] = verdicts.to_dict("records")
-    return [row for row in rows if row["form"] == STATED]
+    """Verdicts on the scenes `paper` and `rig`."""
+    rows: list[Row] = findings.frame("verdicts").to_dict("records")
+    return rows
 
 
 def tone_of(answers: Iterator[str]) -> Tone:
     """Tone of the worst answer; a warning if there is none."""
     found = set(answers)
-    return next((tone for answer, tone in ANSWER_TONE.items() if answer.value in found), Tone.WARNING)
+    return next((tone for answer, tone in ANSWER_TONE.items() if answer in found), Tone.WARNING)
 
 
 def headline(stated: Sequence[Row], trend_endpoint: str, slowest: str, fastest: str) -> str:

@@ -5,7 +5,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.budget import Answer
+from srbval.comparison.comparison import rows_of
+from srbval.comparison.vocabulary import Verdict
 from srbval.report.blocks import Command, KeyValues, Listing, Report, Section, Value
 from srbval.report.findings.findings import Findings
 from srbval.report.pages import Page, in_order, joined_data
@@ -39,7 +40,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         *((page.place, page.section(findings.results)) for page in pages),
     )
     data = joined_data(findings.data, (page.data(findings.results) for page in pages))
-    headline = {"text": verdict.headline} | to_json(findings.headline)
+    headline = {"text": verdict.headline} | to_json(findings.data["headline"])
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
@@ -53,11 +54,11 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 def limits_section(findings: Findings) -> Section:
     """What nothing in this report is about, and what is not known."""
-    cells = findings.matrix.cells
-    axial = any(cell.axial_kn for cell in cells if cell.comparisons)
+    records, compared = findings.matrix.records, findings.matrix.comparisons["record"]
+    axial = bool(records[records["file"].isin(compared)]["axial_kn"].any())
     passing = findings.data["point_passing"]
     items = (
-        blind_sentence(to_json(list(findings.matrix.comparisons)), predicted="prediction_outcome" in findings.results),
+        blind_sentence(rows_of(findings.matrix.comparisons), predicted="prediction_outcome" in findings.results),
         *missed_sentence(stated_verdicts(findings)),
         *LIMITS.items(
             "limits",
@@ -80,7 +81,7 @@ def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str
 
 def missed_sentence(stated: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     """The errors behind the verdicts that are missed, if any is."""
-    missed = [LIMITS.text("missed-one", **row) for row in stated if row["verdict"] == Answer.MISSED]
+    missed = [LIMITS.text("missed-one", **row) for row in stated if row["verdict"] == Verdict.MISSED]
     if missed:
         yield LIMITS.text("missed", errors="; ".join(missed))
 

@@ -143,7 +143,8 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], *, jobs: int | None, pr
     inputs, none = dict(list(inputs.items())[: len(at[0])]), [None] * len(at[0])
     alone = [(i, share) for i, shares in enumerate(inputs.values()) for share in shares]
     asked: list[Shares] = [none, *([*none[:i], share, *none[i + 1 :]] for i, share in alone), *at]
-    found = runs(rig_at if rig else paper_at, of, asked, task=f"Draws of the scene {name}", jobs=jobs, progress=progress)
+    task = f"Draws of the scene {name}"
+    found = runs(rig_at if rig else paper_at, of, asked, task=task, jobs=jobs, progress=progress)
     ratios = found["ratio"].to_numpy(dtype=float).reshape(len(of), -1)
     kept = np.isfinite(ratios).all(axis=0)
     if not kept[:2].all():
