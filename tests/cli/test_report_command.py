@@ -10,24 +10,21 @@ import pytest
 
 import srbval.report.reports
 from srbval.cli import main
-from srbval.comparison.budget import STATED
-from srbval.comparison.verdicts import Headline, Verdict
+from srbval.comparison.verdicts import holds
+from srbval.comparison.vocabulary import Verdict
 
 
-@pytest.mark.parametrize(("p_beyond", "form", "code"), [
-    (0.0, STATED, 0), (0.5, STATED, 0), (1.0, STATED, 1), (1.0, "oil film", 0),
-])  # fmt: skip
-def test_only_a_tolerance_that_is_surely_missed_by_a_model_as_stated_ends_with_1(
-    p_beyond: float, form: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    one = Verdict(endpoint="e", scene="rig", form=form, error_pct=0.2, u_pct=0.1, p_beyond=p_beyond, records=4, draws=9)
-    findings = SimpleNamespace(headline=Headline(verdicts=(one,)), data={"table6": ()})
+@pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
+def test_only_a_tolerance_that_is_missed_ends_with_1(
+    verdict: Verdict, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [{"endpoint": "e", "verdict": verdict.value}]
+    findings = SimpleNamespace(data={"table6": (), "headline": {"holds": holds(rows), "verdicts": rows}})
     monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
     assert main(["report", "-o", str(tmp_path / "out"), "--json"]) == code
     said = json.loads(capsys.readouterr().out)["headline"]
     assert said["holds"] is (code == 0)
-    assert said["verdicts"][0]["verdict"] == one.verdict.value
+    assert said["verdicts"][0]["verdict"] == verdict
 
 
 BEARING = 'title = "b"\nsource = "s"\n[orders]\n'

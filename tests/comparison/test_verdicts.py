@@ -7,18 +7,12 @@ import numpy as np
 import pytest
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.budget import STATED, TOLERANCE, Answer
+from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.verdicts import (
-    Headline,
-    Verdict,
-    at_shares,
-    endpoints,
-    joint_tests,
-    second_looks,
-    verdicts,
-)
+from srbval.comparison.comparison import Row
+from srbval.comparison.verdicts import at_shares, endpoints, holds, joint_tests, verdicts
+from srbval.comparison.vocabulary import Verdict, verdict_on_error, verdict_on_tolerance
 
 LIMIT = TOLERANCE.limit_pct
 RATIO = 0.431  # of a cage over its shaft
@@ -28,20 +22,20 @@ NAMES = ("877 rpm", "353 less 877 rpm", "OR less IR")
 WITHIN = 0.1 * LIMIT  # of an error, beside the one planted: what few records leave
 
 
-def readings(slow_pct: float = 0.0, outer_pct: float = 0.0, **more: Any) -> list[CageReading]:
+def readings(slow_pct: float = 0.0, outer_pct: float = 0.0) -> list[CageReading]:
     """Eight precise records, by how much the slow ones and those of the outer race are higher."""
     return [
         CageReading(
             record=f"{state.code} {rpm:g}", state=state, nominal_rpm=rpm, shaft_rpm=rpm, reading_u=1e-6, speed_u=1e-6,
             ratio=RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100),
-            per_speed=-RATIO, read_from="BPFO", band_hz=(1.0, 2.0), **more,
+            per_speed=-RATIO, read_from="BPFO", band_hz=(1.0, 2.0),
         )
         for rpm in SPEEDS for state in STATES
     ]  # fmt: skip
 
 
 def variant(
-    off_pct: float = 0.0, *, half_pct: float = 0.01, slow_pct: float = 0.0, reach_pct: float = 0.0, form: str = STATED
+    off_pct: float = 0.0, *, half_pct: float = 0.01, slow_pct: float = 0.0, reach_pct: float = 0.0, scene: str = "rig"
 ) -> dict[str, Any]:
     """One whose draws lie evenly within `half_pct` about `off_pct`, at slow records `slow_pct` higher.
 
@@ -52,7 +46,7 @@ def variant(
     def ratios(rpm: float, drawn: Any) -> list[float]:
         return (RATIO * (1 + (off_pct + slow_pct * (rpm == SPEEDS[0]) + drawn) / 100)).tolist()
 
-    own = {"scene": "rig", "form": form, "at": np.column_stack((np.full(at.size, 0.5), at)).tolist()}
+    own = {"scene": scene, "at": np.column_stack((np.full(at.size, 0.5), at)).tolist()}
     records = [(state, rpm) for rpm in SPEEDS for state in (Fault.HEALTHY, *RACE_DEFECTS)]
     spread = half_pct * (2 * at - 1)
     moved, shares = {"reach": reach_pct, "spread": half_pct}, [0.0, 0.5, 1.0]
@@ -70,22 +64,22 @@ def variant(
     }  # fmt: skip
 
 
-def found(read: list[CageReading], *variants: dict[str, Any]) -> tuple[Verdict, ...]:
+def found(read: list[CageReading], *variants: dict[str, Any]) -> list[Row]:
     return verdicts(read, {"variants": variants})
 
 
 @pytest.mark.parametrize(
     ("off", "half", "answer"),
     [
-        (0.0, 0.1, Answer.MET), (0.5, 0.1, Answer.MET), (-0.5, 0.1, Answer.MET), (1.0, 0.3, Answer.NOT_RESOLVED),
-        (2.0, 0.1, Answer.MISSED), (-2.0, 0.1, Answer.MISSED), (0.0, 1.5, Answer.NOT_RESOLVED),
+        (0.0, 0.1, Verdict.MET), (0.5, 0.1, Verdict.MET), (-0.5, 0.1, Verdict.MET), (1.0, 0.3, Verdict.NOT_RESOLVED),
+        (2.0, 0.1, Verdict.MISSED), (-2.0, 0.1, Verdict.MISSED), (0.0, 1.5, Verdict.NOT_RESOLVED),
     ],
 )  # fmt: skip
-def test_each_answer_is_reached_at_one_speed(off: float, half: float, answer: Answer) -> None:
+def test_each_answer_is_reached_at_one_speed(off: float, half: float, answer: Verdict) -> None:
     one = found(readings(), variant(off * LIMIT, half_pct=half * LIMIT))[LEVEL]
-    assert one.verdict is answer
-    assert one.error_pct == pytest.approx(off * LIMIT, abs=WITHIN)
-    assert one.u_pct > 0.9 * half * LIMIT
+    assert one["verdict"] == answer
+    assert one["error_pct"] == pytest.approx(off * LIMIT, abs=WITHIN)
+    assert one["u_pct"] > 0.9 * half * LIMIT
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
@@ -93,39 +87,49 @@ def test_what_is_common_to_all_speeds_cancels_in_the_trend(sign: int) -> None:
     """With inputs that leave the level open the trend is missed, or met; the error is the model's less the rig's."""
     wide = {"half_pct": 3 * LIMIT}
     missed = found(readings(slow_pct=sign * 2 * LIMIT), variant(**wide))
-    assert (missed[LEVEL].verdict, missed[TREND].verdict) == (Answer.NOT_RESOLVED, Answer.MISSED)
-    assert missed[TREND].error_pct == pytest.approx(-sign * 2 * LIMIT, abs=WITHIN)
-    assert found(readings(), variant(**wide))[TREND].verdict is Answer.MET
+    assert (missed[LEVEL]["verdict"], missed[TREND]["verdict"]) == (Verdict.NOT_RESOLVED, Verdict.MISSED)
+    assert missed[TREND]["error_pct"] == pytest.approx(-sign * 2 * LIMIT, abs=WITHIN)
+    assert found(readings(), variant(**wide))[TREND]["verdict"] == Verdict.MET
     of_model = found(readings(), variant(slow_pct=sign * 2 * LIMIT, **wide))[TREND]
-    assert (of_model.verdict, np.sign(of_model.error_pct)) == (Answer.MISSED, sign)
+    assert (of_model["verdict"], np.sign(of_model["error_pct"])) == (Verdict.MISSED, sign)
 
 
 def test_the_races_are_compared_at_the_same_speed() -> None:
     one = found(readings(slow_pct=5 * LIMIT, outer_pct=3 * LIMIT), variant())[RACES]
-    assert one.error_pct == pytest.approx(-3 * LIMIT, abs=WITHIN)
-    assert (one.records, one.verdict) == (4, Answer.MISSED)
+    assert one["error_pct"] == pytest.approx(-3 * LIMIT, abs=WITHIN)
+    assert (one["records"], one["verdict"]) == (4, Verdict.MISSED)
 
 
 def test_only_an_input_that_reverses_the_answer_takes_it_back() -> None:
     """Missed at twice the limit: an input that alone reaches the middle of it does, one that only blurs it does not."""
     blurred = found(readings(), variant(2 * LIMIT, reach_pct=0.9 * LIMIT))[LEVEL]
-    assert (blurred.verdict, blurred.reversed_by) == (Answer.MISSED, ())
+    assert (blurred["verdict"], blurred["reversed_by"]) == (Verdict.MISSED, [])
     reversed_ = found(readings(), variant(2 * LIMIT, reach_pct=2 * LIMIT))[LEVEL]
-    assert (reversed_.verdict, reversed_.reversed_by) == (Answer.NOT_RESOLVED, ("reach",))
-    assert TOLERANCE.answer(reversed_.p_beyond) is Answer.MISSED
+    assert (reversed_["verdict"], reversed_["reversed_by"]) == (Verdict.NOT_RESOLVED, ["reach"])
+    assert TOLERANCE.verdict(reversed_["p_beyond"]) is Verdict.MISSED
 
 
 def test_an_input_whose_knowledge_would_change_the_answer_is_named() -> None:
     wide = found(readings(), variant(0.8 * LIMIT, half_pct=LIMIT))[LEVEL]
-    assert (wide.verdict, wide.changed_by) == (Answer.NOT_RESOLVED, ("spread",))
+    assert (wide["verdict"], wide["changed_by"]) == (Verdict.NOT_RESOLVED, ["spread"])
 
 
-def test_another_form_has_its_own_verdict_and_takes_none_back() -> None:
-    rows = found(readings(), variant(), variant(2 * LIMIT, form="oil film"))
-    assert [one.form for one in rows] == [STATED] * 3 + ["oil film"] * 3
-    assert (rows[LEVEL].verdict, rows[3 + LEVEL].verdict) == (Answer.MET, Answer.MISSED)
-    assert Headline(verdicts=rows).holds
-    assert not Headline(verdicts=found(readings(), variant(2 * LIMIT))).holds
+def test_each_scene_has_its_own_verdict_and_one_that_is_missed_does_not_hold() -> None:
+    rows = found(readings(), variant(), variant(2 * LIMIT, scene="paper"))
+    assert [one["scene"] for one in rows] == ["rig"] * 3 + ["paper"] * 3
+    assert (rows[LEVEL]["verdict"], rows[3 + LEVEL]["verdict"]) == (Verdict.MET, Verdict.MISSED)
+    assert holds(rows[:3])
+    assert not holds(rows)
+
+
+def test_words_follow_from_error_uncertainty_and_margin() -> None:
+    assert verdict_on_error(1.0, None, 3.0) is Verdict.INSUFFICIENT
+    assert verdict_on_error(-1.0, 0.9, 3.0) is Verdict.DIFFERS
+    assert verdict_on_error(1.0, 1.9, 3.0) is Verdict.AGREES
+    assert verdict_on_error(1.0, 2.1, 3.0) is verdict_on_error(0.0, 1.0) is Verdict.NOT_RESOLVED
+    chances = (0.0, 0.05, 0.5, 0.95, 1.0)
+    words = [verdict_on_tolerance(p, 0.05).value for p in chances]
+    assert words == ["met", "met", "not resolved", "missed", "missed"]
 
 
 def test_endpoints_are_those_that_the_records_allow() -> None:
@@ -135,7 +139,7 @@ def test_endpoints_are_those_that_the_records_allow() -> None:
     assert names(readings()) == NAMES
     assert names([one for one in readings() if one.nominal_rpm == SPEEDS[1]]) == (NAMES[LEVEL], NAMES[RACES])
     assert names([one for one in readings() if one.state not in RACE_DEFECTS]) == NAMES[:RACES]
-    assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == ()
+    assert verdicts([], {"variants": [variant()]}) == verdicts(readings(), {}) == []
 
 
 def test_an_effect_between_its_values_is_a_line_and_of_two_values_a_step() -> None:
@@ -155,16 +159,3 @@ def test_the_joint_test_sees_what_no_endpoint_shows_and_holm_keeps_the_planted_o
     assert wrong["errors_pct"][TREND] == pytest.approx(0.3, abs=WITHIN)  # model less rig
     assert wrong["p_holm"][TREND] < 0.05 < wrong["p_holm"][RACES]
     assert tuple(right["endpoints"]) == NAMES
-
-
-def test_a_second_look_names_the_record_that_a_verdict_rests_on():
-    """One slow record is so high that the trend is missed; without it, or by its other comb, it is not."""
-    plain = readings()
-    high = replace(plain[1], ratio=RATIO * 1.012, check=plain[1])
-    looks = {one["changed"]: one for one in second_looks([plain[0], high, *plain[2:]], {"variants": [variant()]})}
-    nothing, without = looks.pop("nothing"), looks[f"without {high.record}"]
-    assert not nothing["turned"]
-    assert nothing["trend_pct"] == pytest.approx(1.2 / 4, abs=2 * WITHIN)  # three errors of the draws' mean
-    assert without["trend_pct"] == pytest.approx(0, abs=WITHIN)
-    turning = {name for name, one in looks.items() if any(v.endpoint == NAMES[TREND] for v in one["turned"])}
-    assert turning == {f"without {high.record}", f"{high.record} by BPFO"}

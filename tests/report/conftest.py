@@ -38,7 +38,7 @@ from srbval.report.sections.assemble import assemble
 from srbval.report.write import FORMATS, write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, SECONDS, STARTS, TEXT, Made, with_hostile_names
+from .made import OPTIONS, SECONDS, TEXT, Made, with_hostile_names
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
@@ -56,7 +56,6 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
-        patch.setattr("srbval.comparison.counterpart.STARTS", STARTS)
         found = gathering.gather(seconds=SECONDS, pages=pages())
         return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
 

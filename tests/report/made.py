@@ -15,7 +15,6 @@ from srbval.report.findings.records import RecordView
 
 PACKAGE = Path(srbval.__file__).parent
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
-STARTS = 3  # of each counterpart, each a run at many points; the report itself makes eight
 FILES = {"report.html", "report.pdf", "report.json", "figures"}
 PANELS = {  # of the paper's Figures 11 to 14
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
@@ -55,7 +54,7 @@ def with_hostile_names(findings: Findings) -> Findings:
         matrix=dataclasses.replace(
             findings.matrix,
             unusable=((HOSTILE, HOSTILE),),
-            cells=tuple(dataclasses.replace(cell, file=HOSTILE) for cell in findings.matrix.cells),
+            records=findings.matrix.records.assign(file=HOSTILE),
         ),
         data={
             **data,

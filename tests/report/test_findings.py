@@ -33,5 +33,5 @@ def test_tall_peaks_are_named_by_what_they_are():
 def test_a_record_at_a_speed_or_load_without_stored_draws_has_no_part_in_the_verdicts():
     points = ((124.8, 353.0), (124.8, 997.0), (62.4, 353.0))
     own, fast, light = (SimpleNamespace(radial_kn=kn, axial_kn=0.0, nominal_rpm=rpm) for kn, rpm in points)
-    assert at_drawn_points([own, fast, light], table6(), newest_result("cage_draws").content) == [own]
+    assert at_drawn_points([own, fast, light], table6(), newest_result("inputs").content) == [own]
     assert at_drawn_points([own, fast, light], table6(), {}) == [own, fast]

@@ -10,17 +10,15 @@ import pytest
 
 from srbval.storage.installation import child_environment
 
-from .made import OPTIONS, STARTS, Made
+from .made import OPTIONS, Made
 
 # Runs that the figures show are those of the first report: that a simulation gives the same bits again is a matter of
 # tests/models, and seen here in the counterparts of the other records.
-AGAIN = f"""
+AGAIN = """
 import pickle, sys
 from pathlib import Path
 from srbval.cli import main
-from srbval.comparison import counterpart
 from srbval.report.findings import findings
-counterpart.STARTS = {STARTS}
 runs, facts, models = pickle.loads(Path("runs.pickle").read_bytes())
 simulated = findings.run_counterpart
 findings._simulate = lambda *_: (runs, facts)

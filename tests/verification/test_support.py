@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from srbval.bearing import load_bearing
+from srbval.comparison.open_inputs import drawn, open_inputs
 from srbval.models.hierarchy import level_of
 from srbval.models.planar.ring import make_ring
 from srbval.scene import load_scene
-from srbval.comparison.open_inputs import drawn, open_inputs
 
 TABLE_4, NOTHING = (5e9, 5e5), (0.0, 0.0)  # N/m, Ns/m
 PATH: dict[str, Any] = {"load": {"path": "bearing"}}
