@@ -100,7 +100,15 @@ def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     """Frame of `comparison_row`s; an empty one has their columns too."""
     import pandas as pd
 
-    nothing = {"record": "", "kind": "", "quantity": "", "unit": "", "error_unit": "", "error": 0.0, "parts": {}}
+    nothing: dict[str, Any] = {
+        "record": "",
+        "kind": "",
+        "quantity": "",
+        "unit": "",
+        "error_unit": "",
+        "error": 0.0,
+        "parts": {},
+    }
     none = QuantityValue(value=0.0)
     found = list(rows) or [comparison_row(state=Fault.HEALTHY, model=none, rig=none, **nothing)]
     return pd.DataFrame(found).query("record != ''")

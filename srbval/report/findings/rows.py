@@ -8,14 +8,13 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.comparison.bias import biases
-from srbval.comparison.budget import STATED
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.comparison import deviation_pct
+from srbval.comparison.comparison import Row, deviation_pct, rows_of
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
-from srbval.comparison.verdicts import Headline, Row, Verdict, joint_tests, trend_pct, verdicts
+from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.report.findings.load_path import load_sharing, point_passing
 from srbval.report.findings.records import sideband_shares
@@ -36,22 +35,24 @@ def compared_rows(
 ) -> dict[str, Any]:
     """The part of ``report.json`` that follows from the findings, and the problems of the register."""
     printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
-    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
+    shown = {rig.recording.file or rig.recording.name for rig, _ in matrix.sides.values()}
+    comparisons = matrix.comparisons[matrix.comparisons["record"].isin(shown)]
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     rpm, cage_pct = one_speed_reading(printed, bearing)
-    draws = found.results.content("cage_draws")
+    stored = found.results.content("inputs")
+    rows = verdicts(found.cage_readings, stored)
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
-        "headline": Headline(verdicts=(rows := verdicts(found.cage_readings, draws))),
+        "headline": {"holds": holds(rows), "verdicts": rows},
         "verdicts": rows,
-        **cage_rows(found.cage_readings, draws, rows, bearing.orders.ftf),
+        **cage_rows(found.cage_readings, stored, rows, bearing.orders.ftf),
         "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
-        "comparisons": comparisons,
-        "matrix": matrix.cells,
-        "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
+        "comparisons": rows_of(comparisons),
+        "matrix": rows_of(matrix.records),
+        "speed_and_slip": (*matrix_rows(matrix.records, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
         "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
         "recordings": tuple(registered),
@@ -60,19 +61,19 @@ def compared_rows(
         ],
         "register_unreadable": register.unreadable or None,
         "bias": biases(matrix.comparisons, used_for="withheld"),
-        "sensitivity": found.known.defects,
+        "sensitivity": list(found.known.values()),
         "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
         "load_path": load_sharing(runs["paper-healthy"]),
         "point_passing": point_passing(runs["paper-healthy"]),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
-        "cautions": cautions(matrix.cells),
+        "cautions": cautions(rows_of(matrix.records)),
     }
 
 
-def cautions(records: Iterable[Any]) -> list[dict[str, str]]:
+def cautions(records: Iterable[Row]) -> list[dict[str, str]]:
     """Cautions on the recordings that this report uses: each file and caution once."""
-    once = dict.fromkeys((Path(record.file).name, caution) for record in records for caution in record.cautions)
+    once = dict.fromkeys((Path(row["file"]).name, caution) for row in records for caution in row["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
 
 
@@ -86,7 +87,7 @@ def published_speed_rows() -> Iterator[dict[str, Any]]:
 
 
 def cage_rows(
-    readings: Sequence[CageReading], stored: Mapping[str, Any], rows: Sequence[Verdict], kinematic: float
+    readings: Sequence[CageReading], stored: Mapping[str, Any], rows: Sequence[Row], kinematic: float
 ) -> dict[str, Any]:
     """The keys of ``report.json`` that follow from the records' readings and the model's `stored` draws."""
     means = cage_means(readings)
@@ -101,7 +102,7 @@ def cage_rows(
 def cage_ratio_rows(
     readings: Sequence[CageReading], means: CageMeans, stored: Mapping[str, Any], kinematic: float
 ) -> Iterator[Row]:
-    """Rows of `cage_ratio_plot`: for each nominal speed the records, their mean, the stated scenes, kinematics."""
+    """Rows of `cage_ratio_plot`: for each nominal speed the records, their mean, the scenes, kinematics."""
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
@@ -109,7 +110,7 @@ def cage_ratio_rows(
         yield _row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
         for variant in stored.get("variants", ()):
             own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
-            if own and variant["form"] == STATED:
+            if own:
                 yield _row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
         yield _row("kinematics", rpm, (kinematic,) * 3)
 
@@ -119,14 +120,14 @@ def _row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row
     return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
 
 
-def trend(means: CageMeans, rows: Iterable[Verdict]) -> Row:
+def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
     """Change of the cage ratio from the fastest speed to the slowest [%]: of the rig, and of the scene ``rig``.
 
     The model's values are None without its stored draws.
     """
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
-    own = next((one for one in rows if (one.scene, one.form, one.endpoint) == ("rig", STATED, name)), None)
+    own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)
     return {
         "endpoint": name,
         "records": list(means.records),
@@ -134,7 +135,7 @@ def trend(means: CageMeans, rows: Iterable[Verdict]) -> Row:
         "rig_ci95_pct": ci95,
         "between_records_pct": 100 * means.between_u / means.means[-1],
         "between_records_ci95_pct": [100 * end / means.means[-1] for end in means.between_ci95],
-        "model_pct": own and rig + own.error_pct,
-        "u_pct": own and own.u_pct,
-        "verdict": own and own.verdict,
+        "model_pct": own and rig + own["error_pct"],
+        "u_pct": own and own["u_pct"],
+        "verdict": own and own["verdict"],
     }

@@ -1,14 +1,10 @@
 import pytest
 
+from srbval.comparison.open_inputs import OpenInput, drawn, open_inputs
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
-from srbval.studies.open_inputs import OpenInput, drawn, open_inputs
 
 SCENE = paper_scene(defect={"kind": "outer"})
-
-
-def one(**changes):
-    return OpenInput(name="made", source="s", **({"keys": ("load.radial_n",), "low": 1.0, "high": 2.0} | changes))
 
 
 def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
@@ -30,17 +26,15 @@ def read(made, key):
     return scene
 
 
-def test_choices_come_as_often_as_their_weights():
-    path = one(keys=("load.path",), choices=("housing", "bearing"), weights=(0.75, 0.25))
+def test_choices_come_equally_often_and_take_their_other_values_with_them():
+    load_path = next(each for each in open_inputs() if each.name == "load path")
     shares = [i / 100 for i in range(100)]
-    assert [path.value(share) for share in shares].count("bearing") == 25
-    assert {path.coordinate(share) for share in shares} == {0.0, 1.0}
-    assert drawn([path], SCENE, [0.9])[0].load.path == "bearing"
+    assert [load_path.value(share) for share in shares].count("bearing") == 50
+    scene = drawn([load_path], SCENE, [0.9])[0]
+    assert (scene.load.path, scene.housing.damping_ns_m) == ("bearing", 0.0)
+    assert drawn([load_path], SCENE, [None])[0] == SCENE
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"low": 2.0, "high": 1.0}, {"log": True, "low": 0.0}, {"choices": ("a", "b"), "weights": (0.5, 0.6)}]
-)
-def test_a_range_that_is_none_is_refused(wrong):
-    with pytest.raises(ConfigurationError, match="made"):
-        one(**wrong)
+def test_a_key_that_no_scene_has_is_refused():
+    with pytest.raises(ConfigurationError, match=r"has no fit"):
+        drawn([OpenInput(name="made", source="s", keys=("contact.fit",), low=1.0, high=2.0)], SCENE, [0.5])
