@@ -5,7 +5,6 @@ from srbval.bearing.catalogue import (
     INLINE,
     LARGEST_SLIP,
     Bearing,
-    check_orders_are_known,
     fault_frequencies,
     find_bearings,
     known_bearings,

@@ -1,18 +1,16 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
-A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing,
-all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published), and may have a
-`largest_slip_pct`. The bearings
-known by name are files in `known` and rows of `catalogue.csv`, whose columns are the keys of the last two and a key of
-`catalogue_sources.csv`. Where a row has both, the dimensions hold; the orders are what the maker printed beside them.
-A name may also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``. Spherical roller
-bearings of `boundary_dimensions.csv` are estimated by `customary_proportions.toml`.
+A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing, all of the
+paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published), and may have a
+`largest_slip_pct`. The bearings known by name are files in `known` and rows of `catalogue.csv`, whose columns are the
+keys of the last two tables and a key of `catalogue_sources.csv`. If a row has both, the dimensions count; the orders
+are the maker's rounded ones. A name may also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders
+BPFO,BPFI,BSF,FTF``.
 """
 
 import csv
 import dataclasses
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -61,8 +59,7 @@ class Bearing:
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
     simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
     table, as `source` says. `ratings`: load and speed of its catalogue, where known. Its lines are looked for up to a
-    mean slip of the cage of `largest_slip`, a share of the cage's speed. Where the dimensions are estimated,
-    `orders_u95_pct` are 95 % half widths of the orders [%].
+    mean slip of the cage of `largest_slip`, a share of the cage's speed.
     """
 
     name: str
@@ -74,12 +71,6 @@ class Bearing:
     elements: RollingElements | None = None
     largest_slip: float = LARGEST_SLIP
     ratings: Ratings | None = None
-    orders_u95_pct: FaultOrders | None = None
-
-    @property
-    def estimated(self) -> bool:
-        """Whether its dimensions are estimated."""
-        return self.orders_u95_pct is not None
 
     @property
     def pitch_diameter_m(self) -> float | None:
@@ -128,7 +119,6 @@ class _BearingFile:
     orders: PublishedOrders | None = None
     largest_slip_pct: float | None = None
     ratings: Ratings | None = None
-    orders_u95_pct: FaultOrders | None = None
 
 
 def known_bearings() -> tuple[str, ...]:
@@ -166,7 +156,7 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
             document = {"title": document.get("title")} | document["bearing"]
         document = {"source": path.name} | document  # a user's own file is its own source
         return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)
-    close = nearest(text, known_bearings())
+    close = None if text.isdigit() else nearest(text, known_bearings())  # another size is another bearing
     hint = f" Did you mean {close!r}?" if close else ""
     raise UnknownNameError(
         f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file, its "
@@ -220,31 +210,12 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
-    known = {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
-    return known | {row["name"]: _estimated(row) for row in read_table("boundary_dimensions.csv")}
+    return {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
 
 
 def read_table(name: str) -> Iterator[Mapping[str, str]]:
     """The rows of one of the catalogue's files, as they are written."""
-    return csv.DictReader(_text(name).splitlines())
-
-
-def _text(name: str) -> str:
-    return (resources.files("srbval.bearing") / name).read_text(encoding="utf-8")
-
-
-def _estimated(row: Mapping[str, str]) -> Mapping[str, Any]:
-    """The table of a double-row spherical roller bearing of which the outside is known, see the file of the rule."""
-    rule = tomllib.loads(_text("customary_proportions.toml"))
-    bore, outside, width = (float(row[name]) for name in ("bore_mm", "outside_mm", "width_mm"))
-    pitch, diameter = rule["pitch"] * (bore + outside) / 2, rule["roller"] * (outside - bore) / 2
-    elements = {
-        "rolling_elements": round(rule["fill"] * math.pi * pitch / diameter),
-        "element_diameter": f"{diameter} mm", "pitch_diameter": f"{pitch} mm",
-        "contact_angle_rad": math.atan(2 * rule["row"] * width / pitch), "shape": "roller", "rows": 2,
-    }  # fmt: skip
-    title = f"{row['name']}, double-row spherical roller bearing, estimated ({bore:g} x {outside:g} x {width:g} mm)"
-    return {"title": title, "source": rule["source"], "elements": elements, "orders_u95_pct": rule["u95_pct"]}
+    return csv.DictReader((resources.files("srbval.bearing") / name).read_text(encoding="utf-8").splitlines())
 
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
@@ -263,21 +234,16 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
             f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
         )
     bearing = Bearing(
-        name=name, title=file.title, source=file.source, rolling_elements=given[0].rolling_elements,
-        orders=given[0].orders, geometry=file.geometry, elements=file.elements, ratings=file.ratings,
-        orders_u95_pct=file.orders_u95_pct,
-    )  # fmt: skip
+        name=name,
+        title=file.title,
+        source=file.source,
+        rolling_elements=given[0].rolling_elements,
+        orders=given[0].orders,
+        geometry=file.geometry,
+        elements=file.elements,
+        ratings=file.ratings,
+    )
     return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
-
-
-def check_orders_are_known(bearing: Bearing) -> None:
-    """`ConfigurationError` for an estimated bearing: its lines are known less well than any window is wide."""
-    if (u95 := bearing.orders_u95_pct) is not None:
-        raise ConfigurationError(
-            f"{bearing.title}: BPFO {bearing.orders.bpfo:.3g} ± {u95.bpfo:g} % of the shaft, and lines are looked for "
-            f"within {MOST_SLIP_PCT:g} % at most. Give the maker's numbers: --orders BPFO,BPFI,BSF,FTF, or --elements "
-            "Z,D,DP,ANGLE."
-        )
 
 
 def with_slip(bearing: Bearing, largest_pct: float) -> Bearing:

@@ -1,6 +1,7 @@
 """A labelled data set from a campaign: segments of its signals, with added noise, in one HDF5 file with a data card."""
 
 import json
+import os
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.campaign.folder import CampaignFolder, Damaged, result_state
+from srbval.campaign.folder import read_cases, result_path
+from srbval.campaign.results import read_result
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.registry import load_registered
@@ -76,15 +78,15 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     """Write labelled segments of all good cases of the campaign in folder `path` to `file`, whole or not at all.
 
     Segments follow each other without overlap, float32. The same campaign, settings and seed give the same samples.
-    Raises `DataError` where no case holds a signal that long, where rates differ, or `file` cannot be written.
+    Raises `DataError` if no case has a signal that long, if sampling rates differ, if a result is damaged, or if `file`
+    cannot be written.
     """
-    folder = CampaignFolder(path)
-    journal = folder.journal(planned=True)
+    table = read_cases(path)
     spectrum = noise_spectrum(settings.noise)
     left_out, fs_hz, count = 0, None, 0
     with new_hdf5(file) as out:
-        for case in journal.cases:
-            found = _signal(folder.result_path(case.key))
+        for case in table.cases:
+            found = _signal(result_path(path, case.key))
             if found is None:
                 left_out += 1
                 continue
@@ -102,21 +104,20 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
                 'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
             )
         length = out["segments"].shape[1]
-        about: dict[str, Any] = vars(journal.about)
-        counts = {"cases": len(journal.cases) - left_out, "segments": count, "fs_hz": fs_hz}
-        out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": about["name"]})
-        card = _data_card(settings, spectrum, about | counts)
-        out.attrs.update({"version": about["version"], "data_card": card})
+        about = {"name": table.campaign.name, "title": table.campaign.title, "version": table.version}
+        counts = {"cases": len(table.cases) - left_out, "segments": count, "fs_hz": fs_hz}
+        out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
+        out.attrs.update({"version": table.version, "data_card": _data_card(settings, spectrum, about | counts)})
     return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
 
 
 def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
-    """A case's vertical acceleration and the attributes of its file; None without one, `DataError` if damaged."""
-    state = result_state(path)
-    if isinstance(state, Damaged):
-        raise DataError(f"{path}: {state.why} Run the campaign again first.")
-    if state is None or not state.ending.usable:
-        return None
+    """Vertical acceleration of a case and the attributes of its file; None if it has none, `DataError` if damaged."""
+    try:
+        if not os.path.lexists(path) or not read_result(path).ending.usable:
+            return None
+    except DataError as error:
+        raise DataError(f"{error} Run the campaign again first.") from None
     raw = detect_format(path).load(path)
     samples = raw.array("acceleration_y_m_s2")
     return None if samples is None else (samples, dict(raw.attributes))

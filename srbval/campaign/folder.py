@@ -1,250 +1,213 @@
-"""A campaign's folder: one result file per case, and one file with its plan and a journal of how each case ended.
+"""The folder of a campaign: its table of cases, one result file per case, and the results as CSV.
 
-The result files are what counts; the journal says when and at what cost. Every line of that file carries a check value,
-every result a checksum (`storage.json_files`, `storage.hdf5_files`), so that what is read is what was written.
+`srbval-campaign.json` contains the campaign and its cases; it follows from the campaign file, and every run writes it.
+Only the result files record the progress, so a killed campaign loses nothing that had ended.
 """
 
 import contextlib
+import csv
+import io
+import json
 import os
-import platform
 import re
-import stat
-import time
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from srbval.campaign.case import KEY, CampaignCase, CaseResult, read_result, version
+from srbval.campaign.cases import CampaignCase
+from srbval.campaign.results import CaseResult, Ending, read_result
+from srbval.campaign.settings import Campaign
+from srbval.campaign.worker import version
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import atomic_write, remove_unfinished
-from srbval.storage.json_files import checked_line, from_json, parse_json, read_checked_line, write_json
+from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
+from srbval.storage.json_files import from_json, parse_json, to_json
 
-PLAN, TABLE, CASES = "campaign.jsonl", "results.csv", "cases"
-LOCK, HOLDER = "lock", "lock-holder.json"
-LONGEST_HOLDER = 1000  # bytes about a holder
-SHARDS = "[0-9a-f][0-9a-f]"
-ENTRY = b'{"ended": '
-WHOLE_CHECK = re.compile(rb'"check": "[0-9a-f]{32}"\}')  # of a line whose writer was not killed
-LONGEST_LINE = 2**24  # bytes
+TABLE, RESULTS, CASES, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
+NAME = re.compile(rb'\{"campaign": \{"name": "([^"]+)"')  # at the start of the file `TABLE`
+LAST_COLUMNS = ("model", "status", "reason", "quantity", "value", "unit")
 
 
 @dataclass(frozen=True, kw_only=True)
-class About:
-    """A campaign, in the lines before and behind its plan; `version` is that of the code."""
+class CampaignTable:
+    """A campaign and its cases; `version` is that of the code that computes the results."""
 
-    name: str
-    title: str
-    cases: int
+    campaign: Campaign
     version: str
+    cases: tuple[CampaignCase, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Damaged:
-    """A file that is not as it was written, and what is wrong with it."""
+    """A file that is not as it was written, and the reason."""
 
     file: Path
     why: str
 
 
-@dataclass(kw_only=True)
-class Journal:
-    """What is intact of a campaign's file: its plan, and the results that ended, oldest first, without their numbers.
+@dataclass(frozen=True, kw_only=True)
+class CampaignStatus:
+    """`done` of the `cases` have a result; `failed` lists the cases that ended without a good result.
 
-    `damage` says what is not, empty if nothing; without a whole plan there are no `cases`.
+    `damaged` lists results that are not as they were written; their cases are not done. `table` is None if the results
+    table cannot be written.
     """
 
-    about: About | None = None
-    cases: list[CampaignCase] = field(default_factory=list)
-    ended: list[CaseResult] = field(default_factory=list)
-    damage: str = ""
+    name: str
+    cases: int
+    done: int
+    failed: tuple[dict[str, Any], ...]
+    damaged: tuple[Damaged, ...]
+    running: bool
+    table: Path | None
 
 
-class CampaignFolder:
-    """The folder of one campaign."""
+@dataclass(frozen=True, kw_only=True)
+class CampaignVerification:
+    """`ok` if no file is `damaged`; `results` counts the result files that were read."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file = path / PLAN
+    ok: bool
+    results: int
+    damaged: tuple[Damaged, ...]
 
-    def result_path(self, key: str) -> Path:
-        """Where the result with that key belongs; spread over 256 folders, so that none gets too large."""
-        if KEY.fullmatch(key) is None:
-            raise DataError(f"{self.path}: {key[:40]!r} is not the key of a result; a key has 32 hexadecimal digits.")
-        return self.path / CASES / key[:2] / f"{key}.h5"
 
-    def result_keys(self) -> set[str]:
-        """Keys of all results in the folder, of this plan or another."""
-        found = (self.path / CASES).glob(f"{SHARDS}/*.h5")
-        return {path.stem for path in found if KEY.fullmatch(path.stem) and path.stem[:2] == path.parent.name}
+def result_path(folder: Path, key: str) -> Path:
+    """The file of the result with that key."""
+    return folder / CASES / f"{key}.h5"
 
-    def write_plan(self, name: str, title: str, cases: Sequence[CampaignCase]) -> list[Damaged]:
-        """Write the plan, mend the journal and remove what killed writers left; call with the folder locked.
 
-        Returns what was damaged. Raises `ConfigurationError` where the folder holds another campaign, `DataError` where
-        it holds none but files in a campaign's place, or cannot be written.
-        """
-        if strange := self._strange():
-            raise DataError(f"{strange[0].file}: {strange[0].why}; nothing was changed. Move it away, or: another -o.")
-        new = not any(os.path.lexists(self.path / file) for file in (PLAN, TABLE))
-        old = Journal() if new else self.journal()
-        if not new and old.about is None:
+def write_cases(folder: Path, campaign: Campaign, cases: Sequence[CampaignCase]) -> None:
+    """Write the table of cases; call it with the folder locked.
+
+    Raises `ConfigurationError` if the folder contains another campaign, `DataError` if it contains files of the same
+    names that are not a campaign's, or cannot be written.
+    """
+    if any(os.path.lexists(folder / name) for name in (TABLE, RESULTS)):
+        start = NAME.match((folder / TABLE).read_bytes()) if (folder / TABLE).is_file() else None
+        if start is None:
             raise DataError(
-                f"{self._file}: missing, damaged or another program's, so nothing says whose folder it is; nothing was "
-                f"changed. If it is campaign {name!r}, remove {PLAN} and {TABLE}, and give the same command again: "
+                f"{folder}: {TABLE} is damaged or missing, so nothing says whose folder it is; nothing was changed. If "
+                f"it is campaign {campaign.name!r}, remove {TABLE} and {RESULTS}, and give the same command again: "
                 "intact results are used. If not: another -o."
             )
-        if old.about is not None and old.about.name != name:
-            raise ConfigurationError(
-                f"{self.path} holds campaign {old.about.name[:80]!r}, not {name!r}; choose another -o."
-            )
-        self.remove_incomplete()
-        about = {"about": About(name=name, title=title, cases=len(cases), version=version())}
-        lines = [about, *({"case": case} for case in cases), about, *({"ended": result} for result in old.ended)]
-        with atomic_write(self._file) as part:
-            part.write_bytes(b"".join(map(checked_line, lines)))
-        return [Damaged(file=self._file, why=old.damage)] if old.damage else []
+        if (owner := start[1].decode(errors="replace")) != campaign.name:
+            raise ConfigurationError(f"{folder} holds campaign {owner!r}, not {campaign.name!r}; choose another -o.")
+    table = CampaignTable(campaign=campaign, version=version(), cases=tuple(cases))
+    with atomic_write(folder / TABLE) as part:
+        part.write_bytes(json.dumps(to_json(table)).encode())
+        append_checksum(part)
 
-    def note_end(self, result: CaseResult) -> None:
-        """Note in the journal how a case ended; dropped where that fails: a full disk must not end the campaign."""
-        now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = checked_line({"ended": replace(result, quantities=(), at_utc=now)})
-        try:
-            with self._file.open("ab", buffering=0) as stream:
-                before = stream.tell()
-                if stream.write(line) < len(line):
-                    stream.truncate(before)
-        except OSError:
-            return
 
-    def journal(self, *, planned: bool = False) -> Journal:
-        """What is intact of the campaign's file.
+def read_cases(folder: Path) -> CampaignTable:
+    """The table of cases; `DataError` if there is no campaign, or its table is not as it was written."""
+    file = folder / TABLE
+    try:
+        if not file.is_file() or checked_summary(file) is None:
+            raise ValueError("it has no checksum")
+        return from_json(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]))
+    except (OSError, ValueError, DataError) as error:
+        again = f"srbval campaign run FILE.toml -o {folder}"
+        if not folder.is_dir() or not os.path.lexists(file):
+            raise DataError(f"{folder}: no campaign here. Start one: {again}") from None
+        why = str(error).removeprefix(f"{file}: ")
+        raise DataError(f"{file}: damaged ({why}). It is written again, and results are kept: {again}") from None
 
-        Raises `DataError` where there is no campaign; if `planned`, also without a whole plan.
-        """
-        found, lost, places = Journal(), 0, dict[int, CampaignCase]()
-        again = f"srbval campaign run FILE.toml -o {self.path}"
-        try:
-            for line in self._lines():
-                made = _read(line)
-                if isinstance(made, About):
-                    found.about = found.about or made
-                elif isinstance(made, CampaignCase):
-                    places[made.index] = made
-                elif made is not None:
-                    found.ended.append(made)
-                lost += made is None and not _is_unfinished(line)
-        except OSError as error:
-            if os.path.isdir(self.path) and not isinstance(error, FileNotFoundError):
-                found.damage = f"it cannot be read ({error.strerror})"
-            elif not os.path.lexists(self.path / TABLE):
-                raise DataError(f"{self.path}: no campaign here. Start one: {again}") from None
-        if found.about is not None and sorted(places) == list(range(found.about.cases)):
-            found.cases = [places[index] for index in range(len(places))]
-            found.damage = f"{lost} of its lines fail their checksum" if lost else ""
-        else:
-            of = "an unknown number of" if found.about is None else found.about.cases
-            found.damage = found.damage or f"{len(places)} of {of} cases are intact in its plan"
-            if planned:
-                raise DataError(
-                    f"{self._file}: damaged ({found.damage}). It is written again, and results are kept: {again}"
-                )
-        return found
 
-    def read_results(self, keys: Iterable[str]) -> tuple[dict[str, CaseResult], dict[str, Damaged]]:
-        """The results of `keys` that are intact and those that are damaged; the others are missing."""
-        intact, damaged = dict[str, CaseResult](), dict[str, Damaged]()
-        for key in dict.fromkeys(keys):
-            found = result_state(self.result_path(key))
-            if isinstance(found, Damaged):
-                damaged[key] = found
-            elif found is not None:
-                intact[key] = found
-        return intact, damaged
-
-    def remove_results(self, keys: Iterable[str]) -> None:
-        """Remove these results; a folder in the place of one is renamed, since this program did not write it."""
-        for path in map(self.result_path, keys):
+def read_results(folder: Path, keys: Iterable[str]) -> tuple[dict[str, CaseResult], list[Damaged]]:
+    """The results of `keys` that are intact, and the damaged ones; the others are missing."""
+    intact, damaged = dict[str, CaseResult](), list[Damaged]()
+    for key in dict.fromkeys(keys):
+        path = result_path(folder, key)
+        if os.path.lexists(path):
             try:
-                if path.is_dir() and not path.is_symlink():
-                    path.rename(path.with_name(f"{path.name}.{time.time_ns()}.aside"))
-                else:
-                    path.unlink(missing_ok=True)
-            except OSError as error:
-                raise DataError(f"{path}: damaged, and cannot be removed ({error.strerror}). Remove it.") from None
+                intact[key] = read_result(path)
+            except DataError as error:
+                damaged.append(Damaged(file=path, why=str(error).removeprefix(f"{path}: ")))
+    return intact, damaged
 
-    def remove_incomplete(self) -> None:
-        """Remove the half-written files of killed processes."""
-        remove_unfinished(self.path, {PLAN, TABLE, HOLDER}.__contains__)
-        for folder in (self.path / CASES).glob(SHARDS):
-            remove_unfinished(folder, lambda name: name.endswith(".h5") and KEY.fullmatch(name[:-3]) is not None)
 
-    def damaged(self, journal: Journal) -> list[Damaged]:
-        """Links, and other kinds of file than this program's, in the places of its own; a damaged plan or journal."""
-        found = self._strange()
-        if journal.damage and self._file not in [strange.file for strange in found]:
-            found.append(Damaged(file=self._file, why=journal.damage))
-        return found
+def remove_incomplete(folder: Path) -> None:
+    """Remove the half-written files of killed processes; call it with the folder locked."""
+    remove_unfinished(folder, {TABLE, RESULTS}.__contains__)
+    remove_unfinished(folder / CASES, lambda name: name.endswith(".h5"))
 
-    def _strange(self) -> list[Damaged]:
-        files = dict.fromkeys((self._file, self.path / TABLE), stat.S_IFREG)
-        folders = dict.fromkeys((self.path / CASES, *(self.path / CASES).glob(SHARDS)), stat.S_IFDIR)
-        return [
-            Damaged(file=path, why="it is a link, or not the kind of file that a campaign writes there")
-            for path, kind in (files | folders).items()
-            if os.path.lexists(path) and stat.S_IFMT(path.lstat().st_mode) != kind
-        ]
 
-    def _lines(self) -> Iterator[bytes]:
-        """The lines of the campaign's file, in pieces where they are too long; none of what is no file of its own."""
+def campaign_status(path: Path) -> CampaignStatus:
+    """Read the folder of a campaign and write its results table again; `DataError` as `read_cases`."""
+    table = read_cases(path)
+    results, damaged = read_results(path, (case.key for case in table.cases))
+    written, running = None, False
+    with contextlib.suppress(DataError):  # a folder that can only be read
+        written = write_results(path, table.cases, results)
         try:
-            regular = stat.S_ISREG(self._file.lstat().st_mode)
-        except ValueError as error:  # no file can have such a name
-            raise DataError(f"{str(self.path)!r} is no folder of a campaign: {error}.") from None
-        if regular:
-            with self._file.open("rb") as stream:
-                while line := stream.readline(LONGEST_LINE):
-                    yield line
+            with folder_lock(path):
+                pass
+        except ConfigurationError:
+            running = True
+    return CampaignStatus(
+        name=table.campaign.name,
+        cases=len(table.cases),
+        done=sum(case.key in results for case in table.cases),
+        failed=tuple(failures(table.cases, results)),
+        damaged=tuple(damaged),
+        running=running,
+        table=written,
+    )
 
 
-def result_state(path: Path) -> CaseResult | Damaged | None:
-    """The result in a file, what is wrong with that file, or None where there is none."""
+def verify_campaign(path: Path) -> CampaignVerification:
+    """Read the table of cases and all results, those of earlier tables too; nothing is changed.
+
+    Raises `DataError` if there is no campaign.
+    """
+    results, damaged = read_results(path, sorted(file.stem for file in (path / CASES).glob("*.h5")))
+    count = len(results) + len(damaged)
     try:
-        if stat.S_ISREG(path.lstat().st_mode):
-            return read_result(path)
-        return Damaged(file=path, why="a link, a folder or another kind of file is in a result's place.")
-    except FileNotFoundError:
-        return None
-    except (OSError, DataError) as error:
-        return Damaged(file=path, why=str(error).removeprefix(f"{path}: "))
+        read_cases(path)
+    except DataError as error:
+        if not os.path.lexists(path / TABLE):
+            raise
+        damaged.append(Damaged(file=path / TABLE, why=str(error).removeprefix(f"{path / TABLE}: ")))
+    return CampaignVerification(ok=not damaged, results=count, damaged=tuple(damaged))
 
 
-def _read(line: bytes) -> About | CampaignCase | CaseResult | None:
-    """What a line says; None where it is not as it was written."""
-    try:
-        ((kind, table),) = read_checked_line(line).items()
-        kinds: dict[str, type[About | CampaignCase | CaseResult]]
-        kinds = {"about": About, "case": CampaignCase, "ended": CaseResult}
-        made = from_json(kinds[kind], table)
-    except (ValueError, KeyError):
-        return None
-    valid = made.name.isprintable() if isinstance(made, About) else KEY.fullmatch(made.key)
-    return made if valid else None
+def failures(cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
+    """The cases that ended without a good result: index, key, ending and reason."""
+    ended = ((case, results[case.key]) for case in cases if case.key in results)
+    return [
+        {"case": case.index, "key": case.key, "ending": result.ending.value, "reason": result.reason}
+        for case, result in ended
+        if not result.ending.usable
+    ]
 
 
-def _is_unfinished(line: bytes) -> bool:
-    """Was its writer killed? What else looks so is damaged."""
-    begun = line.startswith(ENTRY[: len(line)]) and not line.endswith(b"\n")
-    return begun and b"\0" not in line and WHOLE_CHECK.search(line) is None
+def write_results(folder: Path, cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> Path:
+    """Write the results as CSV: one row per case and quantity, in the order of the cases; returns the file.
+
+    A failed case has one row without a quantity; a case without an intact result has none. The same results give the
+    same text. Raises `DataError` if the file cannot be written.
+    """
+    columns = list(dict.fromkeys(key for case in cases for key in case.point))
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream)
+    writer.writerow(["case", "key", *columns, *LAST_COLUMNS])
+    for case in cases:
+        if (result := results.get(case.key)) is not None:
+            reason = "" if result.ending is Ending.OK and result.quantities else result.reason
+            first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending, reason]
+            rows = [(q.name, repr(q.value), q.unit) for q in result.quantities] or [("", "", "")]
+            writer.writerows([*first, *row] for row in rows)
+    with atomic_write(folder / RESULTS) as part:
+        part.write_bytes(stream.getvalue().encode("utf-8", "replace"))
+    return folder / RESULTS
 
 
 @contextlib.contextmanager
-def folder_lock(folder: Path) -> Iterator[str | None]:
-    """Hold `folder` exclusively. Yields who held it last if that process was killed, otherwise None.
+def folder_lock(folder: Path) -> Iterator[None]:
+    """Hold `folder` exclusively; the system releases the lock when the process ends, for whatever reason.
 
-    The system releases the lock when its process ends, however it ends.
-
-    Raises `ConfigurationError` where another process holds it, `DataError` where the folder cannot be written.
+    Raises `ConfigurationError` if another process holds it, `DataError` if the folder cannot be written.
     """
     from filelock import FileLock, Timeout
 
@@ -253,44 +216,12 @@ def folder_lock(folder: Path) -> Iterator[str | None]:
         acquired = FileLock(folder / LOCK, blocking=False).acquire()
     except Timeout:
         raise ConfigurationError(
-            f"{folder}: another campaign runs in this folder{_holder(folder)}. Wait for its end "
-            f"(srbval campaign status {folder}), or choose another -o."
+            f"{folder}: another campaign runs in this folder. Wait for its end (srbval campaign status {folder}), or "
+            "choose another -o."
         ) from None
     except OSError as error:
         raise DataError(
             f"{folder}: cannot be written ({error.strerror}). Choose another folder with -o, or free this one."
         ) from None
     with acquired:
-        killed = _holder(folder) or None
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        with contextlib.suppress(DataError):  # whom to name is not worth a campaign
-            write_json(folder / HOLDER, {"pid": os.getpid(), "host": platform.node(), "since_utc": now})
-        try:
-            yield killed
-        finally:
-            with contextlib.suppress(OSError):
-                (folder / HOLDER).unlink()
-
-
-def holder(folder: Path) -> str | None:
-    """Who runs a campaign in `folder` now; None where nobody does."""
-    from filelock import FileLock, Timeout
-
-    with contextlib.suppress(OSError):
-        if (folder / LOCK).exists():
-            try:
-                FileLock(folder / LOCK, blocking=False).acquire().lock.release()
-            except Timeout:
-                return _holder(folder) or " (process unknown)"
-    return None
-
-
-def _holder(folder: Path) -> str:
-    """Text about who took the lock last and did not release it; empty where it was released."""
-    try:
-        file = folder / HOLDER
-        written = parse_json(file.read_bytes() if file.is_file() and file.stat().st_size < LONGEST_HOLDER else b"")
-        text = f" (process {written['pid']} on {written['host']} since {written['since_utc']})"
-        return text if text.isprintable() else " (process unknown)"
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
+        yield

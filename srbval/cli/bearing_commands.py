@@ -20,24 +20,21 @@ def kinematics(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
-        rows = [("shaft", frequencies.shaft_hz, 1.0, 0.0)]
-        rows += [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n),
-                  getattr(bearing.orders_u95_pct, n, 0.0)) for n in LINES]  # fmt: skip
-        columns = ("line", "Hz", "order", "± % (95 %)")[: 4 if bearing.estimated else 3]
-        print_table(columns, [row[: len(columns)] for row in rows])
-        if bearing.estimated:
-            print(f"\n{bearing.source}: ask the maker for the orders before lines are looked for.")
+        rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in LINES]
+        print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
 
     document = dataclasses.asdict(frequencies) | {
-        "orders": bearing.orders, "bearing": bearing.name,
-        "rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source,
-        "estimated": bearing.estimated, "orders_u95_pct": bearing.orders_u95_pct,
-    }  # fmt: skip
+        "orders": bearing.orders,
+        "bearing": bearing.name,
+        "rolling_elements": bearing.rolling_elements,
+        "rpm": options.rpm,
+        "source": bearing.source,
+    }
     return answer(options, document, show)
 
 
 def known(options: argparse.Namespace) -> int:
-    """List the bearings that hold every word of the search; an empty list is an answer."""
+    """List the bearings that match every word of the search; an empty list is an answer."""
     found = find_bearings(options.search or "")
 
     def show() -> None:
@@ -54,9 +51,7 @@ def known(options: argparse.Namespace) -> int:
 
 
 def _document(bearing: Bearing) -> dict[str, object]:
-    names = (
-        "name", "title", "source", "estimated", "rolling_elements", "orders", "orders_u95_pct", "elements", "geometry",
-    )  # fmt: skip
+    names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
     return {name: getattr(bearing, name) for name in names} | {"models": models_of(bearing)}
 
 
@@ -67,7 +62,12 @@ def _row(bearing: Bearing) -> tuple[object, ...]:
     elif (elements := bearing.elements) is not None:
         d, pitch, angle = elements.element_diameter_m, elements.pitch_diameter_m, elements.contact_angle_rad
     return (
-        bearing.name, bearing.rolling_elements, d and d * 1e3, pitch and pitch * 1e3,
-        None if angle is None else math.degrees(angle), *(getattr(bearing.orders, name) for name in LINES),
-        models_of(bearing)[-1], bearing.title,
-    )  # fmt: skip
+        bearing.name,
+        bearing.rolling_elements,
+        d and d * 1e3,
+        pitch and pitch * 1e3,
+        None if angle is None else math.degrees(angle),
+        *(getattr(bearing.orders, name) for name in LINES),
+        models_of(bearing)[-1],
+        bearing.title,
+    )

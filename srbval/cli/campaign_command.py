@@ -1,4 +1,4 @@
-"""``srbval campaign``: run many cases, show their progress, export a labelled data set, and studies of both."""
+"""``srbval campaign``: run many cases, show their progress, verify their results, export a labelled data set."""
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
@@ -6,13 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
-from srbval.campaign.folder import Damaged
-from srbval.campaign.planning import plan_cases, totals
+from srbval.campaign.folder import Damaged, campaign_status, verify_campaign
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, load_campaign
-from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
 from srbval.progress import progress_display
@@ -34,7 +33,7 @@ def _run(options: argparse.Namespace) -> int:
         load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
     )
     engine = choose_engine(
-        options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait, dashboard=options.dashboard
+        options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait, adapt=options.adapt
     )
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
@@ -69,7 +68,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
 
 def _status(options: argparse.Namespace) -> int:
     found = campaign_status(Path(options.folder))
-    running = f"running{found.running}" if found.running else "not running"
+    running = "running" if found.running else "not running"
     text = (
         f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
         f"Results: {found.table or 'cannot be written here'}"
@@ -80,7 +79,7 @@ def _status(options: argparse.Namespace) -> int:
 
 def _verify(options: argparse.Namespace) -> int:
     found = verify_campaign(Path(options.folder))
-    text = f"{found.results} results, plan, journal and table read, {len(found.damaged)} damaged"
+    text = f"{found.results} results and the table of cases read, {len(found.damaged)} damaged"
     text = "\n".join([text, *_damage(found.damaged)])
     return answer(options, found, text, code=DONE if found.ok else DAMAGED)
 
@@ -88,7 +87,7 @@ def _verify(options: argparse.Namespace) -> int:
 def _damage(damaged: Sequence[Damaged]) -> Iterator[str]:
     yield from (f"{found.file}: {found.why}" for found in damaged)
     if damaged:
-        yield "The same srbval campaign run repairs it: damaged results are run again, other files are rewritten."
+        yield "The same srbval campaign run repairs it: damaged results are run again."
 
 
 def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:

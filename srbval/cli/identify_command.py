@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 from pathlib import Path
 
-from srbval.bearing import DEFAULT_BEARING, Fault, check_orders_are_known, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table
 from srbval.diagnosis.baseline import load_healthy
@@ -57,7 +57,6 @@ def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> 
         records.append(dataclasses.replace(load_registered(options.cross_from, settings), state=Fault.INNER))
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     bearing = options.bearing or fault.bearing or DEFAULT_BEARING
-    check_orders_are_known(load_bearing(bearing))
     with progress_display() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
         pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]

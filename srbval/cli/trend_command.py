@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.folder import PLAN, CampaignFolder
+from srbval.campaign.folder import TABLE, read_cases, result_path
 from srbval.cli.analyse_command import read_many, report_failed
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, record_times, trend_of, zone_boundaries
@@ -21,9 +21,9 @@ def run(options: argparse.Namespace) -> int:
         check_suffix(Path(options.plot), "HTML", (".html",))
     zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
     cases: dict[str, float] = {}
-    if len(options.files) == 1 and (Path(options.files[0]) / PLAN).is_file():
-        campaign = CampaignFolder(Path(options.files[0]))
-        cases = {str(campaign.result_path(case.key)): float(case.index) for case in campaign.journal().cases}
+    if len(options.files) == 1 and (Path(options.files[0]) / TABLE).is_file():
+        folder = Path(options.files[0])
+        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_cases(folder).cases}
         options.files = list(cases)
     documents, failed, other = read_many(options)
     files = list(dict.fromkeys(one["file"] for one in documents))

@@ -14,7 +14,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, check_orders_are_known, load_bearing
+from srbval.bearing import DEFECTS, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
@@ -125,7 +125,6 @@ def read_recording(
     """
     _ask_at_once(recording, request)
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
-    check_orders_are_known(bearing)
     analysis = analyse(
         recording, bearing=bearing,
         band_hz=request.band_hz, band_filter=request.band_filter, healthy=healthy,

@@ -232,8 +232,6 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
             assumed = ("load zone, pulses and resonance are" if bearing.elements is None
                        else "grooves, housing and what the scene does not say are")  # fmt: skip
             found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
-    if bearing is not None and bearing.estimated:
-        found.append("where lines lie: the inner dimensions are estimated from the outer ones")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):

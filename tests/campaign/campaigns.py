@@ -5,23 +5,36 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.case import CaseResult
-from srbval.campaign.engines.local import Job
-from srbval.campaign.folder import PLAN
+from srbval.campaign.folder import RESULTS, verify_campaign
+from srbval.campaign.local import Job
+from srbval.campaign.results import CaseResult
 from srbval.campaign.run import CampaignSummary, run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.campaign.status import verify_campaign
-from srbval.campaign.work import prepare, run_case
+from srbval.campaign.worker import prepare, run_case
 from srbval.storage.tables import build
 
-# A scene that the numerics lose: explicit Euler, four steps of the paper's at once.
-FAILING = {"solver.name": "ode1", "solver.step_s": 4 / 61440, "output_rate_hz": 15360.0, "duration": "30 ms",
-           "defect.kind": "outer"}  # fmt: skip
-# Three good cases with signals, one that the numerics lose, two that are refused.
-MIXED = [{"kind": "list", "cases": [
-    {"defect.kind": "outer", "model": "planar"}, {"defect.kind": "inner", "model": "kinematic"}, {"model": "planar"},
-    FAILING | {"model": "full"}, {"load.radial": "-3 kN"}, {"bearing": "skf-6205", "model": "full"},
-]}]  # fmt: skip
+# A scene on which the numerics fail: explicit Euler with four times the paper's step.
+FAILING = {
+    "solver.name": "ode1",
+    "solver.step_s": 4 / 61440,
+    "output_rate_hz": 15360.0,
+    "duration": "30 ms",
+    "defect.kind": "outer",
+}
+# Three good cases with signals, one on which the numerics fail, two that are refused.
+MIXED = [
+    {
+        "kind": "list",
+        "cases": [
+            {"defect.kind": "outer", "model": "planar"},
+            {"defect.kind": "inner", "model": "kinematic"},
+            {"model": "planar"},
+            FAILING | {"model": "full"},
+            {"load.radial": "-3 kN"},
+            {"bearing": "skf-6205", "model": "full"},
+        ],
+    }
+]
 
 
 def small(**changes: Any) -> Campaign:
@@ -39,7 +52,7 @@ def small(**changes: Any) -> Campaign:
 
 
 def six(model: str = "planar") -> Campaign:
-    """The same six cases with a lesser model: for what does not depend on it."""
+    """The same six cases with a simpler model, for tests that do not depend on it."""
     return small(scene={"duration": "5 ms", "settle": "0 s", "model": model})
 
 
@@ -59,27 +72,20 @@ def run_small(campaign: Campaign, folder: Path, **options: Any) -> CampaignSumma
 
 
 def resume(folder: Path, **changes: Any) -> tuple[CampaignSummary, list[str]]:
+    """Run the campaign `MIXED` again; returns its summary and messages."""
     said: list[str] = []
     return run_small(small(axes=MIXED, **changes), folder, message=said.append), said
 
 
 def content(folder: Path) -> dict[str, str]:
-    """Digest of every result by name, and of the table."""
-    files = [*(folder / "cases").glob("*/*.h5"), folder / "results.csv"]
+    """Digest of every result, and of the table of results, by name."""
+    files = [*(folder / "cases").glob("*.h5"), folder / RESULTS]
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
-def lines_of(folder: Path) -> list[bytes]:
-    """Of `MIXED` that has ended: about, six cases, about, six results."""
-    return (folder / PLAN).read_bytes().splitlines(keepends=True)
-
-
-def files_of(folder: Path) -> dict[Path, bytes]:
-    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.name != "lock"}
-
-
 def good_results(folder: Path) -> list[Path]:
-    return sorted(path for path in (folder / "cases").glob("*/*.h5") if path.stat().st_size > 20_000)
+    """The results with signals."""
+    return sorted(path for path in (folder / "cases").glob("*.h5") if path.stat().st_size > 20_000)
 
 
 def damaged_names(folder: Path) -> set[str]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.engines.local import ATTEMPTS
+from srbval.campaign.local import ATTEMPTS
 
 MANY = """\
 name = "many"

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.planning import plan_cases, scene_of, totals
+from srbval.campaign.cases import plan_cases, scene_of, totals
 from srbval.campaign.settings import Campaign, load_campaign, presets
 from srbval.cli import main
 from srbval.errors import ConfigurationError

@@ -13,7 +13,7 @@ import pytest
 
 import srbval
 from srbval.bearing import fault_frequencies, load_bearing
-from srbval.campaign.planning import plan_cases
+from srbval.campaign.cases import plan_cases
 from srbval.campaign.settings import load_campaign
 from srbval.cli import main
 from srbval.cli.arguments import parser

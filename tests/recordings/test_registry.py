@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
-from srbval.campaign.folder import CampaignFolder
+from srbval.campaign.folder import folder_lock, write_cases
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, RecordingSettings
@@ -31,6 +31,7 @@ from srbval.recordings.registry import (
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.write import write_report
+from tests.campaign.campaigns import six
 from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files
@@ -243,8 +244,9 @@ def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
-    CampaignFolder(folder / "below" / "runs").write_plan("runs", "", [])
-    for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/ab/a.h5"):
+    with folder_lock(folder / "below" / "runs"):
+        write_cases(folder / "below" / "runs", six(), ())
+    for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)
     shutil.copy(folder / "s.h5", folder / "report" / "a_record_of_the_user.h5")

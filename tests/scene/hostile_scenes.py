@@ -22,7 +22,7 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.bearing.catalogue import catalogue_rows, known_bearings
-from srbval.campaign.planning import final_scene, plan_cases
+from srbval.campaign.cases import final_scene, plan_cases
 from srbval.campaign.settings import MOST_CASES, Sampling, load_campaign
 from srbval.errors import SrbvalError
 from srbval.models.hierarchy import LEVELS

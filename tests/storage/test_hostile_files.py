@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.campaign.planning import plan_cases
+from srbval.campaign.cases import plan_cases
 from srbval.campaign.settings import load_campaign
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus

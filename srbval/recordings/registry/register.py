@@ -42,9 +42,12 @@ LONGEST_REASON = 160
 HEAD_BYTES = 1000
 # What srbval itself writes: the file that shows it, what it is, and the names of all that belongs to it in that folder.
 REPORT = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
-CAMPAIGN = {"campaign.jsonl", "results.csv", "lock", "lock-holder.json", "cases"}
+CAMPAIGN = {"srbval-campaign.json", "results.csv", "lock", "cases"}
 GENERATOR = b'<meta name="generator" content="srbval'
-OWN_OUTPUT = (("report.html", GENERATOR, "report", REPORT), ("campaign.jsonl", b'"about"', "campaign", CAMPAIGN))
+OWN_OUTPUT = (
+    ("report.html", GENERATOR, "report", REPORT),
+    ("srbval-campaign.json", b'"campaign"', "campaign", CAMPAIGN),
+)
 
 
 def add(
@@ -237,8 +240,8 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
 
 
 def _own_output(path: Path) -> str | None:
-    """Of which report or campaign a file is a part, None for any other; a campaign's results lie two folders below."""
-    for folder in path.parents[:3]:
+    """Of which report or campaign a file is a part, None for any other."""
+    for folder in path.parents[:2]:
         for shown_by, content, what, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in parts and content in _head(folder / shown_by):
                 return f"part of a {what} that srbval wrote, {folder}"

@@ -1,14 +1,14 @@
-"""From a campaign to its cases: scenes checked, models chosen, keys of the results, expected costs."""
+"""From a campaign to its table of cases: scenes checked, models chosen, results named, costs estimated."""
 
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.campaign.case import COMPUTED_BY, CampaignCase
 from srbval.campaign.quantities import Output
 from srbval.campaign.settings import Campaign, nested
+from srbval.campaign.worker import COMPUTED_BY
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
@@ -22,39 +22,41 @@ from srbval.sweep.pool import right_hand_sides_per_step
 FILE_BYTES = 16_384  # size of a result file without signals
 COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included
 LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
+GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CampaignCase:
+    """A row of the table of cases.
+
+    `key` names the result; `point` lists the changes of the base scene by dotted key; `expected_s` is the wall time on
+    the machine of the calibration, None if unknown, and `planned_s` the same or else a rough guess; `refused` is the
+    reason why no scene could be made of the point.
+    """
+
+    index: int
+    key: str
+    point: Mapping[str, Any]
+    model: str = ""
+    solver: str = ""
+    expected_s: float | None = None
+    planned_s: float = 0.0
+    expected_bytes: int = FILE_BYTES
+    refused: str | None = None
 
 
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
     """All cases. A point of which no scene can be made is a case too, with the reason.
 
-    Raises `ConfigurationError` where axes contradict each other or one has a key, unit or other word that is not known,
-    and what `make_plan` raises without a calibration.
+    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and all
+    that `make_plan` raises without a calibration.
     """
     return [_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
-def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameError) -> ConfigurationError:
-    """The `error` of a point with the axis that it lies on, or the table `scene` that all points have in common."""
-
-    def fails(part: Mapping[str, Any]) -> bool:
-        try:
-            scene_of(campaign, part)
-        except UnknownNameError:
-            return True
-        except SrbvalError:
-            return False
-        return False
-
-    axis = None if fails({}) else next((key for key in point if fails({key: point[key]})), None)
-    place = "scene" if axis is None else f"axis {axis!r}"
-    known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
-    said = str(error).removeprefix("scene: ")
-    return ConfigurationError(f"campaign {campaign.name}, {place}: {said}{known} Nothing was run.")
-
-
 def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
-    """The scene of a point, its model still as the campaign says; raises what reading a scene raises, and
-    `UnknownNameError` for a model or solver that is not known.
+    """The scene of a point, its model still as the campaign states it; raises all that reading a scene raises, and
+    `UnknownNameError` for an unknown model or solver.
     """
     scene = paper_scene(**merge(campaign.scene, nested(point)))
     if scene.model != AUTO:
@@ -69,9 +71,9 @@ def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
 
 
 def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """A plan in a few numbers; cases of the same content count once in `different`, time and disk.
+    """Sums over a plan; cases of the same content count once in `different`, time and disk.
 
-    `expected_s` is wall time on one core of the calibration's machine, None where unknown.
+    `expected_s` is wall time on one core of the machine of the calibration, None if unknown.
     """
     unique = {case.key: case for case in cases}.values()
     known = [case.expected_s for case in unique if not case.refused]
@@ -98,28 +100,50 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
         raise
     except SrbvalError as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
-        return CampaignCase(
-            index=index, key=key, point=point, model="", solver="", weight=0.0, expected_s=None,
-            expected_bytes=FILE_BYTES, refused=str(error),
-        )  # fmt: skip
-    weight, expected_s = _cost(scene)
+        return CampaignCase(index=index, key=key, point=point, refused=str(error))
+    guessed_s, expected_s = _cost(scene)
     columns = max(COLUMNS.get(output, 0) for output in campaign.outputs)
     return CampaignCase(
-        index=index, key=key, point=point, model=scene.model, solver=scene.solver.name, weight=weight,
-        expected_s=expected_s, expected_bytes=FILE_BYTES + 8 * columns * scene.samples,
-    )  # fmt: skip
+        index=index,
+        key=key,
+        point=point,
+        model=scene.model,
+        solver=scene.solver.name,
+        expected_s=expected_s,
+        planned_s=guessed_s if expected_s is None else expected_s,
+        expected_bytes=FILE_BYTES + 8 * columns * scene.samples,
+    )
+
+
+def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameError) -> ConfigurationError:
+    """The `error` of a point with the axis that causes it, or with the table `scene` that all points share."""
+
+    def fails(part: Mapping[str, Any]) -> bool:
+        try:
+            scene_of(campaign, part)
+        except UnknownNameError:
+            return True
+        except SrbvalError:
+            return False
+        return False
+
+    axis = None if fails({}) else next((key for key in point if fails({key: point[key]})), None)
+    place = "scene" if axis is None else f"axis {axis!r}"
+    known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
+    said = str(error).removeprefix("scene: ")
+    return ConfigurationError(f"campaign {campaign.name}, {place}: {said}{known} Nothing was run.")
 
 
 def _cost(scene: Scene) -> tuple[float, float | None]:
-    """In right-hand sides of the full model; and the wall time [s] that the calibration tells, if it does."""
+    """Wall time [s]: a guess from the number of right-hand sides, and the calibrated one, None if unknown."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name) or 1
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
     try:
         table = calibration_of(scene)
     except DataError:
-        return weight, None
+        return GUESSED_S * weight, None
     pace = neighbours(table, scene).wall_per_simulated_s(scene.model)
     if pace is not None and not lesser:
         pace *= each / (right_hand_sides_per_step(table.solver) or 1) * table.step_s / scene.solver.step_s
-    return weight, None if pace is None else pace * seconds
+    return GUESSED_S * weight, None if pace is None else pace * seconds

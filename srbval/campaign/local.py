@@ -1,8 +1,7 @@
-"""The interface of an engine, and worker processes of this machine; Dask's workers run their cases in such, too.
+"""Worker processes of this machine, which run cases; Dask's workers run their cases in such processes too.
 
-Each case has a thread here that starts another process when its own dies. The standard pools of processes, also that of
-pebble, give up everything that is running when one dies at the wrong moment; the standard ones do not say whose case it
-was.
+A thread waits for each process and starts another one if it dies. The standard pools of processes, and the pool of
+pebble, give up everything that is running if one dies at the wrong moment.
 """
 
 import itertools
@@ -12,27 +11,26 @@ from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
-from srbval.campaign.case import CaseResult, CaseTask, Ending
+from srbval.campaign.results import CaseResult, CaseTask, Ending, final_result
 from srbval.errors import DataError, NumericsError
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
-AHEAD = 2  # cases with the processes, each: none waits for the next one, and few scenes are in memory
+AHEAD = 2  # cases handed out per process: none waits for the next case, and few scenes are in memory
 ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
 KEPT = "Results received so far are kept; the same command resumes from there."
-WORKER = "srbval.campaign.engines.worker"
+WORKER = "srbval.campaign.worker"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """What an engine is asked to do: compile for the scenes `precompiled`, then run the `count` `tasks` in order.
+    """The work of an engine: compile for the scenes `precompiled`, then run the `count` `tasks` in order.
 
-    `tasks` are made as they are asked for, so that ten thousand scenes need not be in memory; `folder` is the
-    campaign's.
+    `tasks` are made as they are asked for, so that ten thousand scenes need not be in memory; `folder` is the folder
+    of the campaign.
     """
 
     folder: Path
@@ -41,26 +39,15 @@ class Job:
     count: int
 
 
-class Engine(Protocol):
-    """Runs cases somewhere."""
-
-    name: str
-    workers: int
-
-    def run(self, job: Job) -> Generator[CaseResult]:
-        """Results as they come, one per task. Closing the generator ends everything that still runs."""
-        ...
-
-
 class StoppedError(Exception):
     """Another thread has stopped this process for good."""
 
 
 class CaseProcess:
-    """A process of one thread that runs cases and is replaced when it dies or takes too long.
+    """A process of one thread that runs cases and is replaced if it dies or exceeds a time limit.
 
-    It compiles or loads `scenes` before its first case; its limits are kept from here. All methods raise `StoppedError`
-    after `stop`, and `OSError` where the system starts no process.
+    It compiles or loads `scenes` before its first case. All methods raise `StoppedError` after `stop`, and `OSError` if
+    the system starts no process.
     """
 
     def __init__(self, scenes: Sequence[Scene]) -> None:
@@ -71,7 +58,7 @@ class CaseProcess:
         self._stopped = False
 
     def prepare(self) -> str:
-        """Start and compile unless that is done; the version of the code. `NumericsError` if it dies or hangs."""
+        """Start and compile unless done; returns the code's version. `NumericsError` if the process dies or hangs."""
         for _ in range(ATTEMPTS):
             try:
                 self._prepared()
@@ -88,14 +75,15 @@ class CaseProcess:
                 return result
             except DiedError as error:
                 how = self._end()
-                # A result that is there was only too late in being announced: the next process reads it.
-                if isinstance(error, OverLimitError) and not task.path.exists():
+                if (found := final_result(task.path)) is not None:  # written, but too late in being announced
+                    return found
+                if isinstance(error, OverLimitError):
                     reason = (
                         f"it took longer than its limit of {task.limit_s:.6g} s, so its process was ended; the other "
                         "cases were run. If it only needs longer: --limit-factor, --least-limit, or limit_factor and "
                         "least_limit in the campaign file"
                     )
-                    return CaseResult(key=task.key, ending=Ending.TIMED_OUT, reason=reason, wall_s=task.limit_s or 0.0)
+                    return CaseResult(key=task.key, ending=Ending.TIMED_OUT, reason=reason)
         return crashed(task.key, f"process died {ATTEMPTS} times ({how})")
 
     def stop(self) -> None:
@@ -110,6 +98,8 @@ class CaseProcess:
         if self._process is not None:
             self._process.close()
             self._process = None
+
+    __del__ = close  # with the thread of a Dask worker
 
     def _prepared(self) -> WorkerProcess:
         with self._lock:
@@ -127,7 +117,7 @@ class CaseProcess:
         return process
 
     def _end(self) -> str:
-        """How the process ended."""
+        """Close the dead process; returns how it ended."""
         how = self._process.death() if self._process is not None else ""
         self.close()
         return how

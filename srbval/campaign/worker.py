@@ -1,50 +1,54 @@
-"""What a worker process does: load and compile, run a case, write the result."""
+"""The process of a `CaseProcess`, ``python -m srbval.campaign.worker``: compiles, runs cases, writes results."""
 
 import contextlib
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from srbval.campaign.case import CaseResult, CaseTask, Ending, acceleration_only, read_result, version, write_result
 from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
+from srbval.campaign.results import CaseResult, CaseTask, Ending, acceleration_only, final_result, write_result
 from srbval.errors import DataError, SrbvalError
 from srbval.models.run import Run
+from srbval.processes.worker import serve_calls
 from srbval.scene import Scene
+from srbval.storage.sources import content_version
 
+COMPUTED_BY = "srbval.campaign.worker"
 SHORTEST_S = 0.001  # simulated time in which everything that a case needs is compiled
+IDLE_S = 60.0  # without a case, after which the process ends: a Dask worker outlives campaigns
+
+
+def version() -> str:
+    """Version of all code that runs a case and measures it."""
+    return content_version(COMPUTED_BY)
 
 
 def prepare(scenes: Sequence[Scene]) -> str:
-    """Compile what `scenes` need into the kernel cache, for all workers; the version of this process's code."""
+    """Compile the kernels of `scenes` into the cache, for all workers; returns the version of this process's code."""
     from srbval.models.simulate import Step, simulate
 
     _one_thread()
     for scene in scenes:
-        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case will report it
-            simulate(
-                replace(scene, duration_s=max(SHORTEST_S, 1 / scene.output_rate_hz), settle_s=0.0), step=Step.UNCHECKED
-            )
+        with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case reports it
+            shortest_s = max(SHORTEST_S, 1 / scene.output_rate_hz)
+            simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
     return version()
 
 
 def run_case(task: CaseTask) -> CaseResult:
-    """Run a case and write its result; whatever goes wrong is an ending, not an exception.
+    """Run a case and write its result; every failure becomes an ending and raises nothing.
 
-    A case whose result exists already is not run again, unless that is damaged.
+    A case that has an intact and final result is not run again.
     """
     _one_thread()
-    if task.path.exists():
-        with contextlib.suppress(DataError):
-            return replace(read_result(task.path), found=True)
+    if (found := final_result(task.path)) is not None:
+        return found
     started, simulation_s = time.perf_counter(), 0.0
 
     def ended(ending: Ending, reason: str, quantities: tuple[CaseQuantity, ...] = ()) -> CaseResult:
-        return CaseResult(
-            key=task.key, ending=ending, reason=reason, quantities=quantities,
-            wall_s=time.perf_counter() - started, simulation_s=simulation_s,
-        )  # fmt: skip
+        return CaseResult(key=task.key, ending=ending, reason=reason, quantities=quantities, simulation_s=simulation_s)
 
     try:
         run, signals = _simulate(task.scene), None
@@ -60,13 +64,13 @@ def run_case(task: CaseTask) -> CaseResult:
             elif Output.ACCELERATION in task.outputs:
                 signals = acceleration_only(run)
         write_result(task.path, result, task.scene, signals)
-        return replace(result, wall_s=time.perf_counter() - started)
+        return result
     except (OSError, DataError) as error:
         text = getattr(error, "strerror", None) or str(error)
         return ended(Ending.UNWRITTEN, f"the result could not be written: {text}")
     except MemoryError:
         return ended(Ending.CRASHED, "out of memory; run fewer cases at a time (--jobs)")
-    except Exception as error:  # a bug of ours must not end the other cases
+    except Exception as error:  # a bug in the program must not end the other cases
         return ended(Ending.CRASHED, f"unexpected {type(error).__name__}: {error}")
 
 
@@ -85,3 +89,14 @@ def _one_thread() -> Any:
     from threadpoolctl import threadpool_limits
 
     return threadpool_limits(1)
+
+
+def load() -> Callable[[tuple[str, Any]], Any]:
+    """Return the function that answers ``("prepare", scenes)`` and ``("run", task)``."""
+    from srbval.campaign import worker  # under its own name: tasks and results are pickled
+
+    return lambda request: worker.prepare(request[1]) if request[0] == "prepare" else worker.run_case(request[1])
+
+
+if __name__ == "__main__":
+    serve_calls(load, idle_s=IDLE_S)
