@@ -253,7 +253,7 @@ def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
     found = add(folder)
     assert set(by_name(found.recordings)) == {EXCERPT, RIG, "105.mat", "s.h5", "a_record_of_the_user.h5"}
     reasons = [entry.reason or "" for entry in found.left_out]
-    assert [sum(what in reason for reason in reasons) for what in ("of a report", "of a campaign")] == [3, 3]
+    assert [sum(what in reason for reason in reasons) for what in ("of a report", "of a campaign")] == [3, 4]
     for none in (folder / "report" / "figures", folder / "README.md"):
         with pytest.raises(DataError, match="1 of 1 files to register are no recordings"):
             add(none)
