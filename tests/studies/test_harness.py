@@ -2,10 +2,6 @@
 
 import argparse
 import hashlib
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,9 +11,7 @@ from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
 from srbval.recordings.registry import FileStatus, RegisteredRecording
-from srbval.report.pages import StoredResults, results_of
 from srbval.storage.stored_result import SHIPPED_INPUT, newest_result
-from srbval.studies import harness
 from srbval.studies.harness import (
     FOLDER,
     Study,
@@ -25,7 +19,6 @@ from srbval.studies.harness import (
     input_hashes,
     load_study,
     make_result,
-    pages,
     run_study,
     study_names,
 )
@@ -99,40 +92,3 @@ def test_unknown_studies_and_options_are_refused() -> None:
         run_study("nothing")
     with pytest.raises(ConfigurationError, match="has no option 'colour'"):
         run_study("naming", colour="white")
-
-
-@pytest.mark.parametrize("name", study_names())
-def test_the_report_is_without_the_page_of_a_study_that_is_not_there(
-    name: str, monkeypatch: pytest.MonkeyPatch, everything: StoredResults
-) -> None:
-    """That no file outside of a study's folder imports it, `tests/test_layers.py` says of all files."""
-    of_all = {page.name: page for page in pages()}
-    monkeypatch.setattr(harness, "study_names", lambda: tuple(one for one in study_names() if one != name))
-    left = harness.pages()
-    assert [page.name for page in left] == [one for one in of_all if one != name]
-    for page in left:
-        gone = of_all[name].results if name in of_all else ()
-        own = StoredResults({n: one for n, one in everything.items() if n not in gone})
-        assert page.section(own).title
-
-
-@pytest.fixture(scope="module")
-def everything() -> StoredResults:
-    return results_of(pages())
-
-
-@pytest.mark.slow
-def test_without_a_folder_the_tests_of_the_rest_pass(tmp_path: Path) -> None:
-    """In a copy of the source tree: what the layers and the harness promise, and what else is collected."""
-    left_out = shutil.ignore_patterns("__pycache__", ".*", "notebooks")
-    shutil.copytree(ROOT, tmp_path / "tree", ignore=left_out)
-    shutil.rmtree(tmp_path / "tree" / "srbval" / "studies" / "reading_accuracy")
-    ran = ["tests/test_layers.py", "tests/studies/test_harness.py", "tests/test_api.py", "-k", "not tests_of_the_rest"]
-    for arguments in (["--collect-only", "-q", "tests/studies", "tests/report"], ["-q", *ran]):
-        done = subprocess.run(
-            [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments],
-            cwd=tmp_path / "tree", env=os.environ | {"PYTHONPATH": str(tmp_path / "tree")}, capture_output=True,
-            text=True, check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout[-2000:]
-        assert "test_reading_accuracy.py" not in done.stdout
