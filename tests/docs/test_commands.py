@@ -37,9 +37,6 @@ LEFT_OUT = {  # words of commands that are not run here, with the reason
     "--engine": "needs a cluster: below",
     "speeds": "of that campaign: below",
     "dask ": "a cluster's",
-    "umask": "certificates of a cluster: tests/campaign/test_engines.py",
-    "openssl": "the same",
-    "cp cert.pem": "the same",
 }
 MAIN_JOB = "srbval report"  # takes minutes: tests/report makes it of shorter runs
 ABSOLUTE = "/measurements"  # parent of the guide's folder
