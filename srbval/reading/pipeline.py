@@ -152,9 +152,9 @@ def process(
 ) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
 
-    Follows sect. 5 of the paper, whose chain (`bandpass`, `envelope`) the one pass equals within 1e-5 of the largest
-    value wherever that chain itself is right. `channel` picks one channel instead of the recording's own choice.
-    Raises `ConfigurationError` for an unknown channel or a band out of reach, `DataError` for a constant or short one.
+    Follows sect. 5 of the paper. The one pass equals the paper's chain (two-way Butterworth filter, Hilbert transform,
+    modulus) within 1e-5 of the largest value if that chain itself is right. `channel` replaces the recording's choice.
+    Raises `ConfigurationError` for an unknown channel or an impossible band, `DataError` for a constant or short one.
     """
     signal = one_signal(recording, channel)
     whole = normalise(signal)

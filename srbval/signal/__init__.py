@@ -7,14 +7,11 @@ from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, 
 from srbval.signal.envelope import (
     BandFilter,
     analytic_signal,
-    bandpass,
     butterworth_gain,
     drop_ends,
     end_s,
-    envelope,
     normalise,
     rotate_axes,
-    squared_envelope,
     squared_envelope_one_pass,
 )
 from srbval.signal.interval import NORMAL_95, frequency_error_hz

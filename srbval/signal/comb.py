@@ -42,7 +42,7 @@ class LineReading:
     """One line (or comb of lines) as found.
 
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
-    the shaft speed, `noise_ci95_hz` that from noise alone (Cramer-Rao); `snr` the power of each harmonic over the local
+    the shaft speed; `snr` the power of each harmonic over the local
     mean noise power in a bin; `noise_false_alarm` the probability of at least this much from noise alone anywhere in
     the window, `placebo_false_alarm` the comb's rank among placebos and `comb_false_alarm` that among whole combs
     (`rank_among_placebos`), None where it was not ranked; `isolated` is False where the peak is a side lobe of a far
@@ -61,7 +61,6 @@ class LineReading:
     half_window_hz: float
     isolated: bool
     depth: float
-    noise_ci95_hz: float
     resolution_hz: float
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
@@ -139,7 +138,6 @@ def read_comb(
         depth=record.depth_at(found_hz),
         isolated=inside and is_highest,
         covered=covered,
-        noise_ci95_hz=result.noise_ci95_hz,
         resolution_hz=record.bin_hz,
         sideband_hz=result.sideband_hz,
         sideband_ci95_hz=result.sideband_ci95_hz,
@@ -206,11 +204,10 @@ class _Components:
 
 
 class JointFit(NamedTuple):
-    """Frequency of the highest power, 95 % half widths in all and from noise; spacing, None without sidebands."""
+    """Frequency of the highest power and spacing of the sidebands, with 95 % half widths; None without sidebands."""
 
     found_hz: float
     ci95_hz: float
-    noise_ci95_hz: float
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
 
@@ -238,9 +235,9 @@ def fit(
         if slip is not None:
             found, ci95 = found + slip[0], slip[1]
     if shift.size == 1:
-        return JointFit(found, ci95, NORMAL_95 * sigma[0])
+        return JointFit(found, ci95)
     spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + side_shift)
-    return JointFit(found, ci95, NORMAL_95 * sigma[0], spacing, NORMAL_95 * sigma[1])
+    return JointFit(found, ci95, spacing, NORMAL_95 * sigma[1])
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> _Components:

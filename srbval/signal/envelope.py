@@ -1,7 +1,6 @@
 """From the recorded axes to the envelope of a band: rotation, normalisation, band-pass, Hilbert transform, ends.
 
-Filter and envelope in two steps as in the paper, and in one pass, where only the bins of the band itself are
-transformed back. The two-step chain is the reference that the one-pass chain is compared with.
+Filter and envelope are computed in one pass, in which only the bins of the band are transformed back.
 """
 
 import enum
@@ -9,7 +8,6 @@ import math
 
 import numpy as np
 import scipy.fft
-import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
@@ -65,20 +63,6 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
         )
 
 
-def bandpass(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
-    """Butterworth band-pass without phase shift (forward and backward, second-order sections), [n].
-
-    The gain is the squared Butterworth magnitude, 1/2 at both edges of `band_hz`. The ends are unreliable: see
-    `drop_ends`. Raises `ConfigurationError` for an impossible band, `DataError` for a record that is too short.
-    """
-    check_band(band_hz, fs_hz)
-    sections = scipy.signal.butter(ORDER, band_hz, btype="bandpass", fs=fs_hz, output="sos")
-    padding = 3 * (2 * len(sections) + 1)
-    if samples.size <= padding:
-        raise DataError(f"{samples.size} samples are too few to filter; at least {padding + 1} are needed.")
-    return scipy.signal.sosfiltfilt(sections, samples)
-
-
 def end_s(band_hz: tuple[float, float]) -> float:
     """Time dropped at each end of a record that was filtered to `band_hz` [s]."""
     return max(END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
@@ -109,34 +93,12 @@ class BandFilter(enum.StrEnum):
         return "brick wall"
 
 
-def squared_envelope(samples: FloatArray, *, fade: int = 0) -> FloatArray:
-    """Squared modulus of the analytic signal of band-passed `samples`, [n], in their unit squared.
-
-    Its spectrum ends at the bandwidth of the signal, so nothing is aliased (Randall & Antoni 2011, Mech. Syst. Signal
-    Process. 25, 485). A filtered record is cut off at both ends, and the Hilbert kernel carries that inwards as 1/t:
-    some 1e-3 of the largest value 50 ms from the ends. With `fade`, that many samples at each end are first brought
-    smoothly to zero, which removes the effect beyond them.
-    """
-    faded = samples
-    if fade:
-        rise = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / fade) ** 2
-        faded = samples * np.concatenate((rise, np.ones(samples.size - 2 * fade), rise[::-1]))
-    length = scipy.fft.next_fast_len(samples.size)
-    analytic = scipy.signal.hilbert(faded, N=length)[: samples.size]
-    return analytic.real**2 + analytic.imag**2
-
-
-def envelope(samples: FloatArray) -> FloatArray:
-    """Modulus of the analytic signal, [n], in the unit of `samples`: the paper's envelope."""
-    return np.sqrt(squared_envelope(samples))
-
-
 def analytic_signal(
     samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
 ) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
 
-    The real part is `bandpass`, the modulus is the envelope, which is not band-limited and needs the full rate. The
+    The modulus is the envelope, which is not band-limited and needs the full rate. The
     record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel here, which decays
     with the filter. Raises `ConfigurationError` for an impossible band.
     """

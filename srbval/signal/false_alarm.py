@@ -164,9 +164,14 @@ def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatA
 
 
 def rank_among_placebos(
-    record: Periodogram, expected_hz: float, half_window_hz: float, harmonics: int, placebo_hz: FloatArray, *,
-    combs: int = COMBS, orders: int = ORDERS,
-) -> PlaceboRank | None:  # fmt: skip
+    record: Periodogram,
+    expected_hz: float,
+    half_window_hz: float,
+    harmonics: int,
+    placebo_hz: FloatArray,
+    *,
+    combs: int = COMBS,
+) -> PlaceboRank | None:
     """The comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
     `placebo_hz` [n] are of `fundamentals`, more than two half windows from `expected_hz`. A placebo has the same
@@ -206,7 +211,7 @@ def rank_among_placebos(
         return _highest(total).astype(np.float64)
 
     score = float(_highest(np.where(seen, own, np.float32(1.0)).sum(axis=0)[None])[0])
-    placebos = scores_of(_drawn(expected_hz, relative, placebo_hz, harmonics, combs, orders))
+    placebos = scores_of(_drawn_fundamentals(expected_hz, relative, placebo_hz, harmonics, combs))
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
     apart = placebo_hz.size / (2 * GRID)
     return PlaceboRank(
@@ -214,19 +219,17 @@ def rank_among_placebos(
     )
 
 
-def _drawn(
-    expected_hz: float, relative: float, placebo_hz: FloatArray, harmonics: int, combs: int, orders: int
+def _drawn_fundamentals(
+    expected_hz: float, relative: float, placebo_hz: FloatArray, harmonics: int, combs: int
 ) -> FloatArray:
     """The fundamental that each line of each placebo is a harmonic of [Hz], [harmonics, combs]."""
     rng = np.random.default_rng(0)
     near = fundamentals(expected_hz * math.exp(-APART * relative), expected_hz * math.exp(APART * relative), relative)
-    choice = rng.choice(placebo_hz, (orders, combs))
-    if orders == 1:
-        return np.tile(choice, (harmonics, 1))
+    choice = rng.choice(placebo_hz, (ORDERS, combs))
     # The first of its fundamentals may be one near the comb's own, but not all lines come from that one.
     choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
-    group = rng.integers(0, orders, (harmonics, combs))
-    group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, orders, combs)
+    group = rng.integers(0, ORDERS, (harmonics, combs))
+    group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, ORDERS, combs)
     return np.take_along_axis(choice, group, axis=0)
 
 

@@ -57,9 +57,11 @@ def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> Locked
     parts = np.array_split(np.arange(samples.size), count)
     without = np.array([_less_quiet(np.delete(samples, part), np.delete(periods, part)) for part in parts])
     return LockedMean(
-        value=_less_quiet(samples, periods), u=math.sqrt((count - 1) * float(np.var(without))), blocks=count,
+        value=_less_quiet(samples, periods),
+        u=math.sqrt((count - 1) * float(np.var(without))),
+        blocks=count,
         halves=(first, second),
-    )  # fmt: skip
+    )
 
 
 def steady_tone(

@@ -172,7 +172,7 @@ class Modes:
 
     `contrasts` [n - 2, n] are orthonormal, so noise is white in them; a walk that contributes as much as the noise to
     the slope's variance has variance `share` [n - 2] there, and covariance `with_slope` with the `slope` [n]. The
-    noise contributes `slope_variance`; that walk has steps of `walk_over_noise` noise variances.
+    noise contributes `slope_variance`.
     """
 
     contrasts: FloatArray
@@ -180,7 +180,6 @@ class Modes:
     with_slope: FloatArray
     slope: FloatArray
     slope_variance: float
-    walk_over_noise: float
 
     def carried(self, weight: FloatArray) -> FloatArray:
         """Share of each residual that the walk carries into the slope, [n - 2]."""
@@ -210,10 +209,12 @@ def modes_of(count: int) -> Modes:
     share, rotation = np.linalg.eigh(free.T @ walk @ free)
     contrasts = (free @ rotation).T
     return Modes(
-        contrasts=contrasts, share=np.maximum(share, 0) * per_ratio,
-        with_slope=contrasts @ walk @ slope * per_ratio, slope=slope,
-        slope_variance=noise_variance, walk_over_noise=per_ratio,
-    )  # fmt: skip
+        contrasts=contrasts,
+        share=np.maximum(share, 0) * per_ratio,
+        with_slope=contrasts @ walk @ slope * per_ratio,
+        slope=slope,
+        slope_variance=noise_variance,
+    )
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:

@@ -143,15 +143,11 @@ def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
 class Kurtogram:
     """`kurtosis` [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
 
-    Zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses; `level` [k] is the
-    base-2 logarithm of the Nyquist frequency over the band's width. `scatter` [k] is one standard deviation of what
-    Gaussian noise would show: sqrt(8 / 3 / N) of N independent samples in a band cut sharply.
+    Zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
     """
 
     band_hz: FloatArray
     kurtosis: FloatArray
-    level: FloatArray
-    scatter: FloatArray
 
     @property
     def best_hz(self) -> tuple[float, float]:
@@ -176,26 +172,20 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
     lines = scipy.fft.rfft(samples - samples.mean(), n=length)
     narrowest = max(least_width_hz, LEAST_SAMPLES / max(seconds - 2 * END_S, 1 / fs_hz))
     parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= narrowest]
-    edges = [(part, nyquist * n / part, nyquist * min((n + 1) / part, _TOP)) for part in parts for n in range(1, part)]
-    bands = [(part, low, high) for part, low, high in edges if high - low >= narrowest and high <= highest_hz]
-    found = [_excess(lines, fs_hz / length, (low, high), seconds) for _, low, high in bands]
-    part, low_hz, high_hz = np.array(bands).reshape(-1, 3).T
-    excess, independent = np.array(found).reshape(-1, 2).T
-    return Kurtogram(
-        band_hz=np.column_stack((low_hz, high_hz)), kurtosis=np.nan_to_num(excess, nan=-1.0), level=np.log2(part),
-        scatter=np.sqrt(8 / 3 / independent),
-    )  # fmt: skip
+    edges = [(nyquist * n / part, nyquist * min((n + 1) / part, _TOP)) for part in parts for n in range(1, part)]
+    bands = [(low, high) for low, high in edges if high - low >= narrowest and high <= highest_hz]
+    excess = np.array([_excess(lines, fs_hz / length, band, seconds) for band in bands])
+    return Kurtogram(band_hz=np.array(bands).reshape(-1, 2), kurtosis=np.nan_to_num(excess, nan=-1.0))
 
 
-def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> tuple[float, int]:
-    """Kurtosis of the complex envelope of one band less 2, the Gaussian's, and its number of independent samples."""
+def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> float:
+    """Kurtosis of the complex envelope of one band less 2, that of Gaussian noise."""
     inside = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
     # Twice as many samples as are independent, so that the square is sampled without aliases.
     reduced = scipy.fft.next_fast_len(2 * inside.size)
     rate = reduced * bin_hz
     end, count = math.ceil(END_S * rate), math.floor(seconds * rate)
-    envelope = scipy.fft.ifft(inside, n=reduced)[end : count - end]
-    return kurtosis(envelope) - 2, envelope.size // 2
+    return kurtosis(scipy.fft.ifft(inside, n=reduced)[end : count - end]) - 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

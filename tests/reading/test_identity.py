@@ -20,9 +20,15 @@ def probability(
     deviation: float, speed_ci95: float, chance: float, *, half: float = HALF, largest_slip: float = LARGEST_SLIP
 ) -> float:
     reading = LineReading(
-        found_hz=LINE_HZ * (1 + deviation), ci95_hz=0.0, snr=(20.0,), noise_false_alarm=chance,
-        half_window_hz=half * LINE_HZ, isolated=True, depth=0.1, noise_ci95_hz=0.0, resolution_hz=0.1,
-    )  # fmt: skip
+        found_hz=LINE_HZ * (1 + deviation),
+        ci95_hz=0.0,
+        snr=(20.0,),
+        noise_false_alarm=chance,
+        half_window_hz=half * LINE_HZ,
+        isolated=True,
+        depth=0.1,
+        resolution_hz=0.1,
+    )
     return identity_probability(reading, LINE_HZ, speed_ci95, chance, largest_slip)
 
 

@@ -11,8 +11,8 @@ from srbval.errors import DataError
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
 from srbval.recordings import Recording
-from srbval.signal import bandpass
 from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
+from tests.signal.test_envelope import bandpass
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
 ORDER = BEARING.orders.bpfo

@@ -12,16 +12,13 @@ from srbval.signal import (
     BandFilter,
     amplitude_spectrum,
     analytic_signal,
-    bandpass,
     butterworth_gain,
     drop_ends,
-    envelope,
     normalise,
     rotate_axes,
-    squared_envelope,
     squared_envelope_one_pass,
 )
-from srbval.signal.envelope import check_band
+from srbval.signal.envelope import ORDER, check_band
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -32,6 +29,19 @@ INTERIOR = 1e-4
 # Farther than this from the ends nothing of them is left in the one pass.
 END = round(0.05 * FS_HZ)
 INSIDE = slice(END, -END)
+
+
+def bandpass(samples, fs_hz, band_hz):
+    """The paper's filter: a Butterworth band-pass forward and backward."""
+    sections = scipy.signal.butter(ORDER, band_hz, btype="bandpass", fs=fs_hz, output="sos")
+    return scipy.signal.sosfiltfilt(sections, samples)
+
+
+def squared_envelope(samples, fade=0):
+    """The paper's envelope, squared; with `fade` that many samples at each end are first brought smoothly to zero."""
+    rise = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / max(fade, 1)) ** 2
+    faded = samples * np.concatenate((rise, np.ones(samples.size - 2 * fade), rise[::-1]))
+    return np.abs(scipy.signal.hilbert(faded, N=scipy.fft.next_fast_len(samples.size))[: samples.size]) ** 2
 
 
 def test_the_angle_counts_from_the_first_axis_to_the_second():
@@ -76,8 +86,6 @@ def test_impossible_band_is_refused(band):
 
 
 def test_too_short_a_record_is_refused():
-    with pytest.raises(DataError, match="too few"):
-        bandpass(np.zeros(20), FS_HZ, (800.0, 1600.0))
     with pytest.raises(DataError, match="longer recording"):
         drop_ends(np.zeros(900), 10_000.0, seconds=0.05)
 
@@ -87,7 +95,8 @@ def test_lines_of_a_modulated_carrier_s_envelope(amplitude, depth):
     """Amplitude times depth; of the square a line at twice the modulation as well."""
     time_s, bins = np.arange(16_384) / 8192, (120, 240)  # 60 and 120 Hz, all tones on bins
     samples = amplitude * (1 + depth * np.cos(2 * np.pi * 60 * time_s + 0.3)) * np.cos(2 * np.pi * 1500 * time_s)
-    plain, square = (amplitude_spectrum(chain(samples), 8192).amplitude for chain in (envelope, squared_envelope))
+    modulus = np.abs(analytic_signal(samples, 8192.0, (1200.0, 1800.0), band_filter=BandFilter.BRICK_WALL))
+    plain, square = (amplitude_spectrum(one, 8192).amplitude for one in (modulus, modulus**2))
     assert plain[bins[0]] == pytest.approx(amplitude * depth, abs=TONE_ROUNDING)
     expected = 2 * amplitude**2 * depth, amplitude**2 * depth**2 / 2
     assert square[list(bins)] == pytest.approx(expected, abs=TONE_ROUNDING)
