@@ -121,7 +121,9 @@ def identify(
     power = np.where(value > u, value, np.nan)[reach]
     levels, u_db = 10 * np.log10(power), _filled(DB_OF_SHARE * u[reach] / power)
     order = line_order(pair.run, bearing)
-    ring = np.array([locked_db(one, bearing, bands, order) for one in ring_parts(pair.run)])
+    parts = parts_along_sensor(pair.run.acceleration_m_s2, pair.run.scene.load.direction_rad).T
+    of_parts = [recording_from_run(replace(pair.run, sensor_m_s2=np.ascontiguousarray(part))) for part in parts]
+    ring = np.array([locked_db(one, bearing, bands, order) for one in of_parts])
     low_hz, high_hz = next(iter(bands.values()))[0], list(bands.values())[-1][1]
     middles = [one for one in third_octaves(band_hz) if low_hz < one < high_hz]
     place = np.searchsorted(list(bands), middles, side="right") - 1  # of each third octave among the bands
@@ -204,20 +206,19 @@ def line_order(run: Run, bearing: Bearing) -> float:
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
     """Order at which the line of a record's fault is found in a band; its order in pure rolling if it is not found."""
+    state, shaft_hz = _fault_and_speed(record)
+    line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(state)
+    return (line.found_hz or line.kinematic_hz) / shaft_hz
+
+
+def _fault_and_speed(record: Recording) -> tuple[Fault, float]:
+    """Fault and shaft speed [Hz] of a record; `ConfigurationError` if either is unknown."""
     if record.state not in DEFECTS or record.speed is None:
         raise ConfigurationError(
             f"{record.name}: state {record.state or 'unknown'}, speed {'known' if record.speed else 'unknown'}: a path "
             "is identified from a record of a known fault at a known speed; give --defect and --rpm."
         )
-    line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(record.state)
-    return (line.found_hz or line.kinematic_hz) / record.speed.value_hz
-
-
-def ring_parts(run: Run) -> tuple[Recording, Recording]:
-    """Recordings of the ring's motion along the load and across it, each projected onto the sensor's axis."""
-    parts = parts_along_sensor(run.acceleration_m_s2, run.scene.load.direction_rad)
-    along, across = (recording_from_run(replace(run, sensor_m_s2=np.ascontiguousarray(one))) for one in parts.T)
-    return along, across
+    return record.state, record.speed.value_hz
 
 
 def behind(run: Run, path: SensorPath | None) -> Recording:
@@ -256,8 +257,7 @@ def record_powers(
             f"{limit_hz:.0f} Hz, for the rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
-    assert record.speed is not None
-    bands = joined(bands, SPACINGS * order * record.speed.value_hz)
+    bands = joined(bands, SPACINGS * order * _fault_and_speed(record)[1])
     found = locked_powers(record, bearing, order, bands)
     other = {} if healthy is None else locked_powers(healthy, bearing, order, bands)
     for lowest, less in other.items():
@@ -318,24 +318,22 @@ def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath
     return math.exp(best), u_db, np.array([wanted, behind_ratio(best)])
 
 
-def simulated_run(record: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent) -> Run:
-    """Run of the scene at the record's speed, load and state, without a path, as long as the record or `longest_s`.
+def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silent) -> Run:
+    """Run of the scene at the record's speed, load and fault, without a path, as long as the record.
 
     Raises `NumericsError` if it fails, `ConfigurationError` for a record without a fault or speed.
     """
-    if record.state not in DEFECTS or record.speed is None:
-        raise ConfigurationError(f"{record.name}: its fault and its speed must be known; give --defect and --rpm.")
-    load = scene.load
+    (state, shaft_hz), load = _fault_and_speed(record), scene.load
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)
     own = replace(
         scene,
-        shaft_speed_rad_s=2 * math.pi * record.speed.value_hz,
+        shaft_speed_rad_s=2 * math.pi * shaft_hz,
         load=load,
         speed_profile=None,
         load_profile=None,
-        defect=replace(scene.defect, kind=record.state),
-        duration_s=round(min(record.seconds, longest_s), 2),
+        defect=replace(scene.defect, kind=state),
+        duration_s=round(record.seconds, 2),
         sensor_path=None,
     )
     return stored_run(own, step=Step.UNCHECKED, progress=progress).require_usable("the run that drives the path")

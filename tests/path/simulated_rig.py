@@ -1,8 +1,9 @@
 """A rig with a known path: pulses of a fault behind it in both directions, over a background."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import scipy.signal
@@ -25,8 +26,7 @@ MIDDLES_HZ = tuple(10 ** (n / 10) for n in range(26, 36))
 TRUE = SensorPath(frequency_hz=MIDDLES_HZ, load=GAINS, cross=tuple(RATIO * one for one in GAINS), source="known")
 
 
-@dataclass(frozen=True)
-class SimulatedRig:
+class SimulatedRig(NamedTuple):
     """Input of an identification: an outer-race and an inner-race fault, each with the run that drives its path."""
 
     outer: Pair
@@ -35,8 +35,7 @@ class SimulatedRig:
 
 def simulated_rig(seed: int, *, noise: float = 0.02) -> SimulatedRig:
     """Records behind the path `TRUE`, and runs with pulses that differ from the records' in phase and slip alone."""
-    random = np.random.default_rng(seed)
-    pairs = []
+    random, pairs = np.random.default_rng(seed), []
     for state in (Fault.OUTER, Fault.INNER):
         record = record_of(state.code, state, behind(pulses(random, state), TRUE) + background(random, noise))
         pairs.append(Pair(record=record, run=run_with(state, pulses(random, state))))
@@ -77,12 +76,12 @@ def record_of(name: str, state: Fault, samples: FloatArray) -> Recording:
     return Recording(origin=Origin.SIMULATED, fs_hz=FS_HZ, unit="m/s2", **own)
 
 
-def run_with(state: Fault, acceleration: FloatArray) -> Run:
-    """A run of pure rolling with these accelerations of its ring, [n, 3]."""
-    return replace(_rolling(state), acceleration_m_s2=acceleration)
-
-
 @cache
 def _rolling(state: Fault) -> Run:
     changes = {"defect": {"kind": state}, "shaft_speed": f"{60 * SHAFT_HZ} rpm", "duration": f"{SECONDS} s"}
     return simulate(load_scene("rig", {"model": "kinematic"} | changes), step=Step.UNCHECKED)
+
+
+def run_with(state: Fault, acceleration: FloatArray) -> Run:
+    """A run of pure rolling with these accelerations of its ring, [n, 3]."""
+    return replace(_rolling(state), acceleration_m_s2=acceleration)

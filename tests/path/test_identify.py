@@ -10,18 +10,8 @@ import pytest
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
-from srbval.path.identify import (
-    Identified,
-    Pair,
-    behind,
-    identify,
-    identify_response,
-    joined,
-    line_order,
-    locked_db,
-    simulated_run,
-    third_octaves,
-)
+from srbval.path import identify as module
+from srbval.path.identify import Identified, Pair, identify, identify_response, joined, third_octaves
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene, load_sensor_path
@@ -59,9 +49,9 @@ def test_a_known_path_is_found_in_both_directions(found: Identified) -> None:
 
 
 def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig: SimulatedRig, found: Identified) -> None:
-    order = line_order(rig.outer.run, BEARING)
+    order = module.line_order(rig.outer.run, BEARING)
     bands = joined(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
-    shown = locked_db(behind(rig.outer.run, found.path), BEARING, bands, order)
+    shown = module.locked_db(module.behind(rig.outer.run, found.path), BEARING, bands, order)
     assert shown == pytest.approx(found.bands.record_db.iloc[[0, 2, 4, 5, 6, 7, 8]].tolist(), abs=0.05)
 
 
@@ -76,7 +66,7 @@ def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings() -> No
     assert joined(third_octaves(BAND_HZ), 4000.0) == {}
 
 
-def test_the_inner_races_own_sidebands_tell_the_ratio_too_and_an_outer_race_alone_none(rig: SimulatedRig) -> None:
+def test_sidebands_of_the_inner_race_determine_the_ratio_and_an_outer_race_alone_determines_none(rig: SimulatedRig) -> None:
     alone = identify(rig.inner, bearing=BEARING).path
     assert alone.cross[0] / alone.load[0] == pytest.approx(RATIO, rel=BIAS)
     assert alone.used == ("IR", "IR (direction)")
@@ -85,7 +75,7 @@ def test_the_inner_races_own_sidebands_tell_the_ratio_too_and_an_outer_race_alon
     assert outer.sidebands_db is None
 
 
-def test_a_healthy_records_own_power_at_the_passage_is_taken_off(rig: SimulatedRig, found: Identified) -> None:
+def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig: SimulatedRig, found: Identified) -> None:
     """A healthy record with half of the faulty one's amplitude has a quarter of its power: sqrt(3/4) of the gains."""
     samples = {"a": 0.5 * rig.outer.record.channels["a"]}
     healthy = dataclasses.replace(rig.outer.record, name="H", state=Fault.HEALTHY, channels=samples)
@@ -93,7 +83,7 @@ def test_a_healthy_records_own_power_at_the_passage_is_taken_off(rig: SimulatedR
     assert np.array(less.load) / found.path.load == pytest.approx(0.75**0.5, rel=0.01)
 
 
-def test_a_noisy_gain_is_as_sure_as_it_says() -> None:
+def test_noisy_gains_scatter_as_their_uncertainty_states() -> None:
     """Over rigs, with a background as strong as the pulses behind the path."""
     rigs = [simulated_rig(seed, noise=3.0) for seed in range(5, 15)]
     paths = [identify(rig.outer, bearing=BEARING, band_hz=(1200.0, 3200.0)).path for rig in rigs]
@@ -106,10 +96,8 @@ def test_a_noisy_gain_is_as_sure_as_it_says() -> None:
 
 
 def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir: Path) -> None:
-    outer, inner = (
-        load_registered(str(recordings_dir / "torino" / f"{name}_877rpm_sample.mat")) for name in ("OR", "IR")
-    )
-    pairs = [Pair(record=one, run=simulated_run(one, load_scene("rig"))) for one in (outer, inner)]
+    files = [str(recordings_dir / "torino" / f"{name}_877rpm_sample.mat") for name in ("OR", "IR")]
+    pairs = [Pair(record=one, run=module.simulated_run(one, load_scene("rig"))) for one in map(load_registered, files)]
     bundled, own = load_sensor_path("rig"), identify(*pairs, bearing=BEARING).path
     assert bundled is not None
     for name in ("load", "cross", "u_db"):
@@ -128,27 +116,18 @@ def test_a_measured_response_from_a_table_and_from_uff(
     values = TRUE.response(FREQUENCY_HZ)[0] / 92.0
     noisy = values + np.random.default_rng(1).normal(0, 1e-5, (values.size, 2)) @ [1, 1j]
     table, across = written(tmp_path / "hammer.csv", noisy), written(tmp_path / "across.csv", 3 * noisy)
-    command = [
-        "identify",
-        str(table),
-        "--cross-from",
-        str(across),
-        "--mass-kg",
-        "92",
-        "-o",
-        str(tmp_path / "path.toml"),
-    ]
+    output = str(tmp_path / "path.toml")
+    command = ["identify", str(table), "--cross-from", str(across), "--mass-kg", "92", "-o", output]
     assert main([*command, "--json"]) == 0
     bands = json.loads(capsys.readouterr().out)["bands"]
     assert [band["load"] for band in bands] == pytest.approx(TRUE.load, rel=0.01)
     assert [band["cross"] for band in bands] == pytest.approx([3 * band["load"] for band in bands])
-    assert load_sensor_path(str(tmp_path / "path.toml")).load == pytest.approx(TRUE.load, rel=0.01)
+    assert load_sensor_path(output).load == pytest.approx(TRUE.load, rel=0.01)
     pyuff = pytest.importorskip("pyuff")
-    one = {
-        "type": 58, "func_type": 4, "x": FREQUENCY_HZ, "data": noisy, "rsp_node": 1, "rsp_dir": 3, "ref_node": 1,
-        "ref_dir": 3, "rsp_ent_name": "sensor", "ref_ent_name": "seat", "id1": "hammer", "abscissa_spacing": 0,
-        "abscissa_spec_data_type": 18, "ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13,
-    }  # fmt: skip
+    one = dict.fromkeys(("rsp_node", "ref_node"), 1) | dict.fromkeys(("rsp_dir", "ref_dir"), 3)
+    one |= {"type": 58, "func_type": 4, "x": FREQUENCY_HZ, "data": noisy, "id1": "hammer", "abscissa_spacing": 0}
+    one |= {"rsp_ent_name": "sensor", "ref_ent_name": "seat", "abscissa_spec_data_type": 18}
+    one |= {"ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13}
     pyuff.UFF(str(tmp_path / "hammer.uff")).write_sets(one, "overwrite")
     frequency_hz, read = read_frf(tmp_path / "hammer.uff")
     assert frequency_hz == pytest.approx(FREQUENCY_HZ, rel=1e-5)
