@@ -4,31 +4,23 @@ Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.comparison.budget import PRIOR, TOLERANCE, VERDICT
-from srbval.comparison.comparison import (
-    GRID,
-    INPUTS,
-    MOUNTING,
-    RIG_READING,
-    RIG_SPEED,
-    QuantityValue,
-    Row,
-    comparison_row,
-)
+from srbval.comparison.comparison import GRID, INPUTS, MOUNTING, RIG_READING, RIG_SPEED, Row, comparison_row
+from srbval.comparison.comparison import QuantityValue as Value
 from srbval.comparison.vocabulary import Verdict
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
 
-LEVEL_AXIS = "level over the first harmonic, dB"
 _DB = 20 / math.log(10)
 
-Read = Callable[[Analysis, Fault], QuantityValue | None]
+Read = Callable[[Analysis, Fault], Value | None]
+ValueOfOrder = Callable[[Fault, float, int], float]  # of a fault's line, its order of the shaft, rolling elements
 # Effects of inputs and numerics on one quantity of one defect, by (defect, quantity): rows of the stored result
 # ``inputs``, in the quantity's unit.
 Effects = Mapping[tuple[str, str], Mapping[str, Any]]
@@ -36,26 +28,21 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedQuantity:
-    """One row of `COMPARED`: how a quantity is read and compared, and how the report shows it.
+    """One row of `COMPARED`: how a quantity is read and compared.
 
-    `name` may hold ``{line}`` for the fault's line. `kind` and `heading` name its bias and its column of the matrix;
-    quantities of one `plot` share it and its `axis`. `read` gives the value of an analysis. `from_order` gives the
-    value by the line's order of the shaft, which a run of the model knows free of a reading's noise. Errors are in
-    per cent of the rig's value if `relative`, else model less rig in dB. A `yes_or_no` quantity compares whether either
-    side shows something. An error surely below `margin` agrees.
+    `name` may hold ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` gives the value
+    of an analysis of one of `faults`. With `value_of` a run's value follows from the order of its line, which the run
+    knows free of a reading's noise, and errors are in per cent of the rig's value; else they are model less rig in dB.
+    An error surely below `margin` agrees; without a margin the quantity is whether a side shows something.
     """
 
     kind: str
     name: str
-    heading: str
     read: Read
     unit: str = "dB"
-    from_order: Callable[[Fault, float, int], float] | None = None
-    relative: bool = False
-    yes_or_no: bool = False
-    margin: float | None = None
-    plot: str = "level"
-    axis: str = LEVEL_AXIS
+    faults: Collection[Fault] = DEFECTS
+    value_of: ValueOfOrder | None = None
+    margin: float | None = VERDICT.level_db
 
     def name_of(self, fault: Fault) -> str:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
@@ -63,58 +50,52 @@ class ComparedQuantity:
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
 
-def cage_ratio(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """Cage speed over shaft speed by the line of a race's defect.
-
-    Both race lines give it, BPFO = Z c and BPFI = Z (1 - c) in orders of the shaft with Z rollers. Slip lowers BPFO and
-    raises BPFI, so their errors must not be averaged.
-    """
-    return _by_line(analysis, fault, cage_of) if fault in RACE_DEFECTS else None
-
-
-def roller_line(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """The line of a roller's defect in orders of the shaft: the roller's own rotation, which the cage does not fix."""
-    return _by_line(analysis, fault, order_of) if fault is Fault.ROLLER else None
-
-
 def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
-    """Cage ratio c of a race line's order: order / Z by BPFO, 1 - order / Z by BPFI."""
+    """Cage ratio c of a race line's order: order / Z by BPFO, 1 - order / Z by BPFI.
+
+    Slip lowers BPFO and raises BPFI, so their errors must not be averaged; errors of the cage ratio may.
+    """
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
 
 
 def order_of(_: Fault, order: float, __: int) -> float:
-    """The order itself."""
+    """The order itself: of a roller's line, the roller's own rotation, which the cage does not fix."""
     return order
 
 
-def _by_line(analysis: Analysis, fault: Fault, value_of: Callable[[Fault, float, int], float]) -> QuantityValue | None:
-    line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
-    if line.found_hz is None or not line.depth:
-        return None
-    order, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
-    value = value_of(fault, order, rollers)
-    return QuantityValue(
-        value=value,
-        ci95=abs(value_of(fault, order + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
-        speed_ci95=abs(value_of(fault, order * slower, rollers) - value),
-        present=line.detected,
-        kinematic=value_of(fault, line.kinematic_hz / shaft_hz, rollers),
-    )
+def line_value(value_of: ValueOfOrder) -> Read:
+    """Reads a value from the order of the fault's line, with the intervals of line and shaft speed."""
+
+    def read(analysis: Analysis, fault: Fault) -> Value | None:
+        line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
+        if line.found_hz is None or not line.depth:
+            return None
+        order, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
+        value = value_of(fault, order, rollers)
+        return Value(
+            value=value,
+            ci95=abs(value_of(fault, order + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
+            speed_ci95=abs(value_of(fault, order * slower, rollers) - value),
+            present=line.detected,
+            kinematic=value_of(fault, line.kinematic_hz / shaft_hz, rollers),
+        )
+
+    return read
 
 
 def harmonic_level(number: int) -> Read:
-    """Level of a harmonic over the first [dB]."""
+    """Reads the level of a harmonic over the first [dB]."""
     return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
 
 
-def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
     """Mean level of the sidebands next to the line over it [dB]; None for a fault without sidebands."""
     if fault.sidebands is None:
         return None
     return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
 
 
-def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
+def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
     """Mean level of lines over the first harmonic [dB]; its interval is Rayleigh's scatter of an amplitude in noise.
 
     None if the lines are out of the record's reach.
@@ -126,7 +107,7 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
     spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
     least = max((line.depth or 0.0) * math.sqrt(LEAST_SNR / max(line.snr or 0.0, 0.5)) for line in lines)
-    return QuantityValue(
+    return Value(
         value=_DB * math.log(depth / first.depth),
         ci95=NORMAL_95 * spread,
         present=first.detected and all(line.detected for line in lines),
@@ -142,54 +123,29 @@ def _scatter_db(line: Line) -> float:
 CAGE_RATIO = ComparedQuantity(
     kind="cage ratio",
     name="cage ratio",
-    heading="Cage ratio, %",
-    read=cage_ratio,
     unit="1",
-    from_order=cage_of,
-    relative=True,
+    read=line_value(cage_of),
+    value_of=cage_of,
+    faults=RACE_DEFECTS,
     margin=TOLERANCE.limit_pct,
-    plot="cage",
-    axis="cage ratio's deviation from kinematics, %",
 )
 ROLLER_LINE = ComparedQuantity(
     kind="roller line",
     name="{line}",
-    heading="Roller's line, %",
-    read=roller_line,
     unit="order",
-    from_order=order_of,
-    relative=True,
+    read=line_value(order_of),
+    value_of=order_of,
+    faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
-    plot="roller",
-    axis="roller line's deviation from kinematics, %",
 )
 HARMONIC = {
-    number: ComparedQuantity(
-        kind=f"harmonic {number}",
-        name=f"{number}x{{line}}",
-        heading=f"Harmonic {number}, dB",
-        read=harmonic_level(number),
-        margin=VERDICT.level_db,
-    )
+    number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
     for number in (2, 3, 4, 5)
 }
 PRESENCE = ComparedQuantity(
-    kind="sideband presence",
-    name="{line} sidebands: shown",
-    heading="Sidebands, model / rig",
-    read=sideband_level,
-    unit="1: yes",
-    yes_or_no=True,
-    plot="",
-    axis="",
+    kind="sideband presence", name="{line} sidebands: shown", read=sideband_level, unit="1: yes", margin=None
 )
-SIDEBANDS = ComparedQuantity(
-    kind="sideband level",
-    name="{line} sidebands",
-    heading="Sideband level, dB",
-    read=sideband_level,
-    margin=VERDICT.level_db,
-)
+SIDEBANDS = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
 COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS)
 FREQUENCIES = (CAGE_RATIO.kind, ROLLER_LINE.kind)
 
@@ -202,7 +158,7 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
 def compare(
     fault: Fault,
     rig: Analysis,
-    model: Mapping[str, QuantityValue],
+    model: Mapping[str, Value],
     effects: Effects,
     *,
     scene: str = "paper",
@@ -213,66 +169,56 @@ def compare(
     `model` holds the quantities of the run by name, `scene` names its scene. `effects` were measured at one speed and
     load and are carried over. The mean over the inputs is compared, not the run at their nominal values.
     """
-    record = rig.recording.file or rig.recording.name
-    for row in COMPARED if fault in DEFECTS else ():
+    same: dict[str, Any] = {
+        "record": rig.recording.file or rig.recording.name,
+        "state": fault,
+        "scene": scene,
+        "used_for": used_for,
+    }
+    for row in (row for row in COMPARED if fault in row.faults):
         name = row.name_of(fault)
         theirs, own, studied = model.get(name), row.read(rig, fault), effects.get((fault.value, name))
         if theirs is None or own is None:
             continue
         if studied is not None:
             theirs = replace(theirs, value=theirs.value + studied["shift"])
-        made = _presence(theirs, own) if row.yes_or_no else _difference(row, theirs, own, studied)
-        yield comparison_row(
-            record=record,
-            state=fault,
-            kind=row.kind,
-            quantity=name,
-            unit=row.unit,
-            scene=scene,
-            used_for=used_for,
-            margin=row.margin,
-            **made,
-        )
+        made = _presence(theirs, own) if row.margin is None else _difference(row, theirs, own, studied)
+        yield comparison_row(kind=row.kind, quantity=name, unit=row.unit, margin=row.margin, **same, **made)
 
 
-def _difference(
-    row: ComparedQuantity, model: QuantityValue, rig: QuantityValue, studied: Mapping[str, Any] | None
-) -> dict[str, Any]:
-    """Model less rig; U of a relative quantity includes the rig's shaft speed, U of a level the sensor's mounting.
+def _difference(row: ComparedQuantity, model: Value, rig: Value, studied: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Model less rig; U of a frequency includes the rig's shaft speed, U of a level the sensor's mounting.
 
     One mounting cannot separate the mounting's effect on a level from the model's error.
     """
-    scale = 100 / rig.value if row.relative else 1.0
+    scale, unit = (100 / rig.value, "%") if row.value_of else (1.0, "dB")
     parts = {RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.value_of else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
     if studied is not None:
         parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
-    error = scale * (model.value - rig.value)
-    return {"model": model, "rig": rig, "error": error, "error_unit": "%" if row.relative else "dB", "parts": parts}
+    return {"model": model, "rig": rig, "error": scale * (model.value - rig.value), "error_unit": unit, "parts": parts}
 
 
-def _presence(model: QuantityValue, rig: QuantityValue) -> dict[str, Any]:
+def _presence(model: Value, rig: Value) -> dict[str, Any]:
     """Yes or no on either side; they differ if the side without would have shown the other's level."""
     verdict = Verdict.NOT_RESOLVED
     if model.present != rig.present:
         shown, missing = (model, rig) if model.present else (rig, model)
         would_show = missing.least < shown.value - (shown.ci95 or 0.0)
         verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
-    yes = {
-        side: replace(value, value=float(value.present), ci95=0.0) for side, value in (("model", model), ("rig", rig))
-    }
-    error = yes["model"].value - yes["rig"].value
-    return yes | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
+    sides = {"model": replace(model, value=float(model.present)), "rig": replace(rig, value=float(rig.present))}
+    error = float(model.present) - float(rig.present)
+    return sides | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
 
 
-def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, QuantityValue]:
+def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, Value]:
     """Quantities of a run by name: as read, or by the line's `order` if the run knows it and the quantity takes it."""
     found = {}
-    for row in COMPARED if fault in DEFECTS else ():
+    for row in (row for row in COMPARED if fault in row.faults):
         read = row.read(analysis, fault)
-        if read is not None and row.from_order is not None and order is not None:
-            value = row.from_order(fault, order, analysis.bearing.rolling_elements)
-            read = QuantityValue(value=value, kinematic=read.kinematic)
+        if read is not None and row.value_of is not None and order is not None:
+            value = row.value_of(fault, order, analysis.bearing.rolling_elements)
+            read = Value(value=value, kinematic=read.kinematic)
         if read is not None:
             found[row.name_of(fault)] = read
     return found

@@ -7,10 +7,9 @@ cage ratio over all records.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.comparison.vocabulary import Verdict, verdict_on_error
 
@@ -29,7 +28,7 @@ class QuantityValue:
 
     `ci95` is the half width of the reading, None if the source states none; `speed_ci95` is the effect of the shaft
     speed's uncertainty on the value. `present` is false if the value does not stand out of the noise; from `least` on
-    it would. `kinematic` is the value in pure rolling. `halves` are the values of both halves of the record, [2].
+    it would. `kinematic` is the value in pure rolling.
     """
 
     value: float
@@ -38,46 +37,35 @@ class QuantityValue:
     present: bool = True
     least: float = -math.inf
     kinematic: float | None = None
-    halves: FloatArray | None = field(default=None, repr=False, compare=False)
 
 
 def comparison_row(
     *,
-    record: str,
-    state: Fault,
-    kind: str,
-    quantity: str,
-    unit: str,
-    error_unit: str,
     model: QuantityValue,
     rig: QuantityValue,
     error: float,
     parts: Mapping[str, float],
-    scene: str = "paper",
-    used_for: str = "withheld",
+    state: Fault = Fault.HEALTHY,
     margin: float | None = None,
     verdict: Verdict | None = None,
+    **names: str,
 ) -> Row:
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
-    `kind` groups quantities that share a bias. Model and rig are in `unit`, `error`, `margin` and `parts` (95 % half
-    widths) in `error_unit`. `scene` is the bundled scene that the model ran at the record's speed and load. `used_for`:
-    ``fit`` if anything of the model was fitted to the record, ``withheld`` if nothing was but the record had been seen,
-    ``blind`` if it was predicted before it was opened. `verdict` is given for quantities without an uncertainty.
+    `names` are `record`, `kind` (groups quantities that share a bias), `quantity`, `unit` (of model and rig),
+    `error_unit` (of `error`, `margin` and `parts`, 95 % half widths), `scene` (the bundled scene that the model ran at
+    the record's speed and load) and `used_for`: ``fit`` if anything of the model was fitted to the record, ``withheld``
+    if nothing was but the record had been seen, ``blind`` if it was predicted before it was opened. `verdict` is given
+    for quantities without an uncertainty.
 
     The uncertainty is None if no part by numerics or inputs is known. No verdict is given on a level that one side does
     not show, since that level is the noise's.
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - set(DATA_PARTS) else None
     known = model.present and rig.present and rig.ci95 is not None
-    return {
-        "record": record,
+    texts = dict.fromkeys(("record", "kind", "quantity", "unit", "error_unit"), "")
+    return {**texts, "scene": "paper", "used_for": "withheld", **names} | {
         "state": state.value,
-        "kind": kind,
-        "quantity": quantity,
-        "unit": unit,
-        "scene": scene,
-        "used_for": used_for,
         "model": model.value,
         "model_ci95": model.ci95,
         "model_present": model.present,
@@ -86,7 +74,6 @@ def comparison_row(
         "rig_present": rig.present,
         "kinematic": rig.kinematic,
         "error": error,
-        "error_unit": error_unit,
         "uncertainty": uncertainty,
         "data_ci95": math.hypot(*(parts.get(part, 0.0) for part in DATA_PARTS)),
         "parts": dict(parts),
@@ -100,18 +87,8 @@ def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     """Frame of `comparison_row`s; an empty one has their columns too."""
     import pandas as pd
 
-    nothing: dict[str, Any] = {
-        "record": "",
-        "kind": "",
-        "quantity": "",
-        "unit": "",
-        "error_unit": "",
-        "error": 0.0,
-        "parts": {},
-    }
-    none = QuantityValue(value=0.0)
-    found = list(rows) or [comparison_row(state=Fault.HEALTHY, model=none, rig=none, **nothing)]
-    return pd.DataFrame(found).query("record != ''")
+    nothing, found = QuantityValue(value=0.0), list(rows)
+    return pd.DataFrame(found or [comparison_row(model=nothing, rig=nothing, error=0.0, parts={})]).iloc[: len(found)]
 
 
 def rows_of(frame: "pd.DataFrame") -> list[Row]:

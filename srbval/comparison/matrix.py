@@ -18,8 +18,7 @@ from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import line_entry
-from srbval.recordings.datasets.description import OperatingGrid, dataset
-from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry, unopened
+from srbval.recordings.registry import RegisteredRecording, load_entry, unopened
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +40,7 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Matrix:
-    """The records that there are, on the grid of Table 5.
+    """The registered records of the rig, at most one for each operating point of Table 5.
 
     `records` has one row per record, with the columns of `matrix` in ``report.json``: its point, speed, the line of its
     state, `model_hz` (NaN if there is no run, `remark` gives the reason), `call` (the fault call against the healthy
@@ -50,23 +49,10 @@ class Matrix:
     and model of the points that were asked for; those of a full grid would not fit into memory.
     """
 
-    grid: OperatingGrid
     records: "pd.DataFrame"
     comparisons: "pd.DataFrame"
     unusable: tuple[tuple[str, str], ...] = ()
     sides: Mapping[Point, Sides] = field(default_factory=dict)
-
-    @property
-    def size(self) -> int:
-        """Operating points of the grid."""
-        return len(self.grid.states) * len(self.grid.radial_kn) * len(self.grid.nominal_rpm)
-
-
-def rig_grid() -> OperatingGrid:
-    """The grid of Table 5."""
-    grid = dataset(RIG_DATASETS[0]).grid
-    assert grid is not None, "a test holds the rig's description to its grid"
-    return grid
 
 
 def build_matrix(
@@ -121,7 +107,6 @@ def build_matrix(
                     sides[point] = (rig, model)
     ordered = sorted(records)
     return Matrix(
-        grid=rig_grid(),
         records=pd.DataFrame([records[point] for point in ordered]),
         comparisons=comparison_frame(row for point in ordered for row in comparisons[point]),
         unusable=tuple(unusable),

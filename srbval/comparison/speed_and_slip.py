@@ -29,9 +29,9 @@ def split_speed_and_slip(
 ) -> Row:
     """A race line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
 
-    `found` is the line [Hz], `shaft` the speed that the shaft had [rpm], each with its 95 % half width; `reference_rpm`
-    the speed that the deviation is counted from; `source` are `record`, `origin` and `speed_source`. `cage_pct` is what
-    the slip effect means for the cage: a slipping cage is slower, which lowers BPFO and raises BPFI.
+    `found` is the line [Hz], `shaft` the speed of the shaft [rpm], each with its 95 % half width; `reference_rpm` is
+    the speed that the deviation refers to; `source` are `record`, `origin` and `speed_source`. `cage_pct` is the slip
+    effect as a deviation of the cage: a slipping cage is slower, which lowers BPFO and raises BPFI.
     """
     (found_hz, found_ci95_hz), (shaft_rpm, shaft_ci95_rpm) = found, shaft
     order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line]
@@ -63,31 +63,19 @@ def matrix_rows(records: "pd.DataFrame", bearing: Bearing) -> Iterator[Row]:
     """The race line of each record of `Matrix.records` that shows it, counted from the record's nominal speed."""
     shown = records[records["state"].isin(RACE_DEFECTS) & records["detected"].astype(bool)]
     for one in shown.to_dict("records"):
-        yield split_speed_and_slip(
-            one["line"],
-            bearing,
-            (one["found_hz"], one["ci95_hz"]),
-            (one["shaft_rpm"], one["speed_ci95_rpm"]),
-            reference_rpm=one["nominal_rpm"],
-            record=Path(one["file"]).stem,
-            origin=Origin.MEASURED.value,
-            speed_source=one["speed_source"],
-        )
+        found, shaft = (one["found_hz"], one["ci95_hz"]), (one["shaft_rpm"], one["speed_ci95_rpm"])
+        source = {"record": Path(one["file"]).stem, "origin": Origin.MEASURED.value}
+        source |= {"speed_source": one["speed_source"]}
+        yield split_speed_and_slip(one["line"], bearing, found, shaft, reference_rpm=one["nominal_rpm"], **source)
 
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[Row]:
-    """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
+    """The paper's rig lines, with the shaft speed of each state by the published means of the same rig."""
     for state in RACE_DEFECTS:
-        yield split_speed_and_slip(
-            state.line or "",
-            bearing,
-            (printed.of(state.value).rig_hz, PRINTED_CI95_HZ),
-            published_rpm(state, float(printed.motor_rpm)),
-            reference_rpm=printed.shaft_rpm,
-            record=f"Table 6, rig, {state.line}",
-            origin="published",
-            speed_source="published means, between",
-        )
+        found, line = (printed.of(state.value).rig_hz, PRINTED_CI95_HZ), state.line or ""
+        shaft = published_rpm(state, float(printed.motor_rpm))
+        source = {"record": f"Table 6, rig, {line}", "origin": "published", "speed_source": "published means, between"}
+        yield split_speed_and_slip(line, bearing, found, shaft, reference_rpm=printed.shaft_rpm, **source)
 
 
 def published_speeds() -> PublishedSpeeds:
@@ -100,19 +88,18 @@ def published_speeds() -> PublishedSpeeds:
 def published_rpm(state: Fault, motor_rpm: float) -> tuple[float, float]:
     """Shaft speed of a state at a motor speed [rpm] by straight line between the published means; 95 % half width.
 
-    What the shaft lags behind the motor changes between the two published speeds; half that change is taken
-    as the error of the interpolated value. Not meant for speeds outside them.
+    The shaft's lag behind the motor differs between the two published speeds; half the difference is taken as the error
+    of the interpolated value. Not meant for speeds outside them.
     """
-    (low, slow), (high, fast) = sorted(
-        (m.nominal_rpm, m.mean_rpm) for m in published_speeds().means if m.state == state
-    )
+    means = sorted((m.nominal_rpm, m.mean_rpm) for m in published_speeds().means if m.state == state)
+    (low, slow), (high, fast) = means
     lag_low, lag_high = low - slow, high - fast
     lag = lag_low + (lag_high - lag_low) * (motor_rpm - low) / (high - low)
     return motor_rpm - lag, abs(lag_high - lag_low) / 2
 
 
 def one_speed_reading(printed: Table6, bearing: Bearing) -> tuple[float, float]:
-    """If both of the paper's rig lines came from one speed: that speed [rpm] and the cage's deviation [%]."""
+    """Shaft speed [rpm] and deviation of the cage [%] if both of the paper's rig lines came from one speed."""
     outer, inner = printed.of("outer").rig_hz, printed.of("inner").rig_hz
     shaft_hz = (outer + inner) / bearing.rolling_elements
     return 60 * shaft_hz, deviation_pct(outer, bearing.orders.bpfo * shaft_hz)

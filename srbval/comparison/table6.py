@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO
@@ -49,17 +49,6 @@ class Table6:
         return next(row for row in self.row if row.defect == defect)
 
 
-# Keys that only rows with the paper's own values have; null in the others.
-OF_PAPER = (
-    "paper_model_hz",
-    "paper_rig_hz",
-    "paper_model_printed_pct",
-    "paper_rig_printed_pct",
-    "paper_model_recomputed_pct",
-    "paper_rig_recomputed_pct",
-)
-
-
 def table6() -> Table6:
     """The paper's Table 6."""
     path = Path(str(resources.files("srbval.comparison") / "paper" / "table6.toml"))
@@ -73,17 +62,22 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
-        yield _row(fault, row.kinematic_hz, (found_hz, ci95_hz), (row.rig_hz, None), {}) | {
-            "rig_source": "published",
-            "shaft_rpm": printed.shaft_rpm,
-            "model_cage_hz": cage_line_hz(runs[f"paper-{fault}"], fault),
-            "paper_model_hz": row.model_hz,
-            "paper_rig_hz": row.rig_hz,
-            "paper_model_printed_pct": row.model_printed_pct,
-            "paper_rig_printed_pct": row.rig_printed_pct,
-            "paper_model_recomputed_pct": deviation_pct(row.model_hz, row.kinematic_hz),
-            "paper_rig_recomputed_pct": deviation_pct(row.rig_hz, row.kinematic_hz),
-        }
+        model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
+        yield _row(
+            fault,
+            row.kinematic_hz,
+            model,
+            rig,
+            rig_source="published",
+            shaft_rpm=printed.shaft_rpm,
+            model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
+            paper_model_hz=row.model_hz,
+            paper_rig_hz=row.rig_hz,
+            paper_model_printed_pct=row.model_printed_pct,
+            paper_rig_printed_pct=row.rig_printed_pct,
+            paper_model_recomputed_pct=deviation_pct(row.model_hz, row.kinematic_hz),
+            paper_rig_recomputed_pct=deviation_pct(row.rig_hz, row.kinematic_hz),
+        )
 
 
 def measured_rows(
@@ -99,55 +93,46 @@ def measured_rows(
         c, outer = float(of_cage.at[fault, "model"]), fault is Fault.OUTER
         model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
         line_over_cage = 1.0 if outer else c / (1 - c)
-        parts = {name: line_over_cage * part for name, part in of_cage.at[fault, "parts"].items()}
-        yield _row(fault, line.kinematic_hz, (model_hz, 0.0), (found_hz, ci95_hz), parts) | {
-            "rig_source": "measured",
-            "shaft_rpm": 60 * speed.value_hz,
-            "rig_shaft_rpm": 60 * speed.value_hz,
-            "model_cage_hz": cage_line_hz(runs[fault], fault),
-        }
+        yield _row(
+            fault,
+            line.kinematic_hz,
+            QuantityValue(value=model_hz),
+            QuantityValue(value=found_hz, ci95=ci95_hz),
+            {name: line_over_cage * part for name, part in of_cage.at[fault, "parts"].items()},
+            rig_source="measured",
+            shaft_rpm=60 * speed.value_hz,
+            rig_shaft_rpm=60 * speed.value_hz,
+            model_cage_hz=cage_line_hz(runs[fault], fault),
+        )
 
 
 def _row(
     fault: Fault,
     kinematic_hz: float,
-    model: tuple[float, float],
-    rig: tuple[float, float | None],
-    parts: Mapping[str, float],
+    model: QuantityValue,
+    rig: QuantityValue,
+    parts: Mapping[str, float] | None = None,
+    **further: Any,
 ) -> Row:
-    """Keys of rows of both sources, null for those that only one has; `parts` of the uncertainty [%].
-
-    Model and rig are frequencies with their 95 % half widths [Hz].
-    """
-    made = comparison_row(
-        record="",
-        state=fault,
-        kind=CAGE_RATIO.kind,
-        quantity=fault.line or "",
-        unit="Hz",
-        error_unit="%",
-        model=QuantityValue(value=model[0], ci95=model[1]),
-        rig=QuantityValue(value=rig[0], ci95=rig[1]),
-        error=deviation_pct(model[0], rig[0]),
-        parts=parts,
-    )
+    """Keys that rows of both sources have, and `further` ones; `parts` of the uncertainty [%]."""
+    error_pct = deviation_pct(model.value, rig.value)
+    made = comparison_row(model=model, rig=rig, error=error_pct, parts=parts or {})
     return {
         "defect": fault,
         "line": fault.line,
         "kinematic_hz": kinematic_hz,
-        "model_hz": model[0],
-        "model_ci95_hz": model[1],
-        "model_deviation_pct": deviation_pct(model[0], kinematic_hz),
-        "rig_hz": rig[0],
-        "rig_ci95_hz": rig[1],
+        "model_hz": model.value,
+        "model_ci95_hz": model.ci95,
+        "model_deviation_pct": deviation_pct(model.value, kinematic_hz),
+        "rig_hz": rig.value,
+        "rig_ci95_hz": rig.ci95,
         "rig_shaft_rpm": None,
-        "rig_deviation_pct": deviation_pct(rig[0], kinematic_hz),
-        "comparison_error_pct": made["error"],
+        "rig_deviation_pct": deviation_pct(rig.value, kinematic_hz),
+        "comparison_error_pct": error_pct,
         "validation_uncertainty_pct": made["uncertainty"],
-        "uncertainty_parts_pct": parts,
+        "uncertainty_parts_pct": made["parts"],
         "verdict": made["verdict"],
-        **dict.fromkeys(OF_PAPER),
-    }
+    } | further
 
 
 def sum_rules(
@@ -157,29 +142,42 @@ def sum_rules(
 
     Our model's two runs have their own mean cage speeds, which are known; the rig's are not.
     """
-    outer, inner = printed.of("outer"), printed.of("inner")
-    shaft_hz = printed.shaft_rpm / 60
-    rollers = paper[Fault.OUTER].bearing.rolling_elements
-    for source, origin, bpfo, bpfi in (
-        ("kinematic, as printed", "published", outer.kinematic_hz, inner.kinematic_hz),
-        ("paper's model", "published", outer.model_hz, inner.model_hz),
-        ("paper's rig", "published", outer.rig_hz, inner.rig_hz),
-    ):
+    for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
+        shaft_hz, rollers = printed.shaft_rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
+        bpfo, bpfi = (getattr(printed.of(fault.value), f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
         yield SumRule(
-            source=source,
-            origin=origin,
+            source=name,
+            origin="published",
             rolling_elements=rollers,
-            bpfo_order=bpfo / shaft_hz,
-            bpfi_order=bpfi / shaft_hz,
+            bpfo_order=bpfo,
+            bpfi_order=bpfi,
             ci95=None,
-            stated_rpm=60 * shaft_hz,
+            stated_rpm=printed.shaft_rpm,
         )
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
-    slip = rollers * (cage[Fault.OUTER] - cage[Fault.INNER])
-    yield _read_pair("our model, two runs", "simulated", rollers, paper, slip)
+    slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
+    yield _read_pair("our model, two runs", "simulated", paper, slip)
     if all(s in rig and found_line(rig[s], s)[0].detected for s in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
-        yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rollers, rig)
+        yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
+
+
+def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip_difference: float = 0.0) -> SumRule:
+    orders, ci95 = [], []
+    for fault in (Fault.OUTER, Fault.INNER):
+        (_, found_hz, ci95_hz), speed = found_line(sides[fault], fault), sides[fault].speed
+        orders.append(found_hz / speed.value_hz)
+        ci95.append(math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz) * orders[-1])
+    return SumRule(
+        source=source,
+        origin=origin,
+        rolling_elements=sides[Fault.OUTER].bearing.rolling_elements,
+        bpfo_order=orders[0],
+        bpfi_order=orders[1],
+        ci95=math.hypot(*ci95),
+        stated_rpm=60 * (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2,
+        slip_difference=slip_difference,
+    )
 
 
 def found_line(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
@@ -193,25 +191,3 @@ def found_line(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
 def cage_line_hz(run: Run, fault: Fault) -> float:
     """A race line from the run's own mean cage speed [Hz]."""
     return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz
-
-
-def _read_pair(
-    source: str, origin: str, rollers: int, sides: Mapping[Fault, Analysis], slip_difference: float = 0.0
-) -> SumRule:
-    orders, ci95 = [], []
-    for fault in (Fault.OUTER, Fault.INNER):
-        (_, found_hz, ci95_hz), speed = found_line(sides[fault], fault), sides[fault].speed
-        orders.append(found_hz / speed.value_hz)
-        relative = math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz)
-        ci95.append(relative * found_hz / speed.value_hz)
-    shaft_hz = (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2
-    return SumRule(
-        source=source,
-        origin=origin,
-        rolling_elements=rollers,
-        bpfo_order=orders[0],
-        bpfi_order=orders[1],
-        ci95=math.hypot(*ci95),
-        stated_rpm=60 * shaft_hz,
-        slip_difference=slip_difference,
-    )

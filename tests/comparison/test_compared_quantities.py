@@ -125,7 +125,7 @@ def test_the_run_s_own_speed_gives_the_model_s_cage():
 
 def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):
     row = ComparedQuantity(
-        kind="depth", name="{line} depth", heading="Depth, dB",
+        kind="depth", name="{line} depth",
         read=lambda analysis, fault: QuantityValue(value=20 * math.log10(analysis.line_of(fault).depth)),
     )  # fmt: skip
     monkeypatch.setattr(compared_quantities, "COMPARED", (*COMPARED, row))

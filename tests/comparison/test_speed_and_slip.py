@@ -1,7 +1,6 @@
 """Speed effect and slip effect: exact on made-up lines, and what they say of the paper's Table 6."""
 
-from types import SimpleNamespace
-
+import pandas as pd
 import pytest
 
 from srbval.bearing import Fault, load_bearing
@@ -13,8 +12,6 @@ from srbval.comparison.speed_and_slip import (
     table6_rows,
 )
 from srbval.comparison.table6 import table6
-from srbval.reading.lines import Line
-from srbval.recordings import ShaftSpeed, SpeedSource
 
 EXACT_PCT = 1e-9  # made-up lines hold speed and slip exactly
 PRINTED_PCT, PRINTED_RPM = 0.01, 0.1  # half the last digit of the values worked out by hand, and a little
@@ -62,18 +59,15 @@ def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
 def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
     """Of a shaft 2 % slower than its nominal speed, and a cage as kinematics has it."""
 
-    def cell(fault: Fault, detected: bool = True) -> SimpleNamespace:
+    def record(fault: Fault, detected: bool = True) -> dict[str, object]:
         shaft_hz = 0.98 * 353 / 60
         hz = 0.0 if fault is Fault.HEALTHY else fault.line_order(BEARING.orders) * shaft_hz
-        line = Line(name=fault.line or "", harmonic=1, kinematic_hz=hz, found_hz=hz, ci95_hz=0.01, detected=detected)
-        speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.05 / 60, source=SpeedSource.TACHOMETER)
-        return SimpleNamespace(
-            state=fault, file=f"/somewhere/{fault}.mat", nominal_rpm=353.0, shaft_rpm=60 * shaft_hz, speed=speed,
-            line=line,
-        )  # fmt: skip
+        line = {"line": fault.line, "found_hz": hz, "ci95_hz": 0.01, "detected": detected}
+        speed = {"shaft_rpm": 60 * shaft_hz, "speed_ci95_rpm": 0.05, "speed_source": "tachometer"}
+        return {"state": fault.value, "file": f"/somewhere/{fault}.mat", "nominal_rpm": 353.0} | line | speed
 
-    cells = [cell(Fault.HEALTHY), cell(Fault.OUTER), cell(Fault.INNER), cell(Fault.OUTER, detected=False)]
-    rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
+    records = [record(Fault.HEALTHY), record(Fault.OUTER), record(Fault.INNER), record(Fault.OUTER, detected=False)]
+    rows = list(matrix_rows(pd.DataFrame(records), BEARING))
     assert [(r["record"], r["line"], r["origin"]) for r in rows] == [
         ("outer", "BPFO", "measured"), ("inner", "BPFI", "measured"),
     ]  # fmt: skip

@@ -5,12 +5,13 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import paper_cases, run_cases
-from srbval.comparison.matrix import rig_grid
 from srbval.comparison.table6 import published_rows, sum_rules, table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.verdict import SumRule
 from srbval.recordings import recording_from_run
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import RIG_DATASETS
 
 PRINTED_PCT = 0.01  # the paper prints its deviations with one or two digits, and 0.226 as 0.22
 ROUNDING_PCT = 1e-12  # sums of exact numbers
@@ -26,7 +27,7 @@ def test_printed_deviations_are_those_of_the_printed_frequencies() -> None:
 
 
 def test_table_5_holds_the_case_of_table_6() -> None:
-    grid, reference = rig_grid(), table6()
+    grid, reference = dataset(RIG_DATASETS[0]).grid, table6()
     assert reference.motor_rpm in grid.nominal_rpm
     assert (reference.radial_kn, 0.0) in list(zip(grid.radial_kn, grid.axial_kn, strict=True))
 
