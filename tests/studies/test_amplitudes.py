@@ -85,7 +85,10 @@ def test_a_planted_level_is_unexplained_and_scatter_is_not() -> None:
     tests = separate_levels(rows, drawn).to_dict("records")
     assert [one["level"] for one in tests] == pytest.approx([0.0, 12.0], abs=0.5)
     locked = rows.to_dict("records")
-    assert unexplained(tests, locked) == "Open problem: the level of IR 353 (error +11 to +13 dB) is not explained."
+    assert (
+        unexplained(tests, locked)
+        == "Open problem: the level of IR 353 (model over rig +11 to +13 dB) is not explained."
+    )
     assert unexplained(tests[:1], locked).startswith("In no record")
 
 

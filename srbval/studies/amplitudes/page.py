@@ -33,7 +33,7 @@ def unexplained(tests: Rows, locked: Rows) -> str:
     found = []
     for record in far:
         errors = [one["error"] for one in locked if one["record"] == record]
-        found.append(f"{short(record)} (error {min(errors):+.0f} to {max(errors):+.0f} dB)")
+        found.append(f"{short(record)} (model over rig {min(errors):+.0f} to {max(errors):+.0f} dB)")
     return f"Open problem: the level of {' and '.join(found)} is not explained."
 
 
