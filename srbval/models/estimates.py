@@ -96,9 +96,10 @@ class StepError:
     def with_steps(self, finer: float) -> "StepError":
         """The same with so many times finer steps."""
         return StepError(
-            step_s=self.step_s / finer, energy=self.energy / finer,
+            step_s=self.step_s / finer,
+            energy=self.energy / finer,
             estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
-        )  # fmt: skip
+        )
 
     def with_coarser(self, coarser: "StepError") -> "StepError":
         """Each estimate's mean with what the `coarser` pair of steps says, `FINER` times less, by their variances.

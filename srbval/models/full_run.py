@@ -53,9 +53,15 @@ class FullRun:
     def advance(self, first: int, intervals: int, per_detail: int = 0) -> Outputs:
         """Run so many output intervals, of which `first` lie before; see `take_steps`."""
         return take_steps(
-            self.model, self.state, self.method, step_s=self.step_s, intervals=range(first, first + intervals),
-            steps_per_output=self.steps_per_output, intervals_per_detail=per_detail, memory=self.memory,
-        )  # fmt: skip
+            self.model,
+            self.state,
+            self.method,
+            step_s=self.step_s,
+            intervals=range(first, first + intervals),
+            steps_per_output=self.steps_per_output,
+            intervals_per_detail=per_detail,
+            memory=self.memory,
+        )
 
     def with_finer_steps(self, times: int) -> "FullRun":
         """The same run from where it stands, with so many steps in one; this one is not changed by it."""
@@ -81,9 +87,13 @@ def full_run(scene: Scene, bearing: Bearing) -> FullRun:
     model = level.make_parameters(scene, geometry_of(bearing))
     state = equilibrium_state(model)
     return FullRun(
-        model=model, method=METHODS[scene.solver.name], state=state, memory=np.zeros_like(state),
-        output_rate_hz=scene.output_rate_hz, steps_per_output=level.steps_per_output(scene),
-    )  # fmt: skip
+        model=model,
+        method=METHODS[scene.solver.name],
+        state=state,
+        memory=np.zeros_like(state),
+        output_rate_hz=scene.output_rate_hz,
+        steps_per_output=level.steps_per_output(scene),
+    )
 
 
 def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
@@ -94,9 +104,11 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     model = run.model
     stats.figures["balanced_share"] = static_share(scene, model, run.state[layout_of(run.state).ring])
     stats.momentum = MomentumBalance(
-        mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
+        mass_kg=model.ring_mass,
+        stiffness_n_m=model.housing_stiffness,
+        damping_ns_m=model.housing_damping,
         weight_n=-model.ring_mass * model.gravity,
-    )  # fmt: skip
+    )
     methods = run.method, METHODS[default_solver()]
     limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
     stats.figures |= zip(("step_s", "step_limit_s", "default_limit_s"), (run.step_s, *limits), strict=True)
@@ -105,9 +117,8 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     stats.compile_s += time.perf_counter() - started
     per_detail = scene.outputs_per_detail
     for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
-        started = time.perf_counter()
-        steps = run.advance(first, count, per_detail if first >= settle else 0)
-        stats.wall_s += time.perf_counter() - started
+        with stats.timed():
+            steps = run.advance(first, count, per_detail if first >= settle else 0)
         yield first, steps
     if scene.oil is not None:
         stats.figures |= films_at_end(scene, stats.bearing, run, whole)

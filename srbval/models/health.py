@@ -1,14 +1,14 @@
-"""What a run shows: what the scene's bearing does, or that the integration has failed; and what would help.
+"""Status of a run: the bearing's behaviour or the failure of the integration, with advice.
 
-When explicit integration fails it does so silently: rollers are thrown clear, the acceleration is exactly zero and the
-cage stops. So what is tested is what any motion of the model must do: stay finite and within the contact geometry,
-balance its forces, dissipate no more energy than is supplied, resolve its stiffest contacts in time. To drive the cage
-and to carry the load is nothing that a bearing must do: while those tests pass, that is told by name and no failure.
+Explicit integration fails silently: rollers are thrown clear, the acceleration is exactly zero and the cage stops. The
+tests therefore ask for what any motion of the model keeps: it stays finite and within the contact geometry, balances
+its forces, dissipates no more energy than is supplied, and resolves its stiffest contacts in time. A bearing need not
+drive its cage or carry the load: while those tests pass, skidding and unloaded rollers are named and are no failures.
 
-The limits are measured; unless something else is said, on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
+The limits are measured; unless stated otherwise, on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
 125 kN; friction 0.02, 0.1 and 0.7; either load path; play 0 and 0.1 mm, interference), each by imex2, ode1, ode2 and
 ode4 at the paper's step, twice and four times that, and by imex2 at a quarter of it as the truth.
-`srbval study run run_verdicts` counts on other scenes how often they are right.
+`tests/verification/test_run_verdicts.py` counts on other scenes how often they are right.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from srbval.scene import LoadPath, RollerFit, paper_scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.scene.scene import step_text
 
-# Of the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
-# their length. Of the truths 31 are at 0.979 or below, the others at 0.985 or above.
+# In the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
+# their length. 31 truths are at 0.979 or below, the others at 0.985 or above.
 CAGE_RANGE = (0.985, 1.026)
-DRIFT = 0.01  # of rolling, by which the cage's speed changes over a run that is worth a word
+DRIFT = 0.01  # change of the cage's speed over a run, in the speed of pure rolling, that is worth a word
 # Least part of the load that rollers beside a housing spring have in static balance, and part of that share which they
 # carry: below, they rattle more than they carry. The truths: 0.0024 and below, or 0.03 and above; 0.86 of it and more.
 LEAST_SHARE, LEAST_PART = 0.01, 0.5
@@ -36,15 +36,15 @@ LEAST_SHARE, LEAST_PART = 0.01, 0.5
 # of the losses (sound runs up to 0.05, failed ones from 0.17), or for more than this share of the time there is no
 # contact at all (sound ones 0.0001, failed ones from 0.87).
 ENERGY_OPEN, IDLE_SHARE = 0.1, 0.5
-CAUTION = "with caution: "  # what follows may make a run's figures wrong
-MOST_TIMES = 64  # the cost of a run, that is worth to be advised
-CARRIED = 0.99  # of the load, where nothing but the rollers can: less needs an explanation
+CAUTION = "with caution: "  # precedes what may make a run's figures wrong
+MOST_TIMES = 64  # highest cost of an advised step, in the run's cost
+CARRIED = 0.99  # share of the load if the rollers alone can carry it; less needs an explanation
 # Share of the losses that may be missing from the energy balance. At the paper's step implicit methods leave 0.05 at
 # most, imex2 0.023 from 127 to 3000 rpm, 0.02 in a ramp of 300 rad/s2. Explicit ones whose friction chatters leave
 # more: beyond 0.1 the 500-1500 Hz RMS of the paper's scene with interference is 1.5 to 8 times too large.
 ENERGY_LIMIT, ENERGY_CAUTION = 0.1, 0.05
-# Of that limit, where the step's estimated errors in cage speed, band levels and drive power are within tolerance: then
-# only the account is open. A light bearing whose friction chatters misses 10 % and has its levels within 3 %.
+# Times that limit if the step's estimated errors in cage speed, band levels and drive power are within tolerance: only
+# the account is open then. A light bearing whose friction chatters misses 10 % and has its levels within 3 %.
 VOUCHED = 2.0
 # Share of the load and the ring's weight by which the mean forces on the ring may miss its change of momentum. The
 # truths miss up to 0.011; imex2 at the paper's step up to 0.056; at four times that, where rollers carry all, 0.21 to
@@ -53,14 +53,14 @@ VOUCHED = 2.0
 FORCE_LIMIT = 0.2
 # Of 290 runs at steps above `full_run.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
 STEP_LIMIT = 1.1
-# Of that limit: steps at which a slow cage is believed though the energy balance is open. Up to it 155 runs of cages
-# that are slow in truth are off by 2 % at most but for three (4 to 8 %); imex2 from 0.84 on by up to 32 %.
+# Longest step, in that limit, at which a slow cage is believed although the energy balance is open. Up to it 155 runs
+# of cages that are slow in truth are off by at most 2 %, except three (4 to 8 %); imex2 from 0.84 on by up to 32 %.
 SHORT = 0.5
-SLIDING = 0.01  # error in the speed of a sliding or rattling cage: told to a per cent, not read to five digits
+SLIDING = 0.01  # tolerance of the speed of a cage that slides or rattles, which is stated to a per cent
 
 
 def assess(run: RunSummary) -> tuple[RunStatus, str]:
-    """Status of a run by its figures, and the reason for it, with advice that is of use for this scene."""
+    """Status of a run by its figures, and its reason with advice for this scene."""
     failure = _failure(run)
     if failure is not None:
         return failure
@@ -81,9 +81,8 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
     if error is None:
         return status, reason
     slides = [
-        e for e in error.certain
-        if status is not RunStatus.OK and e.kind == "cage" and not e.certainly_beyond(SLIDING)
-    ]  # fmt: skip
+        e for e in error.certain if status is not RunStatus.OK and e.kind == "cage" and not e.certainly_beyond(SLIDING)
+    ]
     beyond = [e for e in error.certain if e not in slides]
     if beyond:
         return RunStatus.INACCURATE, (
@@ -100,7 +99,7 @@ def assess(run: RunSummary) -> tuple[RunStatus, str]:
 
 
 def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
-    """What no motion of the model does; None where there is nothing of it."""
+    """Status and reason of a failure, which no motion of the model shows; None if there is none."""
     scene, remedy = run.scene, _remedy(run)
     if not run.finite:
         return RunStatus.NOT_FINITE, f"the state is no longer finite; {remedy}"
@@ -139,11 +138,11 @@ def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 
 
 def _energy_gap(run: RunSummary) -> float:
-    """Share of the losses whose source the step has lost.
+    """Share of the losses whose source is lost by the step.
 
-    Where the drive's power is known to be right that is what finer steps would close: continuous contacts leave out the
-    couples of friction and damping within a patch, but not the power these take, which with little friction is up to
-    half of the losses.
+    If the drive's power is known to be right, finer steps would close this share: continuous contacts leave out the
+    couples of friction and damping within a patch, but not their power, which with little friction is up to half of the
+    losses.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):
@@ -153,14 +152,14 @@ def _energy_gap(run: RunSummary) -> float:
 
 
 def _carried_n(run: RunSummary) -> float:
-    """What presses the ring against rollers and spring: the mean radial load, with its own weight if that is more."""
+    """Force that presses the ring down: the mean radial load, with the weight of the ring if that is more."""
     load = run.scene.load
     weight_n = STANDARD_GRAVITY_M_S2 * run.scene.housing.mass_kg if load.gravity else 0.0
     return max(run.scene.mean_radial_n, abs(cmath.rect(run.scene.mean_radial_n, load.direction_rad) - 1j * weight_n))
 
 
 def _behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
-    """What the scene's bearing does, in words, and what would change it."""
+    """Status by the bearing's behaviour, and its description with what would change it."""
     unloaded, seen = _unloaded(run), []
     if unloaded:
         rest = f"{_carried(run)}, the housing spring the rest"
@@ -175,7 +174,7 @@ def _behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
 
 
 def _light_load(run: RunSummary) -> list[str]:
-    """A warning where a bearing in oil carries less than its catalogue asks for at this speed."""
+    """Warning if a bearing in oil carries less than its catalogue requires at this speed."""
     bearing = bearing_of_run(run.scene) if run.scene.oil is not None else None
     if bearing is None or bearing.ratings is None:
         return []
@@ -198,13 +197,13 @@ def _slip_text(run: RunSummary) -> str:
 
 
 def _drifts(run: RunSummary) -> bool:
-    """Whether the cage's speed changes: over 1 s an error of 0.1 % in the piece's mean speed became 1.7 %."""
+    """True if the cage's speed changes: over 1 s an error of 0.1 % in the piece's mean speed became 1.7 %."""
     first, last = run.cage_course
     return run.scene.speed_profile is None and abs(last - first) > DRIFT * run.rolling_ratio
 
 
 def _unloaded(run: RunSummary) -> bool:
-    """Whether the load flows past the rollers, or there is none to press them."""
+    """True if the load bypasses the rollers, or no load presses them."""
     scene, load, contact = run.scene, run.scene.load, run.scene.contact
     beside = load.path is LoadPath.HOUSING
     if scene.mean_radial_n:
@@ -215,7 +214,7 @@ def _unloaded(run: RunSummary) -> bool:
 
 
 def _load_lost(run: RunSummary) -> bool:
-    """Whether the rollers do not carry what they should, on evidence that it is the integrator's doing."""
+    """True if the rollers carry less than they should, with evidence that the integration caused it."""
     beside = run.scene.load.path is LoadPath.HOUSING
     if not run.scene.mean_radial_n or (beside and run.balanced_share < LEAST_SHARE):
         return False
@@ -229,7 +228,7 @@ def _driven(run: RunSummary) -> bool:
 
 
 def _sound(run: RunSummary) -> bool:
-    """Is no failure of the integration to be seen? Energy may be open in a speed ramp, and where steps are short."""
+    """True if the integration shows no failure; energy may be open in a speed ramp, and if steps are short."""
     wild = abs(_energy_gap(run)) > ENERGY_CAUTION and not run.step_s < SHORT * run.step_limit_s
     too_long = run.step_s > STEP_LIMIT * run.step_limit_s
     return not (run.idle_share > IDLE_SHARE or too_long or (wild and run.scene.speed_profile is None))
@@ -240,7 +239,7 @@ def _carried(run: RunSummary) -> str:
 
 
 def _relief(run: RunSummary, *, skids: bool) -> str:
-    """What puts load on the rollers of this scene, or takes speed from them."""
+    """Advice that puts load on the rollers of this scene, or takes speed from them."""
     scene = run.scene
     loose = scene.contact.roller_fit is RollerFit.PLAY and scene.contact.radial_play_m > 0
     less_play = f"a radial play below {scene.contact.radial_play_m * 1e6:.4g} um"
@@ -250,9 +249,9 @@ def _relief(run: RunSummary, *, skids: bool) -> str:
 
 
 def _remedy(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
-    """What helps against a failure of the integration, or errors `beyond` their limits.
+    """Advice against a failure of the integration, or errors `beyond` their limits.
 
-    Never what the scene has already, nor what gains nothing. Errors fall with the first power of the step, at least.
+    It never names a setting that the scene has or that gains nothing. Errors fall at least as the step.
     """
     error, other = run.step_error, run.scene.solver.name != default_solver()
     if level_of(run.scene.model).own_solver:
@@ -268,7 +267,7 @@ def _remedy(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
 
 
 def _finer(run: RunSummary, times: int = 2) -> str:
-    """The longest step of the scene that its contacts allow, or where they allow its own so many times finer."""
+    """The longest step that the scene's contacts allow; if they allow its own, so many times finer steps."""
     scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:
@@ -277,5 +276,5 @@ def _finer(run: RunSummary, times: int = 2) -> str:
 
 
 def default_solver() -> str:
-    """Name of the solver that a scene has without being told one."""
+    """Name of the solver that a scene has by default."""
     return paper_scene().solver.name

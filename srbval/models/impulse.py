@@ -16,7 +16,6 @@ ring does to the pulses, axial load.
 """
 
 import math
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -40,10 +39,10 @@ HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, n
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The model, see `srbval.models.hierarchy`."""
-    started = time.perf_counter()
     motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
-    acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
-    return prescribed_outputs(stats, settle, motion, acceleration, started)
+    with stats.timed():
+        acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
+    return prescribed_outputs(stats, settle, motion, acceleration)
 
 
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
@@ -72,9 +71,12 @@ def _passages(
     """Passages of defect `number`, [k]: times [s], race hit (0 outer, 1 inner), and angle around the bearing [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
     time_s, race = passages(
-        defect, motion, rolling_elements, samples / scene.output_rate_hz,
+        defect,
+        motion,
+        rolling_elements,
+        samples / scene.output_rate_hz,
         lambda count: scene.slip_jitter * random.standard_normal(count),
-    )  # fmt: skip
+    )
     if defect.kind is Fault.ROLLER:
         angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
     else:

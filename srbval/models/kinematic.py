@@ -7,7 +7,6 @@ one sample and no particular strength, so harmonics, sidebands, noise floor and 
 it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -79,9 +78,12 @@ def refuse_axial(scene: Scene) -> None:
 
 
 def passages(
-    defect: Defect, motion: Prescribed, rolling_elements: int, seconds: float,
+    defect: Defect,
+    motion: Prescribed,
+    rolling_elements: int,
+    seconds: float,
     jitter: Callable[[int], FloatArray] | None = None,
-) -> tuple[FloatArray, NDArray[np.int64]]:  # fmt: skip
+) -> tuple[FloatArray, NDArray[np.int64]]:
     """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
 
     A roller's defect meets the outer race at even ones. `jitter` gives k random parts of the spacings, [k], relative to
@@ -111,28 +113,28 @@ def passages(
 
 
 def prescribed_outputs(
-    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
+    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray
 ) -> Iterator[tuple[int, Outputs]]:
-    """Outputs of a model that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
+    """Outputs of a model that is computed at once: `acceleration` in the plane, [whole, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
-    out = np.full((whole, col.COUNT), np.nan)
-    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
-    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    stats.wall_s += time.perf_counter() - started
+    with stats.timed():
+        out = np.full((whole, col.COUNT), np.nan)
+        out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
+        out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
     for first, count in chunks(settle, whole, 0, rate):
         yield first, Outputs(out=out[first : first + count])
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The model, see `srbval.models.hierarchy`. A click between two samples is shared by both, so lines stay put."""
-    started = time.perf_counter()
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)
     clicks = np.zeros(whole + 1)
-    for defect in scene.defects:
-        times = passages(defect, motion, stats.bearing.rolling_elements, whole / rate)[0]
-        place = times[(times >= 0) & (times * rate < whole)] * rate
-        below = place.astype(np.int64)
-        np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))
-        np.add.at(clicks, below + 1, CLICK_M_S2 * (place - below))
-    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * load_direction(scene)[:2], started)
+    with stats.timed():
+        for defect in scene.defects:
+            times = passages(defect, motion, stats.bearing.rolling_elements, whole / rate)[0]
+            place = times[(times >= 0) & (times * rate < whole)] * rate
+            below = place.astype(np.int64)
+            np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))
+            np.add.at(clicks, below + 1, CLICK_M_S2 * (place - below))
+    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * load_direction(scene)[:2])

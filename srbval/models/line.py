@@ -60,8 +60,14 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
             for i, p in enumerate(CIRCLES):
                 own = circle(geometry, p)
                 model.races.points[race, window, :, i] = (
-                    own.radius_m, 0.0, own.height_m, 1.0, own.normal_radial, 0.0, own.normal_axial,
-                )  # fmt: skip
+                    own.radius_m,
+                    0.0,
+                    own.height_m,
+                    1.0,
+                    own.normal_radial,
+                    0.0,
+                    own.normal_axial,
+                )
     radius = roller_diameter_m(scene, geometry) / 2
     both = [patches(geometry, scene.contact, radius, inner=inner) for inner in (False, True)]
     return model._replace(patch=np.array([[_row(patch) for patch in race] for race in both]))
@@ -151,11 +157,18 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
         lean, circle = (p - 1) * geometry.tilt_rad, (inner_circle if inner else outer_circle)(geometry, p)
         across = roller_radius_m - r_x + r_x * math.cos(lean)
         spacing = 2 * math.pi * circle.radius_m / contact.points_per_circle
-        found.append(Patch(
-            stiffness_n_m2=contact.stiffness_n_m / spacing, damping_ns_m2=contact.damping_ns_m / spacing,
-            curvature_1_m=math.cos(lean) / across + circle.normal_radial / circle.radius_m, lean_rad=lean,
-            normal_rad=p * geometry.tilt_rad, spacing_m=spacing, race_radius_m=circle.radius_m, roller_radius_m=across,
-        ))  # fmt: skip
+        found.append(
+            Patch(
+                stiffness_n_m2=contact.stiffness_n_m / spacing,
+                damping_ns_m2=contact.damping_ns_m / spacing,
+                curvature_1_m=math.cos(lean) / across + circle.normal_radial / circle.radius_m,
+                lean_rad=lean,
+                normal_rad=p * geometry.tilt_rad,
+                spacing_m=spacing,
+                race_radius_m=circle.radius_m,
+                roller_radius_m=across,
+            )
+        )
     return found
 
 

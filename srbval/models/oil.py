@@ -58,8 +58,10 @@ class ContactShape:
 
 def film_law(oil: Oil, shapes: list[ContactShape]) -> FilmLaw:
     """Constants of traction by the film: viscosity and film over the pressure as polynomials, to 5 %."""
-    films = [[line_film_m(oil, 1.0, line_load_n_m(p, shape.along_m), shape.along_m) for p in PRESSURES_PA]
-             for shape in shapes]  # fmt: skip
+    films = [
+        [line_film_m(oil, 1.0, line_load_n_m(p, shape.along_m), shape.along_m) for p in PRESSURES_PA]
+        for shape in shapes
+    ]
     thickness = min(line_film_m(oil, 1.0, line_load_n_m(REFERENCE_PA, s.along_m), s.along_m) for s in shapes)
     thicker = np.array([oil.log_thickening(p) for p in PRESSURES_PA]) - np.log(np.array(films) / thickness)
     fits = [np.polynomial.Polynomial.fit(PRESSURES_PA * 1e-9, row, DEGREE) for row in thicker / math.log(2)]

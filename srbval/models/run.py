@@ -73,7 +73,8 @@ class RunSummary:
     `step_error`: what the step leaves, None where it was not estimated; `step_limit_s`: see
     `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
     error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
-    `stored_utc`: when the run was made, where it was read from the cache: times that it took are of then.
+    `stored_utc`: when the run was made if it was read from the cache; its times are of that occasion.
+    `cpu_s`: processor time of the thread that integrated the run, `wall_s` its wall time, both without compiling.
 
     In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
     the least film of a contact that carries and the `mean` of those in their middles, at the run's end; `lambda_min`:
@@ -106,6 +107,7 @@ class RunSummary:
     step_limit_s: float = math.nan
     default_limit_s: float = math.inf
     check_wall_s: float = 0.0
+    cpu_s: float = math.nan
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
     stored_utc: str | None = None
@@ -150,6 +152,11 @@ class RunSummary:
         """Wall time per simulated second, settling included, compiling not."""
         return self.wall_s / (self.seconds + self.scene.settle_s)
 
+    @property
+    def cpu_per_simulated_s(self) -> float:
+        """Processor time per simulated second, settling included, compiling not."""
+        return self.cpu_s / (self.seconds + self.scene.settle_s)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run(RunSummary):
@@ -183,8 +190,11 @@ class Run(RunSummary):
         """A pandas table, one row per output interval: time, acceleration, displacement, roller force, cage speed."""
         import pandas
 
-        vectors = {"acceleration": (self.acceleration_m_s2, "m_s2"), "displacement": (self.displacement_m, "m"),
-                   "roller_force": (self.roller_force_n, "n")}  # fmt: skip
+        vectors = {
+            "acceleration": (self.acceleration_m_s2, "m_s2"),
+            "displacement": (self.displacement_m, "m"),
+            "roller_force": (self.roller_force_n, "n"),
+        }
         columns = {f"{n}_{a}_{unit}": v[:, i] for n, (v, unit) in vectors.items() for i, a in enumerate("xyz")}
         return pandas.DataFrame({"time_s": self.time_s} | columns | {"cage_rad_s": self.cage_rad_s})
 
@@ -229,8 +239,11 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")
         if bearing is not None and bearing.geometry is None:
-            assumed = ("load zone, pulses and resonance are" if bearing.elements is None
-                       else "grooves, housing and what the scene does not say are")  # fmt: skip
+            assumed = (
+                "load zone, pulses and resonance are"
+                if bearing.elements is None
+                else "grooves, housing and what the scene does not say are"
+            )
             found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")

@@ -1,6 +1,9 @@
 """Running sums over a run, with its balances of energy and momentum: enough to assess it without its signals."""
 
 import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,8 +19,13 @@ from srbval.models.sensor import BandLevels, SensorFilter
 from srbval.scene import Scene
 
 # losses of a bearing in oil by source; it has no seals
-LOSSES = {"sliding": col.FRICTION_POWER, "rolling": col.ROLLING_POWER, "drag": col.DRAG_POWER, "cage": col.POCKET_POWER,
-          "damping": col.DAMPING_POWER}  # fmt: skip
+LOSSES = {
+    "sliding": col.FRICTION_POWER,
+    "rolling": col.ROLLING_POWER,
+    "drag": col.DRAG_POWER,
+    "cage": col.POCKET_POWER,
+    "damping": col.DAMPING_POWER,
+}
 
 
 @dataclass
@@ -90,6 +98,7 @@ class RunStatistics:
     scene: Scene
     bearing: Bearing
     wall_s: float = 0.0
+    cpu_s: float = 0.0
     compile_s: float = 0.0
     samples: int = 0
     finite: bool = True
@@ -107,6 +116,14 @@ class RunStatistics:
         scene = self.scene
         self.levels = BandLevels(fs_hz=scene.output_rate_hz)
         self.sensor = SensorFilter(scene.sensor_path, scene.output_rate_hz, scene.load.direction_rad)
+
+    @contextmanager
+    def timed(self) -> Iterator[None]:
+        """Add the wall time and the processor time of the block to the run's."""
+        started, worked = time.perf_counter(), time.thread_time()
+        yield
+        self.wall_s += time.perf_counter() - started
+        self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
         """Count a chunk's rows in; what the model does not have is NaN and passes every test.
@@ -143,15 +160,27 @@ class RunStatistics:
         with np.errstate(all="ignore"):  # of a state that is not finite
             missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
         run = RunSummary(
-            **self.figures, scene=scene, wall_s=self.wall_s, compile_s=self.compile_s, samples=self.samples,
-            finite=self.finite, deepest_m=self.deepest_m, status=RunStatus.OK, reason="",
+            **self.figures,
+            scene=scene,
+            wall_s=self.wall_s,
+            cpu_s=self.cpu_s,
+            compile_s=self.compile_s,
+            samples=self.samples,
+            finite=self.finite,
+            deepest_m=self.deepest_m,
+            status=RunStatus.OK,
+            reason="",
             rolling_elements=self.bearing.rolling_elements,
-            rolling_ratio=self.bearing.orders.ftf, cage_ratio=self.cage_rad / n / shaft,
+            rolling_ratio=self.bearing.orders.ftf,
+            cage_ratio=self.cage_rad / n / shaft,
             cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
             roller_load_share=load_share(scene, self.momentum.total[6:] / n, scene.mean_radial_n),
-            energy_imbalance=self.energy.imbalance(interval_s), missing_n=float(missing_n @ direction),
-            idle_share=self.idle / n, drive_power_w=self.drive_w / n, band_rms_m_s2=self.levels.rms(),
-        )  # fmt: skip
+            energy_imbalance=self.energy.imbalance(interval_s),
+            missing_n=float(missing_n @ direction),
+            idle_share=self.idle / n,
+            drive_power_w=self.drive_w / n,
+            band_rms_m_s2=self.levels.rms(),
+        )
         if scene.oil is not None:
             power_w = {name: sum_w / n for name, sum_w in self.losses_w.items()} | {"seals": 0.0}
             run = replace(run, power_w=power_w | {"total": sum(power_w.values())})

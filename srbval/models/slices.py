@@ -102,11 +102,15 @@ def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[Sli
     )
     return [
         SlicedContact(
-            geometry=geometry, line=own, roller_m=roller_diameter_m(scene, geometry) / 2, inner=inner,
-            zone_rad=scene.load.zone_rad, points_per_circle=scene.contact.points_per_circle,
+            geometry=geometry,
+            line=own,
+            roller_m=roller_diameter_m(scene, geometry) / 2,
+            inner=inner,
+            zone_rad=scene.load.zone_rad,
+            points_per_circle=scene.contact.points_per_circle,
         )
         for inner in (False, True)
-    ]  # fmt: skip
+    ]
 
 
 def films_m(
@@ -156,10 +160,15 @@ def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
     for i, race in enumerate(races):
         highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
     return Races(
-        points=None, starts=np.zeros((2, windows, 4), dtype=np.int64),
-        window_of=np.array([race.window_of for race in races]), highest=highest, plain=1, height=height_m,
-        outer=search[0], inner=search[1],
-    )  # fmt: skip
+        points=None,
+        starts=np.zeros((2, windows, 4), dtype=np.int64),
+        window_of=np.array([race.window_of for race in races]),
+        highest=highest,
+        plain=1,
+        height=height_m,
+        outer=search[0],
+        inner=search[1],
+    )
 
 
 class Openings(NamedTuple):

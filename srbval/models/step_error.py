@@ -132,9 +132,12 @@ class _Piece:
                 out, energy = out[round(SETTLED * self.length) :], EnergyBalance()
                 energy.add(out)
                 means = block_means(
-                    self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER],
+                    self.rate_hz,
+                    out[:, col.CAGE_SPEED],
+                    out[:, col.ACCELERATION],
+                    out[:, col.DRIVE_POWER],
                     bands_below_hz=self.bands_below_hz,
-                )  # fmt: skip
+                )
                 self.known[times] = energy.imbalance(1 / self.rate_hz), means
         (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
         step_s = self.run.step_s / finer
@@ -143,9 +146,13 @@ class _Piece:
 
 
 def block_means(
-    fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray, *,
+    fs_hz: float,
+    cage_rad_s: FloatArray,
+    acceleration_m_s2: FloatArray,
+    drive_w: FloatArray,
+    *,
     bands_below_hz: float = math.inf,
-) -> BlockMeans:  # fmt: skip
+) -> BlockMeans:
     """Means of `BLOCKS` equal parts of a run of [n] samples.
 
     A band is left out that does not lie below half the rate and below `bands_below_hz`, all where an acceleration is

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.cache import RESULTS, cache_folder
@@ -24,7 +25,6 @@ from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import sources_sha256
 from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult
 from srbval.storage.tables import build, read_toml
-from srbval.studies.machine import this_machine
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.recordings.registry import RegisteredRecording

@@ -7,6 +7,7 @@ one axis at which runs still pass, with a tenth of the runs of a complete grid.
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -53,18 +54,18 @@ def sweep(
     """Run the scene (or scenes) of every row and measure them; returns `cases` with the measures as further columns.
 
     `scenes_of(case)` makes the scenes of a row. `measure(case, *attempts)` turns their runs, failed ones too, into
-    measures; it is a function of a module, whose sources are part of the name under which a row is stored. Columns
-    `status` and `reason` (of the row's first run) are added unless `measure` gives them. With ``stored=False`` nothing
-    is read or stored, as for timings. `jobs` runs at a time, one per core by default.
+    measures. The sources of its module are part of the name under which a row is stored; of a function outside this
+    package, its own source. Columns `status` and `reason` (of the row's first run) are added unless `measure` gives
+    them. With ``stored=False`` nothing is read or stored, as for timings. `jobs` at a time (default: one per core).
     """
     rows = [dict(row) for row in cases.to_dict("records")]
     made = [scenes_of(row) for row in rows]
     scenes = [one if isinstance(one, tuple) else (one,) for one in made]
-    store = ContentStore(kind="sweep", computed_by=measure.__module__)
-    names = [
-        f"{measure.__qualname__} {row!r} {' '.join(run_content(scene, step) for scene in of_row)}" if stored else ""
-        for row, of_row in zip(rows, scenes, strict=True)
-    ]
+    ours = measure.__module__.startswith("srbval.")
+    store = ContentStore(kind="sweep", computed_by=measure.__module__ if ours else __name__)
+    code = "" if ours or not stored else inspect.getsource(measure)
+    contents = [" ".join(run_content(scene, step) for scene in of_row) if stored else "" for of_row in scenes]
+    names = [f"{measure.__qualname__} {code} {row!r} {of}" for row, of in zip(rows, contents, strict=True)]
     found: dict[int, Measures | None] = {i: store.load(name, dict) if stored else None for i, name in enumerate(names)}
 
     def run(place: int, report: Progress) -> Measures:
@@ -129,3 +130,9 @@ def bisect(
         }
     )
     return limits, run.reset_index(drop=True)
+
+
+def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows of a frame as plain mappings, None for what is missing."""
+    plain = frame.astype(object).where(frame.notna(), None)
+    return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]

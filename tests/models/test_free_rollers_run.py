@@ -32,8 +32,11 @@ def test_json_has_them(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     scene.write_text('model = "slices"\nsettle = "1 ms"\n[bodies]\nfree_rollers = true\n')
     assert main(["simulate", str(scene), "--seconds", "0.01", "--dt", "1.6276041666666666e-05", "--json"]) in (0, 4)
     assert set(json.loads(capsys.readouterr().out)["free_rollers"]) == {
-        "tilt_mrad", "shift_um", "skew_nm", "row_1_share"
-    }  # fmt: skip
+        "tilt_mrad",
+        "shift_um",
+        "skew_nm",
+        "row_1_share",
+    }
 
 
 @pytest.mark.parametrize("model", ["full", "line", "planar"])

@@ -55,10 +55,15 @@ class TestEveryLevel:
     def test_it_fills_what_it_says_and_nothing_else(self, model: str, runs: dict[str, Run]) -> None:
         run, columns = runs["outer"], level_of(model).columns
         for first, last, values in (
-            (0, 3, run.acceleration_m_s2), (3, 6, run.displacement_m), (6, 7, run.cage_rad_s),
-            (7, 9, run.cage_tilt_rad), (9, 12, run.roller_force_n), (12, 13, run.depth_m),
-            (13, 14, run.energy.drive_w), (20, 21, run.energy.spring_j),
-        ):  # fmt: skip
+            (0, 3, run.acceleration_m_s2),
+            (3, 6, run.displacement_m),
+            (6, 7, run.cage_rad_s),
+            (7, 9, run.cage_tilt_rad),
+            (9, 12, run.roller_force_n),
+            (12, 13, run.depth_m),
+            (13, 14, run.energy.drive_w),
+            (20, 21, run.energy.spring_j),
+        ):
             if set(range(first, last)) <= set(columns):
                 assert np.isfinite(values).all()
             else:

@@ -24,10 +24,19 @@ MOMENTUM_N = 1.0  # of 125 kN; the last displacements are no means
 SPIN = 0.02  # of the rollers' spin in pure rolling: they slip a little
 
 GOOD = {
-    "rolling_elements": 38, "status": RunStatus.OK, "reason": "", "samples": 1, "wall_s": 1.0, "compile_s": 0.0,
-    "cage_ratio": 0.4314, "rolling_ratio": 0.4304, "roller_load_share": 0.05, "balanced_share": 0.06,
-    "deepest_m": 2e-5, "energy_imbalance": -0.04,
-}  # fmt: skip
+    "rolling_elements": 38,
+    "status": RunStatus.OK,
+    "reason": "",
+    "samples": 1,
+    "wall_s": 1.0,
+    "compile_s": 0.0,
+    "cage_ratio": 0.4314,
+    "rolling_ratio": 0.4304,
+    "roller_load_share": 0.05,
+    "balanced_share": 0.06,
+    "deepest_m": 2e-5,
+    "energy_imbalance": -0.04,
+}
 
 
 def estimated(of: str, error: float, scatter: float = 0.0, energy: float = math.nan) -> StepError:
@@ -175,9 +184,12 @@ def test_without_a_load_the_rollers_are_unloaded(tmp_path: Path) -> None:
 
 
 SLOW = {
-    "shaft_speed": "3000 rpm", "load": {"radial": "5 kN", "path": "bearing"}, "duration": "0.3 s",
-    "contact": {"static_friction": 0.02, "dynamic_friction": 0.02}, "output_rate": "15360 Hz",
-}  # fmt: skip
+    "shaft_speed": "3000 rpm",
+    "load": {"radial": "5 kN", "path": "bearing"},
+    "duration": "0.3 s",
+    "contact": {"static_friction": 0.02, "dynamic_friction": 0.02},
+    "output_rate": "15360 Hz",
+}
 
 
 def test_a_slow_cage_is_physics_when_it_is_converged() -> None:

@@ -36,9 +36,15 @@ def test_a_run_in_pieces_is_bit_identical(name: str) -> None:
         fresh = damaged()
         rates(fresh, 0.0, start)
         steps = take_steps(
-            fresh, pieces, method, step_s=PAPER_STEP_S, intervals=range(first, first + count),
-            steps_per_output=PER_OUTPUT, intervals_per_detail=3, memory=memory,
-        )  # fmt: skip
+            fresh,
+            pieces,
+            method,
+            step_s=PAPER_STEP_S,
+            intervals=range(first, first + count),
+            steps_per_output=PER_OUTPUT,
+            intervals_per_detail=3,
+            memory=memory,
+        )
         found.append(steps.out)
     assert np.array_equal(np.concatenate(found), at_once)
     assert np.array_equal(pieces, whole)

@@ -35,8 +35,13 @@ RPM = 2 * math.pi / 60
 
 def fast_rig(steps_per_s: int, rpm: float = 3000.0, seconds: float = 0.25) -> Scene:
     """The drilled rig scene so fast that the hole passes in a few steps, damped so that its ring does not ring on."""
-    changes = {"defect": {"kind": "outer"}, "shaft_speed_rad_s": rpm * RPM, "duration_s": seconds,
-               "solver": {"step_s": 1 / steps_per_s}, "housing": {"damping": "5e5 Ns/m"}}  # fmt: skip
+    changes = {
+        "defect": {"kind": "outer"},
+        "shaft_speed_rad_s": rpm * RPM,
+        "duration_s": seconds,
+        "solver": {"step_s": 1 / steps_per_s},
+        "housing": {"damping": "5e5 Ns/m"},
+    }
     return load_scene("rig", changes)
 
 

@@ -24,8 +24,21 @@ KERNELS = Path(srbval.__file__).parent / "models" / "full"
 LONGEST_S = 600
 NEEDED = ("numba", "numpy.testing", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform")
 # Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here.
-OPTIONS = ("-x", "-q", "--tb=no", "-rf", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=",
-           "-o", "filterwarnings=", "--timeout=0")  # fmt: skip
+OPTIONS = (
+    "-x",
+    "-q",
+    "--tb=no",
+    "-rf",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:xdist",
+    "-o",
+    "addopts=",
+    "-o",
+    "filterwarnings=",
+    "--timeout=0",
+)
 
 
 def plant(error: dict[str, str]) -> None:

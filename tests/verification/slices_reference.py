@@ -138,7 +138,7 @@ class SlicedBearing:
         per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * powers
         return Contacts(
             force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=(s_m - barrel_s) / off, normal_x=x_m / off
-        )  # fmt: skip
+        )
 
     def slides(self, ring: FloatArray) -> FloatArray:
         """Where every roller rests between the races [m]; one that nothing presses, where it is about to touch."""

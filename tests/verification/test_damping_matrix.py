@@ -25,8 +25,12 @@ from tests.verification.harness import (
 from tests.verification.matrices import damping_matrix, mass_matrix
 from tests.verification.world import World
 
-SCENES = ("play, paper's case", "interference, damaged roller", "every force at once, changing speed and load",
-          "every force at once, two cages")  # fmt: skip
+SCENES = (
+    "play, paper's case",
+    "interference, damaged roller",
+    "every force at once, changing speed and load",
+    "every force at once, two cages",
+)
 # In units in which every mass is one. Masses by slices are good to 7e-11, and a solution with them follows.
 MATRIX = 1e-9
 SYMMETRY = 1e-10  # the response is inverted in double precision

@@ -37,11 +37,12 @@ SMOOTH = {"critical_velocity": "0.5 m/s"}  # resolved by the paper's step
 SCENES: dict[str, dict[str, Any]] = {
     "interference": {"contact": PRINTED_FIT | SMOOTH},
     "interference, outer-race defect": {
-        "contact": PRINTED_FIT | SMOOTH, "defect": {"kind": "outer", "angle": "4 deg"},
+        "contact": PRINTED_FIT | SMOOTH,
+        "defect": {"kind": "outer", "angle": "4 deg"},
     },
     "play, axial load, weight": {"contact": SMOOTH, "load": {"axial": "20 kN", "gravity": True}},
     "critical velocity of 1 mm/s": {"contact": PRINTED_FIT},
-}  # fmt: skip
+}
 # Refinements of the paper's step, share of the losses left at the last, factor gained from first to last. Of order two
 # four times the refinement gains 16, eight times 64; stiff friction and a critical velocity passed in a step spoil it
 # (there imex2 leaves 1.7e-3 at the paper's step already).
@@ -56,9 +57,13 @@ RUNS: dict[str, tuple[tuple[int, int], float, float]] = {
 DEFAULT_S = 0.1
 LEFT = {"imex2": 0.03, "imex1": 0.05, "ros2": 0.05}
 AT_DEFAULT = [
-    ("imex2", {}, "outer", 127), ("imex2", {}, "inner", 3000), ("imex2", PRINTED_FIT, "outer", 3000),
-    ("imex2", PRINTED_FIT, "inner", 127), ("imex1", {}, "outer", 710), ("ros2", PRINTED_FIT, "outer", 710),
-]  # fmt: skip
+    ("imex2", {}, "outer", 127),
+    ("imex2", {}, "inner", 3000),
+    ("imex2", PRINTED_FIT, "outer", 3000),
+    ("imex2", PRINTED_FIT, "inner", 127),
+    ("imex1", {}, "outer", 710),
+    ("ros2", PRINTED_FIT, "outer", 710),
+]
 
 
 def lost(totals: FloatArray) -> float:

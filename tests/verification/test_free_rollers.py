@@ -25,10 +25,15 @@ from tests.verification.test_energy_balance import lost, supplied
 from tests.verification.test_slices_energy import RIG, SPAN_S
 from tests.verification.world import World
 
-SCENE: dict[str, Any] = merged(RIG, {
-    "bodies": {"free_rollers": True}, "line_contact": {"outer_osculation": 0.97, "inner_osculation": 0.965},
-    "load": {"gravity": False}, "contact": {"radial_play": "0.25 mm"},
-})  # fmt: skip
+SCENE: dict[str, Any] = merged(
+    RIG,
+    {
+        "bodies": {"free_rollers": True},
+        "line_contact": {"outer_osculation": 0.97, "inner_osculation": 0.965},
+        "load": {"gravity": False},
+        "contact": {"radial_play": "0.25 mm"},
+    },
+)
 # Farther along the shaft than any load moves it, so that nothing small is lost, to load either row; or both rows.
 RINGS_M = {1: np.array([20e-6, -95e-6, 1.2e-3]), 2: np.array([20e-6, -95e-6, -1.2e-3]), 0: np.array([0, -3e-4, 0])}
 CAGE_TILT_RAD, ALIGNED = 1e-3, 0.01  # of the largest load: rollers beside the tilt's plane are skewed by it
@@ -116,8 +121,10 @@ def test_loads_tilt_and_shift_are_those_of_the_static_solver(row: int) -> None:
     assert load == pytest.approx(np.stack([expected, expected]), abs=LOAD * expected.max())
     loaded = expected > LOADED * expected.max()
     g, side = geometry(), np.repeat([1.0, -1.0], len(poses) // 2)  # the axes of row 2's slots point to the mid-plane
-    for row, pose in ((col.TILT_SINE, side * np.sin([p.tilt_rad for p in poses])),
-                      (col.SHIFT_ALONG, side * [p.axial_m / np.cos(p.tilt_rad) for p in poses])):  # fmt: skip
+    for row, pose in (
+        (col.TILT_SINE, side * np.sin([p.tilt_rad for p in poses])),
+        (col.SHIFT_ALONG, side * [p.axial_m / np.cos(p.tilt_rad) for p in poses]),
+    ):
         assert in_order(model, row)[loaded] == pytest.approx(pose[loaded], abs=POSE * np.abs(pose[loaded]).max())
     f_s, f_x = np.transpose([p.on_roller_n for p in poses])
     along = -(side * (f_s * np.sin(g.tilt_rad) + f_x * np.cos(g.tilt_rad))).sum()
@@ -181,8 +188,11 @@ def test_power_at_an_instant(row: int) -> None:
 
 RADIAL_N, OSCULATION, PLAY_MM = 124.8e3, 0.97, 0.04555
 AXIAL_N = (0.0, 12.5e3, 25e3, 49e3)
-AT_REST = {"contact": {"static_friction": 0.0, "dynamic_friction": 0.0}, "line_contact": {"traction": "dry"},
-           "shaft_speed": "1e-6 rpm"}  # fmt: skip
+AT_REST = {
+    "contact": {"static_friction": 0.0, "dynamic_friction": 0.0},
+    "line_contact": {"traction": "dry"},
+    "shaft_speed": "1e-6 rpm",
+}
 SHARE, LEAST_SHARE = 0.03, 2e-3  # of a share, or of all load: the closed form leaves out that contact angles change
 LOADS = 2e-3  # of the largest: what the theory states of held rollers without axial load
 

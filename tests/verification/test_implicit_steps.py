@@ -42,8 +42,10 @@ ROSENBROCK = 1e-3
 # Of the largest change: the matrices' accuracy over that of a difference. In ros2 D is that of the first stage, M too.
 POWERS = {"imex1": 1e-6, "imex2": 1e-6, "ros2": 1e-2}
 SCENES = (
-    "every force at once, changing speed and load", "interference, damaged roller", "every force at once, two cages",
-)  # fmt: skip
+    "every force at once, changing speed and load",
+    "interference, damaged roller",
+    "every force at once, two cages",
+)
 LOSSES = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER]
 Stepper = Callable[[Parameters, World, FloatArray, float, float, FloatArray, "list[Applied]"], FloatArray]
 

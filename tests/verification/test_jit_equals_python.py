@@ -46,9 +46,17 @@ SUMS, SINGLE = 1e-12, 1e-11
 STEP = 1e-10  # a step carries what slides and spins are off into its later stages' contacts
 FAMILIES = ("ode4", "imex1", "imex2", "ros2")
 SAME = {
-    "force": SUMS, "cage": SUMS, "ring": SUMS, "inertia": SUMS, "step": STEP,
-    "slide": SINGLE, "spin": SINGLE, "loads": SINGLE, "torque": SINGLE, "powers": SINGLE,
-}  # fmt: skip
+    "force": SUMS,
+    "cage": SUMS,
+    "ring": SUMS,
+    "inertia": SUMS,
+    "step": STEP,
+    "slide": SINGLE,
+    "spin": SINGLE,
+    "loads": SINGLE,
+    "torque": SINGLE,
+    "powers": SINGLE,
+}
 
 # Friction of a slice is an integral over its slips, over their range: a thousandth of them where a slice is narrow, as
 # in a hole, and so rounding counts a thousand times and more.
@@ -66,13 +74,17 @@ def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
     y = disturbed(model, seed, cage_angle=scene.load.zone_rad)
     where, found = layout_of(y), rates(model, 0.0, y)
     return {
-        "slide": found.rate[where.slide_rate], "spin": found.rate[where.spin], "cage": found.rate[where.cage_rate],
-        "ring": found.rate[where.ring_rate], "force": found.totals[col.RING_FORCE],
+        "slide": found.rate[where.slide_rate],
+        "spin": found.rate[where.spin],
+        "cage": found.rate[where.cage_rate],
+        "ring": found.rate[where.ring_rate],
+        "force": found.totals[col.RING_FORCE],
         "torque": found.totals[[col.SHAFT_TORQUE]],
-        "powers": found.totals[col.FRICTION_POWER : col.INERTIA_XX], "inertia": found.totals[col.INERTIA],
+        "powers": found.totals[col.FRICTION_POWER : col.INERTIA_XX],
+        "inertia": found.totals[col.INERTIA],
         "loads": found.load_n.ravel(),
         "step": np.concatenate([changes(model, y, method) for method in FAMILIES]),
-    }  # fmt: skip
+    }
 
 
 def seeds(defect: str) -> tuple[int, ...]:

@@ -24,9 +24,12 @@ from srbval.storage.installation import child_environment
 HERE = Path(__file__).parent
 KERNELS = Path(srbval.__file__).parent / "models" / "full"
 CHECKS = (
-    "test_equations_of_motion.py", "test_free_motion.py", "test_outputs.py", "test_damping_matrix.py",
+    "test_equations_of_motion.py",
+    "test_free_motion.py",
+    "test_outputs.py",
+    "test_damping_matrix.py",
     "test_implicit_steps.py",
-)  # fmt: skip
+)
 PROCESSES = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
 

@@ -20,12 +20,15 @@ ROLLING = 5e-6
 # Slow, so that the rollers' weight in the orbit does not lift them off the inner race; fine points, lightly damped.
 GENTLE = {
     "contact": {
-        "radial_play": "-0.8 um", "points_per_circle": 20000, "stiffness": "1e7 N/m", "damping": "100 Ns/m",
+        "radial_play": "-0.8 um",
+        "points_per_circle": 20000,
+        "stiffness": "1e7 N/m",
+        "damping": "100 Ns/m",
         "critical_velocity": "0.5 mm/s",
     },
     "load": {"radial": "0 N"},
     "shaft_speed": "71 rpm",
-}  # fmt: skip
+}
 
 
 def contact_places(p: float, slide: float) -> list[tuple[float, float, float]]:

@@ -27,14 +27,20 @@ from tests.verification.test_energy_balance import lost, supplied
 from tests.verification.world import World
 
 RIG: dict[str, Any] = {
-    "load": {"path": "bearing", "gravity": True}, "shaft_speed": "858.94 rpm",
+    "load": {"path": "bearing", "gravity": True},
+    "shaft_speed": "858.94 rpm",
     "line_contact": {"traction": "lubricated"},
-}  # fmt: skip
+}
 HOLE = {"kind": "outer", "shape": "hole", "extent": "2 mm", "height": "-0.5 mm", "axial": "0 mm"}
 SPALL = {
-    "kind": "inner", "shape": "flat", "extent": "6 mm", "width": "10 mm", "height": "-50 um", "axial": "-3 mm",
+    "kind": "inner",
+    "shape": "flat",
+    "extent": "6 mm",
+    "width": "10 mm",
+    "height": "-50 um",
+    "axial": "-3 mm",
     "ramp": "1 mm",
-}  # fmt: skip
+}
 PIT = HOLE | {"kind": "roller"}
 CASES: dict[str, dict[str, Any]] = {
     "healthy": {},

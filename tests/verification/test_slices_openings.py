@@ -30,16 +30,31 @@ from tests.verification.slices_reference import STATIC, slices_model
 SHAPES: dict[str, dict[str, Any]] = {
     "hole": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm", "axial": "1 mm"},
     "spall with ramps": {
-        "shape": "flat", "extent": "6 mm", "width": "10 mm", "height": "-0.05 mm", "axial": "-3 mm", "ramp": "1 mm",
+        "shape": "flat",
+        "extent": "6 mm",
+        "width": "10 mm",
+        "height": "-0.05 mm",
+        "axial": "-3 mm",
+        "ramp": "1 mm",
     },
     "shallow spall": {
-        "shape": "flat", "extent": "6 mm", "width": "10 mm", "height": "-10 um", "axial": "-3 mm", "ramp": "2 mm",
+        "shape": "flat",
+        "extent": "6 mm",
+        "width": "10 mm",
+        "height": "-10 um",
+        "axial": "-3 mm",
+        "ramp": "2 mm",
     },
     "raised piece with ramps": {
-        "shape": "flat", "extent": "3 mm", "width": "10 mm", "height": "20 um", "axial": "0 mm", "ramp": "1 mm",
+        "shape": "flat",
+        "extent": "3 mm",
+        "width": "10 mm",
+        "height": "20 um",
+        "axial": "0 mm",
+        "ramp": "1 mm",
     },
     "raised piece": {"shape": "flat", "extent": "3 mm", "width": "10 mm", "height": "20 um", "axial": "0 mm"},
-}  # fmt: skip
+}
 KINDS = ("outer", "inner", "roller")
 PASSAGES = (*KINDS, "roller before the inner race")
 PLACES = 401  # of the roller, over an opening and as much again

@@ -60,9 +60,14 @@ def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
     memory, turned = np.zeros_like(y), []
     for i in range(SETTLING_OUTPUTS + OUTPUTS):
         take_steps(
-            model, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=range(i, i + 1), steps_per_output=STEPS,
+            model,
+            y,
+            METHODS["imex2"],
+            step_s=PAPER_STEP_S,
+            intervals=range(i, i + 1),
+            steps_per_output=STEPS,
             memory=memory,
-        )  # fmt: skip
+        )
         turned.append(y[layout_of(y).cage][2])
     return np.diff(turned[SETTLING_OUTPUTS - 1 :]) / (STEPS * PAPER_STEP_S * scene.shaft_speed_rad_s)
 
@@ -120,9 +125,12 @@ def test_three_slices_where_the_paper_has_its_circles(kind: str, published: floa
     ring = SlicedBearing.like(model, scene).slot_and_axis(y[layout_of(y).ring])
     moved_s, moved_x = (np.stack([own, np.zeros_like(own)])[:, :, None] for own in ring)
     contacts = Contacts(
-        force_n=loads_of_slices(model, y), x_m=axial * c - radial * s + moved_x, normal_s=np.zeros(0),
-        s_m=radial * c + axial * s + moved_s - (model.centre_distance + slide)[:, None], normal_x=np.zeros(0),
-    )  # fmt: skip
+        force_n=loads_of_slices(model, y),
+        x_m=axial * c - radial * s + moved_x,
+        normal_s=np.zeros(0),
+        s_m=radial * c + axial * s + moved_s - (model.centre_distance + slide)[:, None],
+        normal_x=np.zeros(0),
+    )
     expected = balanced_ratio([(contacts, slide)], scene.shaft_speed_rad_s, friction_of(scene), between=0.0)
     assert found == pytest.approx(expected, abs=RUN)
     assert found == pytest.approx(published, abs=CIRCLES)

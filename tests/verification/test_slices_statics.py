@@ -21,14 +21,16 @@ CASES: dict[str, dict[str, Any]] = {
     "axial": {"load": {"radial": "0 N", "axial": "40 kN"}},
     "radial and axial": {"load": {"axial": "30 kN"}},
     "radial and axial, races of different osculation": {
-        "load": {"axial": "20 kN"}, "line_contact": {"outer_osculation": 0.985, "inner_osculation": 0.96},
+        "load": {"axial": "20 kN"},
+        "line_contact": {"outer_osculation": 0.985, "inner_osculation": 0.96},
     },
     # the contacts' middles lie beyond the rollers' ends: the standard's 30 slices and more for that
     "play, radial and axial, edges": {
-        "load": {"axial": "49 kN", "direction": "-75 deg"}, "contact": {"radial_play": "0.1 mm"},
+        "load": {"axial": "49 kN", "direction": "-75 deg"},
+        "contact": {"radial_play": "0.1 mm"},
         "line_contact": {"slices": 41},
     },
-}  # fmt: skip
+}
 ROLLER = 0.02  # of a roller's load: one at the end of the load zone is pressed over two or three slices
 SHARES = 0.03  # of a row's share of the load, of slices at the edges of a contact
 RING, RING_M = 2e-3, 1e-8  # of the displacement: a tenth of `ROLLER`, of all loads together

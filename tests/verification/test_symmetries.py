@@ -40,9 +40,14 @@ DEFECTS: dict[str, dict[str, Any]] = {
     "outer": {"kind": "outer", "points": 1, "height": "0.05 mm", "angle": "-9 deg"},
     "inner": {"kind": "inner", "points": 1, "height": "0.05 mm", "angle": "-2 deg", "circle": 3},
     "roller": {
-        "kind": "roller", "extent": "4 mm", "height": "0.02 mm", "shape": "cosine", "angle": "9 deg", "roller": 6,
+        "kind": "roller",
+        "extent": "4 mm",
+        "height": "0.02 mm",
+        "shape": "cosine",
+        "angle": "9 deg",
+        "roller": 6,
     },
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

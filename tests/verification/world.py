@@ -116,10 +116,12 @@ class World:
         """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
         cage = Rotation.from_euler("XYZ", y[layout_of(y).cage])
         ahead = np.where(self.side < 0, y[layout_of(y).relative_angle].sum(), 0.0)
-        return np.array([
-            (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
-            for angle, side in zip(self.slot_angle + ahead, self.side, strict=True)
-        ])  # fmt: skip
+        return np.array(
+            [
+                (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
+                for angle, side in zip(self.slot_angle + ahead, self.side, strict=True)
+            ]
+        )
 
     def cage_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocity of the cage that each roller is in [N, 3]: row 2's own turns about the same axis."""
@@ -207,9 +209,16 @@ class World:
             totals["stored"] += float((p.spring * p.depth).sum() / 2)
             touching += len(p.roller)
         return Contacts(
-            force=force, torque=torque, on_ring=on_ring, on_shaft=totals["shaft"], rubbed=totals["rubbed"],
-            damped=totals["damped"], stored=totals["stored"], load=np.linalg.norm(load, axis=3), touching=touching,
-        )  # fmt: skip
+            force=force,
+            torque=torque,
+            on_ring=on_ring,
+            on_shaft=totals["shaft"],
+            rubbed=totals["rubbed"],
+            damped=totals["damped"],
+            stored=totals["stored"],
+            load=np.linalg.norm(load, axis=3),
+            touching=touching,
+        )
 
     def touching(self, t: float, y: FloatArray, race: int) -> Touching:
         """Every point of a race, outer 0 and inner 1, that is inside a roller."""
@@ -252,10 +261,20 @@ class World:
         flank = -(spring * (normal * out[i]).sum(axis=1) * rise)[:, None] * per_angle
         slip = np.linalg.norm(slide, axis=1)
         return Touching(
-            roller=j, circle=cloud.circle[i], arm=arm, normal=normal, depth=depth, closing=closing, slide=slide,
-            spring=spring, press=press, drag=press * friction_per_slip(self.scene, slip),
-            damper=np.where(press > 0, damper, 0.0), foot=foot, flank=flank,
-        )  # fmt: skip
+            roller=j,
+            circle=cloud.circle[i],
+            arm=arm,
+            normal=normal,
+            depth=depth,
+            closing=closing,
+            slide=slide,
+            spring=spring,
+            press=press,
+            drag=press * friction_per_slip(self.scene, slip),
+            damper=np.where(press > 0, damper, 0.0),
+            foot=foot,
+            flank=flank,
+        )
 
     def _met_height(self, y: FloatArray, j: NDArray[np.int64], arm: FloatArray) -> FloatArray:
         """Height of the rollers' own defects where points of the races stand, `arm` from the centres of rollers `j`."""

@@ -211,8 +211,9 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
     (balanced,) = _falling_root(
         lambda speed: rates(model, 0.0, _spun(model, state, float(speed[0]))).rate[state_layout(model).shaft_cage_rate],
-        np.array([cage - width]), np.array([cage + width]),
-    )  # fmt: skip
+        np.array([cage - width]),
+        np.array([cage + width]),
+    )
     return _spun(model, state, float(balanced))
 
 

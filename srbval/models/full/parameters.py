@@ -252,9 +252,15 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         for race, r in zip(both, radii, strict=True)
     )
     return Races(
-        points=points, starts=starts, window_of=np.array([race.window_of for race in both]), highest=highest,
-        plain=2 * half + 1, height=max(c.height_m for own in circles for c in own), outer=outer, inner=inner,
-    )  # fmt: skip
+        points=points,
+        starts=starts,
+        window_of=np.array([race.window_of for race in both]),
+        highest=highest,
+        plain=2 * half + 1,
+        height=max(c.height_m for own in circles for c in own),
+        outer=outer,
+        inner=inner,
+    )
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
@@ -274,10 +280,12 @@ def _rows(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[Cir
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
     return [
-        [circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], zone)
-         for i, c in enumerate(circles, start=1)]
+        [
+            circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], zone)
+            for i, c in enumerate(circles, start=1)
+        ]
         for row in (1, 2)
-    ]  # fmt: skip
+    ]
 
 
 def _drive(scene: Scene) -> Drive:
@@ -293,9 +301,11 @@ def _drive(scene: Scene) -> Drive:
         load_time = np.array(load.time_s) + scene.settle_s
         radial, axial = np.array(load.radial_n), np.array(load.axial_n)
     return Drive(
-        speed=np.stack([time, speed, angle]), load=np.stack([load_time, radial, axial]),
-        direction_cosine=math.cos(direction), direction_sine=math.sin(direction),
-    )  # fmt: skip
+        speed=np.stack([time, speed, angle]),
+        load=np.stack([load_time, radial, axial]),
+        direction_cosine=math.cos(direction),
+        direction_sine=math.sin(direction),
+    )
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
@@ -326,8 +336,10 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
-        col.SLOT_ANGLE: slot_angle, col.SLOT_COSINE: np.cos(slot_angle), col.SLOT_SINE: np.sin(slot_angle),
-    }  # fmt: skip
+        col.SLOT_ANGLE: slot_angle,
+        col.SLOT_COSINE: np.cos(slot_angle),
+        col.SLOT_SINE: np.sin(slot_angle),
+    }
     for row, values in both_rows.items():
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
     plan = np.zeros((col.FIRST_SINGLE + 2 * count, 4), dtype=np.int64)

@@ -87,8 +87,9 @@ class Slot:
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         slide = bisected(
             lambda s: self._side(0, approach_m, s, raised)[0] > self._side(1, approach_m, s, raised)[0],
-            np.full(shape, -SLIDE_M), np.full(shape, SLIDE_M),
-        )  # fmt: skip
+            np.full(shape, -SLIDE_M),
+            np.full(shape, SLIDE_M),
+        )
         depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
         return np.array([self._side(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
 
@@ -291,12 +292,17 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
         else:
             exponent, fall, length = LINE, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
-        races.append(Race(stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along,
-                          radius_m=radius))  # fmt: skip
+        races.append(
+            Race(
+                stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along, radius_m=radius
+            )
+        )
     return ElementSlot(
-        races=(races[0], races[1]), cosine=math.cos(elements.contact_angle_rad), play_m=scene.contact.radial_play_m,
+        races=(races[0], races[1]),
+        cosine=math.cos(elements.contact_angle_rad),
+        play_m=scene.contact.radial_play_m,
         damping_s=scene.line_contact.damping_s,
-    )  # fmt: skip
+    )
 
 
 def fullest_n(scene: Scene, elements: RollingElements) -> float:

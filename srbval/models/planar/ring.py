@@ -147,16 +147,26 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
         weight=-mass * STANDARD_GRAVITY_M_S2 if scene.load.gravity else 0.0,
-        direction_x=direction_x, direction_y=direction_y, rollers=rollers,
+        direction_x=direction_x,
+        direction_y=direction_y,
+        rollers=rollers,
         rows=float(of_rows),
-        plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
+        plain=plain.values,
+        plain_start=plain.start_m,
+        plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
-        bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=plain.bump_step_m,
-    )  # fmt: skip
+        bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)),
+        bump_start=plain.start_m,
+        bump_step=plain.bump_step_m,
+    )
     return PlanarRing(
-        scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), own_step=bearing.geometry is None,
+        scene=scene,
+        motion=motion,
+        plain=plain,
+        defect_of=tuple(owners),
+        own_step=bearing.geometry is None,
         kernel=kernel,
-    )  # fmt: skip
+    )
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
@@ -178,13 +188,12 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     stats.compile_s += precompile(scene)
-    started = time.perf_counter()
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
-    y[:2] = ring.balance_m()
-    load = float(ring.motion.radial_n(np.zeros(1))[0])
-    push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
-    stats.figures["balanced_share"] = load_share(scene, push, load)
-    stats.wall_s += time.perf_counter() - started
+    with stats.timed():
+        y[:2] = ring.balance_m()
+        load = float(ring.motion.radial_n(np.zeros(1))[0])
+        push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
+        stats.figures["balanced_share"] = load_share(scene, push, load)
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
     step = 1 / (scene.output_rate_hz * per_output)
 
@@ -203,7 +212,6 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     take(0, 0)
     stats.compile_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, 0, scene.output_rate_hz, per_output):
-        started = time.perf_counter()
-        out = take(first, count)
-        stats.wall_s += time.perf_counter() - started
+        with stats.timed():
+            out = take(first, count)
         yield first, Outputs(out=out)

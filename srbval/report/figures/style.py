@@ -29,6 +29,8 @@ TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 # Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
 INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
+# Mark and colour of each of up to seven series; either tells them apart.
+SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION), strict=True))
 BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
 
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.studies.calibration_runs import REFINEMENT, SECONDS, between, grid, measure_cases, quick_grid, summary
 from srbval.studies.harness import StudyResult, printed_columns
-from srbval.studies.machine import machine_before
 
 
 def measure_models(
@@ -26,7 +26,7 @@ def measure_models(
 
     `jobs`: see `measure_cases`.
     """
-    machine = machine_before()
+    machine = this_machine
     entries = measure_cases([*cases, *between], models=models, seconds=seconds, jobs=jobs, progress=progress)
     right, default = BASES[base], BASES[base].scene.solver
     more = "".join(f", {value} {key}" for change in right.finest.values() for key, value in change.items())

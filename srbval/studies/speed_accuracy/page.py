@@ -1,114 +1,62 @@
-"""Speed against accuracy, from the stored benches of the paper's scenes and of the rig's."""
+"""Speed against accuracy: cost and error of every solver beside the paper's cost, as last stored."""
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from srbval.models.run import USABLE
-from srbval.report.blocks import Badge, Block, Figure, Section
-from srbval.report.pages import Page, StoredResults, missing, origin_of
-from srbval.report.plain import literal
-from srbval.report.section_texts import Texts
-from srbval.scene import paper_scene
-from srbval.studies.scenes import PAPER_STEP_S
-from srbval.studies.speed_accuracy.figure import speed_accuracy_plot
+import pandas as pd
 
-TEXTS = Texts.of_study(__package__)
-Row = Mapping[str, Any]
-NAMES = ("speed_accuracy", "rig_speed_accuracy")  # the results, of the paper's scenes and of the rig's
-PANELS = {
-    "cage_error": "Cage speed's error",
-    "band_rms_error": "500-1500 Hz RMS error",
-    "noise_floor": "Envelope noise floor",
-}
-FLOORS = {"cage_error": "own_cage_error", "band_rms_error": "own_band_rms_error", "noise_floor": "noise_floor"}
-FRONTS = {"cage_error": "pareto", "band_rms_error": "pareto_band"}
-PAPER_SOLVER = "ode4"
-MAIN_SCENES = ("interference-outer", "play0-outer", "rig-outer")  # of the short table; the chart shows the first
-MOST_ROWS = 10  # of that table
+from srbval.report.blocks import Badge, Block
+from srbval.report.figures.style import INK, SERIES, VERMILION, Drawn, new_figure, panel
+from srbval.report.pages import study_page
+from srbval.report.prose import Prose
+
+SIZE_INCHES = (7.6, 3.2)
+SHOWN = ("interference-outer", "rig-outer")  # scenes of the chart
+COST, ERROR = "cpu_per_simulated_s", "cage_error"
 
 
-def section(results: StoredResults) -> Section:
-    """One chart and the rows that matter most; in the appendix the other charts and all such rows.
-
-    A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
-    """
-    result, rig = results.get(NAMES[0]), results.get(NAMES[1])
-    if result is None:
-        return TEXTS.section(missing(NAMES[0]))
-    content = result.content
-    rows = _marked(content)
-    known = [r["own_cage_error"] for r in content["reference"].values() if r["own_cage_error"] is not None]
-    failed = sum(row["status"] not in USABLE for row in rows)
-    intro = TEXTS.paragraph("intro", runs=len(rows), failed=failed, reference_error=max(known, default=math.nan))
-    charts, shown = list(_charts(content, rows)), _shown(rows)
-    chart = next((chart for chart in charts if chart.id.endswith(MAIN_SCENES[0])), charts[0])
-    blocks: list[Block] = [one for one in charts if one is not chart]
-    if rig is not None:
-        of_rig = _marked(rig.content)
-        blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig)]
-        shown += _shown(of_rig)
-    return TEXTS.section(
-        intro,
-        chart,
-        TEXTS.table("speed-accuracy-few", _few(shown)),
-        appendix=(
-            origin_of(result),
-            *blocks,
-            TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown))),
-        ),
-    )
+@panel
+def chart(runs: pd.DataFrame, paper_s: float) -> Drawn:
+    """Error in cage speed over cost for two scenes; runs that do not work are faint, the default has a ring."""
+    figure = new_figure(SIZE_INCHES)
+    for axes, scene in zip(figure.subplots(1, len(SHOWN), squeeze=False)[0], SHOWN, strict=True):
+        own = runs[(runs["scene"] == scene) & (runs[ERROR] > 0)]
+        for (solver, line), (mark, colour) in zip(own.groupby("solver", sort=False), SERIES, strict=False):
+            works = line["ok"].astype(bool)
+            axes.plot(line[COST], line[ERROR], "-", color=colour, lw=0.6, alpha=0.5)
+            axes.plot(line[COST][works], line[ERROR][works], mark, color=colour, ms=5, label=solver)
+            axes.plot(line[COST][~works], line[ERROR][~works], mark, color=colour, ms=5, mfc="none", alpha=0.5)
+        default = own[own["mark"] == "the default"]
+        axes.plot(default[COST], default[ERROR], "o", mfc="none", mec=INK, ms=11)
+        axes.axvline(paper_s, color=VERMILION, lw=1)
+        axes.annotate("paper", (paper_s, 0.5), xycoords=("data", "axes fraction"), rotation=90, ha="right", fontsize=7)
+        axes.set(xscale="log", yscale="log", xlabel="CPU s per simulated s", ylabel="Error in cage speed")
+        axes.set_title(scene, fontsize=8.5)
+        axes.legend(frameon=False, fontsize=7)
+    return figure, {
+        key: runs[key].to_list() for key in ("scene", "solver", "dt_s", COST, ERROR, "noise_floor", "status")
+    }
 
 
-def _marked(content: Row) -> list[dict[str, Any]]:
-    """The stored rows with their steps as divisors of a second and the marks that they are shown with."""
-    default, own_steps, found = paper_scene().solver, content.get("default_step_s", {}), []
-    for row in content["runs"]:
-        step_s = own_steps.get(row["scene"], default.step_s)
-        marks = {
-            "default": row["solver"] == default.name and math.isclose(row["dt_s"], step_s, rel_tol=1e-6),
-            "the paper's": row["solver"] == PAPER_SOLVER and math.isclose(row["dt_s"], PAPER_STEP_S, rel_tol=1e-6),
-            "on the front": row["pareto"],
-        }
-        found.append({**row, "steps_per_s": 1 / row["dt_s"], "marks": [mark for mark, holds in marks.items() if holds]})
-    return found
+def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
+    """The chart, and the rows on its fronts, the default's and the paper's."""
+    numbers = (COST, ERROR, "band_rms_error_db", "noise_floor")
+    runs, paper = pd.DataFrame(content["runs"]).astype(dict.fromkeys(numbers, float)), content["paper"]
+    paper_s = paper["wall_s"] / paper["simulated_s"]
+    own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]
+    values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own": max(own), "paper_s": paper_s, **paper}
+    yield prose.paragraph("intro", **values | {"steps_per_s": 1 / paper["step_s"]})
+    yield prose.figure("speed-accuracy", chart(runs, paper_s), badge=Badge.SIMULATED, **values)
+    shown = runs[runs["pareto"] | (runs["mark"] != "")].assign(
+        steps_per_s=1 / runs["dt_s"], solver_note=runs["mark"],
+        status_tone=["good" if ok else "bad" for ok in runs["ok"]],
+        cage_error_note=["within the converged run's own error" if own else "" for own in runs["reference_limited"]],
+    )  # fmt: skip
+    yield prose.table("speed-accuracy-table", shown, {
+        "scene": "Scene", "solver": "Solver", "steps_per_s": ("Steps", "1/s", ".0f"), COST: ("CPU", "s/s", ".3f"),
+        ERROR: ("Cage error", "", ".1e"), "band_rms_error_db": ("500-1500 Hz RMS error", "dB", "+.2f"),
+        "noise_floor": ("Noise floor", "", ".1e"), "status": "Status",
+    })  # fmt: skip
 
 
-def _shown(rows: Sequence[Row]) -> list[Row]:
-    """The marked rows and those that failed."""
-    return [row for row in rows if row["status"] not in USABLE or row["marks"]]
-
-
-def _few(rows: Sequence[Row]) -> list[Row]:
-    """The default and the paper's solver in the scenes of the short table, and the front of the first as room is."""
-    named = [row for row in rows if row["scene"] in MAIN_SCENES and set(row["marks"]) & {"default", "the paper's"}]
-    front = [row for row in rows if row["scene"] == MAIN_SCENES[0] and row["marks"] == ["on the front"]]
-    kept = [*named, *front[: max(MOST_ROWS - len(named), 0)]]
-    return sorted(kept, key=lambda row: (MAIN_SCENES.index(row["scene"]), row["wall_per_simulated_s"]))
-
-
-def _charts(content: Mapping[str, Any], every: Sequence[Row]) -> Iterator[Figure]:
-    for scene, reference in content["reference"].items():
-        if rows := [row for row in every if row["scene"] == scene]:
-            plot = speed_accuracy_plot(
-                rows, panels=PANELS, fronts=FRONTS, floors={panel: reference[key] for panel, key in FLOORS.items()}
-            )
-            yield TEXTS.figure(
-                "speed-accuracy", plot, id=f"speed-accuracy-{scene}", badge=Badge.SIMULATED, scene=scene,
-                runs=len(rows), rows=_shown(rows),
-            )  # fmt: skip
-
-
-def _reasons(rows: Sequence[Row]) -> Iterator[str]:
-    """Each kind of failure once, in the words of its first run."""
-    first: dict[str, str] = {}
-    for row in rows:
-        if row["status"] not in USABLE:
-            first.setdefault(row["status"], row["reason"])
-    yield from (f"**{status}**, for instance: {literal(reason)}." for status, reason in first.items())
-
-
-PAGE = Page(
-    name="speed_accuracy", place=46, results=NAMES, section=section,
-    data=lambda results: {"speed_accuracy": [run for name in NAMES for run in results.content(name).get("runs", [])]},
-)  # fmt: skip
+PAGE = study_page(__package__, 46, blocks, data=lambda content: {"speed_accuracy": content["runs"]})

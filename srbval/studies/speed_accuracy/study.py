@@ -1,120 +1,199 @@
-"""Speed against accuracy: the cost and the error of every solver, the complete benchmark."""
+"""Speed against accuracy: the cost of every solver, its error against a converged run, and the run's own status."""
 
 import math
 from argparse import Namespace
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.models.solvers import SOLVERS
-from srbval.progress import Progress, silent
-from srbval.scene import load_scene
-from srbval.storage.json_files import to_json
-from srbval.studies.harness import StudyResult, printed_columns
-from srbval.studies.machine import machine_before
-from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN, SCENES, base_of, check_names
-from srbval.studies.speed_accuracy.runs import WALL, BenchSettings, Row, references, timed_row, with_accuracy
+import pandas as pd
 
-CAGE_TOLERANCE = 1e-5  # of the cage's speed, as the choice of a step keeps it: 0.001 %
-FULL = BenchSettings(
-    timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, reference_budget_s=60.0,
-    steps=(30720, 61440, 122880, 245760),
-)  # fmt: skip
-QUICK = BenchSettings(
-    timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, reference_budget_s=10.0,
-    steps=(61440, 122880),
-)  # fmt: skip
+from srbval.models.health import default_solver
+from srbval.models.run import works
+from srbval.models.simulate import Step
+from srbval.models.solvers import METHODS, SOLVERS
+from srbval.plan.measures import measure
+from srbval.processes.machine import load_average, this_machine, usable_cores
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
+from srbval.scene import Scene, load_scene
+from srbval.studies.harness import StudyResult
+from srbval.sweep.pool import Attempt
+from srbval.sweep.scenes import PAPER, base_of, bench_scene, check_names
+from srbval.sweep.sweep import Case, grid, records, sweep
+
+SCENES = ("interference-outer", "play0-outer", "play0-healthy", "rig-outer")
+# Time of an evaluation of the equations of motion [s], an explicit and an implicit one; for the planned time alone.
+EVALUATION_S = {"full": (2.7e-6, 5.3e-6), "slices": (7.3e-6, 9.4e-6)}
+CHECK_S = 0.75  # simulated seconds by which estimating the step's error lengthens a run
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Simulated seconds: of a timed run, made `repeats` times; of a compared run; each after its settling time.
+
+    Steps are divisors of a second; the output rate divides them. `converged` is the finest one.
+    """
+
+    steps_per_s: tuple[int, ...] = (40960, 61440, 122880)
+    converged: int = 491520
+    timed_s: float = 0.3
+    repeats: int = 2
+    compared_s: float = 4.0
+    settle_s: float = 0.25
+
+
+QUICK = Settings(steps_per_s=(61440,), converged=245760, timed_s=0.05, repeats=1, compared_s=0.5, settle_s=0.1)
 
 
 def run_bench(
     *,
     scenes: Sequence[str] = SCENES,
     solvers: Sequence[str] = SOLVERS,
-    settings: BenchSettings = FULL,
-    accuracy: bool = True,
+    settings: Settings = Settings(),
+    jobs: int | None = None,
     progress: Progress = silent,
-) -> dict[str, Any]:
-    """Time `solvers` on `scenes` and, for `accuracy`, compare them with converged runs.
+) -> Row:
+    """Time `solvers` on `scenes` one run at a time, then compare each with the converged run of its scene.
 
-    Converged runs are stored. Timed parts run one after the other on one core; the machine should have nothing else to
-    do. Raises `ConfigurationError` for an unknown scene or solver; a failed run is a row with its status.
+    Timed runs need a machine with nothing else to do. A failed run is a row with its status. Raises
+    `ConfigurationError` for an unknown scene or solver.
     """
     check_names(scenes, solvers)
-    machine = machine_before()
-    defaults = {name: load_scene(base_of(name)).solver.step_s for name in scenes}
-    steps = step_sizes(settings, defaults.values(), accuracy=accuracy)
-    rows, every = list[Row](), [(scene, solver, step) for scene in scenes for solver in solvers for step in steps]
-    for number, (name, solver, step) in enumerate(every):
-        progress("time the solvers", number / len(every))
-        rows.append(timed_row(name, settings.timed(name, solver, step), settings.repeats))
-    progress("time the solvers", 1.0)
-    found = dict[str, Row]()
-    if accuracy:
-        found = references(scenes, settings, progress=progress)
-        rows = with_accuracy(rows, found, settings, progress)
-    return {"machine": machine(), "default_step_s": defaults, "reference": found, "runs": rows}
+    cases = grid(scene=list(scenes), solver=list(solvers), steps_per_s=list(settings.steps_per_s))
+    converged = grid(scene=list(scenes), solver=[default_solver()], steps_per_s=[settings.converged])
+    planned = seconds_planned(cases, settings, jobs) + seconds_planned(converged, replace(settings, repeats=0), jobs)
+    progress(f"speed against accuracy: about {planned:.0f} s planned, compiling aside", 0.0)
+
+    def compared(case: Case) -> Scene:
+        return _scene(case, settings.compared_s, settings.settle_s)
+
+    def timed(case: Case) -> tuple[Scene, ...]:
+        return (_scene(case, settings.timed_s, settings.timed_s / 4),) * (1 + settings.repeats)
+
+    def pair(case: Case) -> tuple[Scene, Scene]:
+        return compared(case), compared({**case, "steps_per_s": settings.converged // 2})
+
+    load = load_average()
+    costs = sweep(cases, timed, cost, task="time the solvers", stored=False, jobs=1, progress=progress)
+    machine = this_machine() | {"load_before": load, "load_after": load_average()}
+    right = sweep(converged, pair, reference, task="converged runs", jobs=jobs, progress=progress)
+    runs = sweep(cases, compared, measures, task="runs to compare", step=Step.CHECKED, jobs=jobs, progress=progress)
+    references = {row["scene"]: row for row in records(right)}
+    rows = [
+        {name: value for name, value in row.items() if name != "steps_per_s"}
+        for row in records(runs.join(costs[["wall_per_simulated_s", "cpu_per_simulated_s"]]))
+    ]
+    return {
+        "machine": machine, "seconds_planned": planned, "paper": vars(PAPER), "reference": references,
+        "runs": with_fronts([with_errors(row, references[row["scene"]]) for row in rows]),
+    }  # fmt: skip
 
 
-def step_sizes(settings: BenchSettings, defaults_s: Iterable[float], *, accuracy: bool) -> list[float]:
-    """Step sizes to run at [s], descending: the study's, or only the paper's, and the scenes' default ones."""
-    steps = [1 / n for n in settings.steps] if accuracy else [PAPER_STEP_S]
-    for default_s in defaults_s:
-        if not any(math.isclose(default_s, step, rel_tol=1e-6) for step in steps):
-            steps.append(default_s)
-    return sorted(steps, reverse=True)
+def _scene(case: Case, seconds: float, settle_s: float) -> Scene:
+    step_s = 1 / case["steps_per_s"]
+    return bench_scene(case["scene"], solver=str(case["solver"]), step_s=step_s, seconds=seconds, settle_s=settle_s)
 
 
-def _answer(result: Mapping[str, Any]) -> str:
-    """The fastest run of each scene that is good enough, and how many runs ended otherwise."""
-    rows = [_with_steps(run) for run in result["runs"]]
-    ok = [row for row in rows if row["status"] == "ok"]
-    good = [row for row in ok if (row["cage_error"] or 0.0) <= CAGE_TOLERANCE]
-    best = [min((row for row in good if row["scene"] == scene), key=lambda row: row[WALL])
-            for scene in dict.fromkeys(row["scene"] for row in good)]  # fmt: skip
-    enough = f"the cage's mean speed within {100 * CAGE_TOLERANCE:g} %" if result["reference"] else "not compared"
+def seconds_planned(cases: pd.DataFrame, settings: Settings, jobs: int | None) -> float:
+    """Expected wall time of `cases` [s], compiling aside."""
+    compared_s = (settings.compared_s + settings.settle_s + CHECK_S) / (jobs or usable_cores())
+    timed_s = settings.timed_s * 1.25 * (settings.repeats + 1 if settings.repeats else 0)
+    total = 0.0
+    for case in cases.to_dict("records"):
+        method, model = METHODS[case["solver"]], load_scene(base_of(case["scene"])).model
+        per_s = EVALUATION_S[model][method.implicit] * method.evaluations * case["steps_per_s"]
+        total += per_s * (timed_s + compared_s)
+    return total
+
+
+def cost(_: Case, *tries: Attempt) -> Row:
+    """Least wall and processor time per simulated second after a warm-up run; None if the runs ended early."""
+    done = [tried.run for tried in tries[1:] if tried.run is not None]
+    whole = [run for run in done if run.samples == run.scene.samples]
+    return {
+        "wall_per_simulated_s": min((run.wall_per_simulated_s for run in whole), default=None),
+        "cpu_per_simulated_s": min((run.cpu_per_simulated_s for run in whole), default=None),
+    }
+
+
+def measures(_: Case, tried: Attempt) -> Row:
+    """Measures of a run that lasted to its end; None for all others."""
+    found: Row = {"model": tried.scene.model, "dt_s": tried.scene.solver.step_s}
+    names = ("cage_ratio", "noise_floor", "band_rms_m_s2")
+    if tried.run is None or not tried.measurable:
+        return found | dict.fromkeys(names)
+    own = measure(tried.run)
+    return found | {name: getattr(own, name) for name in names}
+
+
+def reference(case: Case, fine: Attempt, coarse: Attempt) -> Row:
+    """The converged run; its `own_` errors are those of the run at twice its step."""
+    found, other = measures(case, fine), measures(case, coarse)
+    return found | {f"own_{name}": value for name, value in errors(other, found).items()}
+
+
+def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
+    """Relative errors in cage speed and band RMS without sign, and the RMS's in dB; None if a side has no value."""
+    cage, band = (
+        own[name] / right[name] if own[name] and right[name] else None for name in ("cage_ratio", "band_rms_m_s2")
+    )
+    return {
+        "cage_error": None if cage is None else abs(cage - 1),
+        "band_rms_error": None if band is None else abs(band - 1),
+        "band_rms_error_db": None if band is None else 20 * math.log10(band),
+    }
+
+
+def with_errors(row: Row, right: Mapping[str, Any]) -> Row:
+    """A row with `ok`, its errors and `mark`; `reference_limited`: its cage error is below the converged run's own."""
+    found, own = errors(row, right), right["own_cage_error"]
+    default = load_scene(base_of(row["scene"])).solver
+    marks = {"the default": (default.name, default.step_s), "the paper's": (PAPER.solver, PAPER.step_s)}
+    return row | found | {
+        "ok": works(row["status"]),
+        "reference_limited": None not in (found["cage_error"], own) and found["cage_error"] < own,
+        "mark": next((mark for mark, (solver, step_s) in marks.items()
+                      if row["solver"] == solver and math.isclose(row["dt_s"], step_s, rel_tol=1e-6)), ""),
+    }  # fmt: skip
+
+
+def with_fronts(rows: Sequence[Row]) -> list[Row]:
+    """The rows with `pareto`: the run works, and no other that works in its scene is both as cheap and as near.
+
+    Cost is processor time, nearness the error in cage speed.
+    """
+
+    def point(row: Row) -> tuple[Any, Any]:
+        return (row["cpu_per_simulated_s"], row["cage_error"]) if row["ok"] else (None, None)
+
+    def beats(other: Row, row: Row) -> bool:
+        known = other["scene"] == row["scene"] and None not in point(other) and point(other) != point(row)
+        return known and all(a <= b for a, b in zip(point(other), point(row), strict=True))
+
+    return [row | {"pareto": None not in point(row) and not any(beats(o, row) for o in rows)} for row in rows]
+
+
+def answer_text(result: Mapping[str, Any]) -> str:
+    """The fronts, the default and the paper's runs of each scene; the paper's cost; how many runs work."""
+    runs, paper = result["runs"], result["paper"]
+    shown = [row for row in runs if row["pareto"] or row["mark"]]
+    columns = {"scene": "scene", "solver": "solver", "1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s",
+               "cage error": "cage_error", "500-1500 Hz RMS error [dB]": "band_rms_error_db",
+               "noise floor": "noise_floor", "status": "status", "": "mark"}  # fmt: skip
+    table = text_rows([row | {"steps_per_s": round(1 / row["dt_s"])} for row in shown], columns)
+    days = paper["wall_s"] / paper["simulated_s"]
     return "\n".join([
-        f"Fastest run of each scene with status ok, {enough}:", "",
-        printed_columns(__package__, "fastest", best) if best else "none", "",
-        f"{len(ok)} of {len(rows)} runs have status ok, {len(good)} of them close enough.",
-        _machine_text(result["machine"]),
+        "Runs that no other one beats in cost and cage error, the default and the paper's:", "", table, "",
+        f"{sum(row['ok'] for row in runs)} of {len(runs)} runs work, as `srbval simulate` judges them.",
+        f"The paper: {days:.0f} s per simulated second ({paper['solver']} at 1/{1 / paper['step_s']:.0f} s).",
     ])  # fmt: skip
-
-
-def _tables(result: Mapping[str, Any]) -> str:
-    """Every run and every converged one."""
-    columns = partial(printed_columns, __package__)
-    rows = [_with_steps(run) for run in result["runs"]]
-    parts = [columns("cost", rows)]
-    if result["reference"]:
-        when = {True: "earlier, stored", False: "now"}
-        converged = [_with_steps(one) | {"when": when[one["cached"]]} for one in result["reference"].values()]
-        fronts = {True: "front, within the reference's error", False: "front"}
-        flagged = [row | {"on_front": fronts[row["reference_limited"]] if row["pareto"] else ""} for row in rows]
-        parts += [columns("references", converged), columns("accuracy", flagged)]
-    return "\n\n".join(parts)
-
-
-def _with_steps(row: Row) -> Row:
-    return row | {"steps_per_s": round(1 / row["dt_s"])}
-
-
-def _machine_text(machine: Mapping[str, Any]) -> str:
-    load = " and ".join("-" if one is None else f"{one:.2f}" for one in (machine["load_before"], machine["load_after"]))
-    cores = f"{machine['usable_cores']} of {machine['cores']} cores"
-    return f"{machine['processor']}, {cores}, load before and after: {load}"
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
     """Answer the question; see `harness.StudyResult`."""
-    settings = QUICK if options.quick else FULL
-    if options.seconds:
-        settings = replace(settings, accuracy_s=options.seconds)
-    scenes = tuple(options.scenes or SCENES)
-    found = to_json(run_bench(
-        scenes=scenes, solvers=tuple(options.solvers or SOLVERS), settings=settings, accuracy=not options.speed_only,
-        progress=progress,
-    ))  # fmt: skip
-    part = options.quick or options.speed_only or options.solvers or options.seconds
-    name = None if part else {SCENES: "speed_accuracy", RIG_SHOWN: "rig_speed_accuracy"}.get(scenes)
-    return StudyResult(name=name, content=found, text=_answer(found), tables=_tables(found))
+    given = {name: tuple(own) for name in ("scenes", "solvers") if (own := getattr(options, name))}
+    small: Row = {"scenes": (SCENES[0], SCENES[-1]), "settings": QUICK} if options.quick else {}
+    found = run_bench(**small | given, jobs=options.jobs, progress=progress)
+    return StudyResult(name=None if given or small else "speed_accuracy", content=found, text=answer_text(found))

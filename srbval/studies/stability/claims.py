@@ -1,65 +1,78 @@
-"""The paper's two claims about its time integration, tested by counting cells of the map.
+"""The paper's two claims about its time integration, tested by counting cells of the stability study.
 
-A row has the claim, whether the cells confirm it (`borne_out`, None: they do not cover it), and what was counted.
+Cells of the paper's scenes at the paper's step count. Each claim is a row: its quotation, whether the cells confirm it
+(`borne_out`; None if they do not cover it), the counts and the `answer` as a sentence.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.models.solvers import METHODS
-from srbval.studies.scenes import PAPER_STEP_S
+from srbval.sweep.scenes import PAPER
 
-CLAIMED_LIMIT_RPM = 1000.0  # section 2.3: not simulated above
-PAPER_SOLVER = "ode4"
 Cells = Sequence[Mapping[str, Any]]
+VERDICT = {True: "Borne out", False: "Not borne out", None: "Not covered"}
 
 
 def claims(cells: Cells) -> list[dict[str, Any]]:
-    """Both claims, of what `cells` cover."""
-    return [one | {"limit_rpm": CLAIMED_LIMIT_RPM} for one in (_lowest_order(cells), _above_limit(cells))]
+    """Both claims, answered from what `cells` cover."""
+    own = [
+        cell for cell in cells
+        if cell["model"] == "full" and math.isclose(cell["dt_s"], PAPER.step_s, rel_tol=1e-6)
+    ]  # fmt: skip
+    return [_lowest_order(own), _above_limit(own)]
 
 
 def _lowest_order(cells: Cells) -> dict[str, Any]:
-    """`stable`: the explicit methods that are stable in every cell at the paper's step up to the claimed speed."""
-    solvers = {cell["solver"] for cell in cells}
-    explicit = [name for name, method in METHODS.items() if name in solvers and not method.implicit]
-    at_step = {solver: _split(_at_paper_step(cells, solver))[0] for solver in explicit}
-    stable = [solver for solver in explicit if at_step[solver] and _all_stable(at_step[solver])]
-    covered = PAPER_SOLVER in explicit and len(explicit) > 1 and all(at_step.values())
-    return {
-        "claim": "ODE4 is the lowest order of solver that computes the model stably (section 2.3).",
-        "borne_out": stable[:1] == [PAPER_SOLVER] if covered else None, "kind": "lowest order", "stable": stable,
-    }  # fmt: skip
+    """`stable`: explicit methods, lowest order first, that are stable in every cell up to the paper's speed limit."""
+    slow = [cell for cell in cells if cell["rpm"] <= PAPER.limit_rpm]
+    counts = {
+        name: count([cell for cell in slow if cell["solver"] == name])
+        for name, method in METHODS.items()
+        if not method.implicit
+    }
+    stable = [name for name, (good, of) in counts.items() if of and good == of]
+    covered = all(of for _, of in counts.values())
+    borne_out = stable[:1] == [PAPER.solver] if covered else None
+    found = (
+        f"the lowest order that works in every cell is {stable[0]}"
+        if stable
+        else "no explicit method works in every cell"
+    )
+    by_method = ", ".join(f"{name} in {good} of {of}" for name, (good, of) in counts.items())
+    text = f"up to {PAPER.limit_rpm:g} rpm at {_step()} {found} ({by_method})"
+    return _claim("lowest order", PAPER.lowest_order, borne_out, text, stable=stable, counts=counts)
 
 
 def _above_limit(cells: Cells) -> dict[str, Any]:
-    """`above`, `below`: stable cells of the paper's method at its step, of how many, above the claimed speed or not.
+    """`below`, `above`: stable cells of the paper's method, and all, up to the paper's speed limit and above it.
 
-    `failing_rpm`: speeds above it with a cell that is not stable. `points_per_step`: the most that pass.
+    The claim needs a failing cell at every speed above, and none up to the limit.
     """
-    own = _at_paper_step(cells, PAPER_SOLVER)
-    below, above = _split(own)
-    speeds = sorted({c["rpm"] for c in above})
-    failing = [rpm for rpm in speeds if not _all_stable(c for c in above if c["rpm"] == rpm)]
-    return {
-        "claim": f"Above {CLAIMED_LIMIT_RPM:g} rpm the model's output becomes incorrect, as the points move too far in "
-        "a time step (section 2.3).",
-        "borne_out": _all_stable(below) and speeds == failing if below and above else None, "kind": "speed",
-        **{name: (sum(c["stable"] for c in of), len(of)) for name, of in (("above", above), ("below", below))},
-        "failing_rpm": failing, "points_per_step": max((c["points_per_step"] for c in own), default=math.nan),
-    }  # fmt: skip
+    own = [cell for cell in cells if cell["solver"] == PAPER.solver]
+    below, above = ([c for c in own if (c["rpm"] > PAPER.limit_rpm) is fast] for fast in (False, True))
+    failing = sorted({cell["rpm"] for cell in above if not cell["stable"]})
+    every = sorted({cell["rpm"] for cell in above})
+    borne_out = failing == every and all(c["stable"] for c in below) if below and above else None
+    (good, of), (fast_good, fast_of) = count(below), count(above)
+    points = max((cell["points_per_step"] for cell in own), default=math.nan)
+    text = (
+        f"{PAPER.solver} at {_step()} works in {good} of {of} cells up to {PAPER.limit_rpm:g} rpm and in "
+        f"{fast_good} of {fast_of} above; at most {points:.2f} points of the inner race pass a roller in a step"
+    )
+    return _claim("speed", PAPER.speed_limit, borne_out, text, below=(good, of), above=(fast_good, fast_of))
 
 
-def _split(cells: Cells) -> tuple[Cells, Cells]:
-    limit = CLAIMED_LIMIT_RPM
-    return [c for c in cells if c["rpm"] <= limit], [c for c in cells if c["rpm"] > limit]
+def count(cells: Cells) -> tuple[int, int]:
+    """Number of stable cells, and of all."""
+    return sum(bool(cell["stable"]) for cell in cells), len(cells)
 
 
-def _at_paper_step(cells: Cells, solver: str) -> Cells:
-    step_s = PAPER_STEP_S
-    return [c for c in cells if c["solver"] == solver and math.isclose(c["dt_s"], step_s, rel_tol=1e-6)]
+def _step() -> str:
+    return f"1/{1 / PAPER.step_s:.0f} s"
 
 
-def _all_stable(cells: Iterable[Mapping[str, Any]]) -> bool:
-    return all(c["stable"] for c in cells)
+def _claim(kind: str, quotation: str, borne_out: bool | None, text: str, **counted: Any) -> dict[str, Any]:
+    answer = f"{VERDICT[borne_out]}: “{quotation}”" + (f": {text}." if borne_out is not None else ".")
+    return {"kind": kind, "claim": quotation, "borne_out": borne_out, "answer": answer, **counted}

@@ -96,11 +96,14 @@ def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
     assert not np.all((rolling > low - widened) & (rolling < high + widened))
 
 
-@pytest.mark.parametrize(("load", "contact"), [
-    ({"path": "bearing", "radial": "5 MN"}, {}),
-    ({"path": "bearing", "axial": "2 MN"}, {}),
-    ({}, {"radial_play": "-0.39 mm"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("load", "contact"),
+    [
+        ({"path": "bearing", "radial": "5 MN"}, {}),
+        ({"path": "bearing", "axial": "2 MN"}, {}),
+        ({}, {"radial_play": "-0.39 mm"}),
+    ],
+)
 def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"overload the contact.* um; .*limit is 200 um"):
         equilibrium_state(model_of(load=load, contact=contact))

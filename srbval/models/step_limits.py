@@ -1,9 +1,9 @@
 """Step limits of each solver, from the scene's model linearised about static balance.
 
-It is linearised by central differences of its own equations of motion. The bearing stands still: shaft held, all
-velocities zero. So every contact sticks, and friction has its slope at rest, mu_s N / v_c (eq. (19)), the steepest
-there is, or in oil that of the running speed; elastic forces are those of the balanced contacts. Effects of rotation
-(gyroscopic torques, points that enter and leave contact, impacts of a defect) are not included.
+The model is linearised by central differences of its equations of motion, with the shaft held and all velocities zero.
+Every contact then sticks, and friction has its slope at rest, mu_s N / v_c (eq. (19)), the steepest one, or in oil the
+slope at the running speed; elastic forces are those of the balanced contacts. Effects of rotation (gyroscopic torques,
+points that enter and leave contact, impacts of a defect) are not included.
 """
 
 import math
@@ -22,6 +22,7 @@ from srbval.models.full_run import held, without_friction
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.linear_stability import Linear, longest_step
 from srbval.models.solvers import METHODS
+from srbval.processes.machine import one_thread
 from srbval.scene import Scene
 
 # Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
@@ -69,10 +70,10 @@ def _sizes(layout: StateLayout) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class StepLimits:
-    """Longest stable step [s]: of the linearised system, and of its elastic part only, without friction.
+    """Longest stable step [s] of the linearised system, and of its elastic part without friction.
 
-    Beyond the limit with friction an explicit method does not diverge, it chatters within bounds; beyond the elastic
-    limit the rollers are thrown about. None: no step looked at (`limit.LONGEST_S`) fails.
+    Beyond the limit with friction an explicit method does not diverge but chatters within bounds; beyond the elastic
+    limit the rollers are thrown about. None: no step up to `linear_stability.LONGEST_S` fails.
     """
 
     whole_s: float | None
@@ -80,10 +81,8 @@ class StepLimits:
 
 
 def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
-    """Step limits of each solver at `scene`'s speed, load and friction; its solver and step do not matter."""
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):  # small matrices: waiting for other threads takes longer than the work
+    """Step limits of each solver at the speed, load and friction of `scene`; its solver and step do not matter."""
+    with one_thread():  # small matrices: waiting for other threads takes longer than the work
         states = [balanced(scene, pitches=pitches) for pitches in np.linspace(0.0, 0.5, ANGLES)]
         systems = [(linearise(model, state), linearise(without_friction(model), state)) for model, state in states]
         return {

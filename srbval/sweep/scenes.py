@@ -1,0 +1,92 @@
+"""The scenes that solvers are compared on, by name, and how the paper integrates its model."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.models.hierarchy import check_known
+from srbval.models.solvers import SOLVERS
+from srbval.scene import Scene, load_scene
+from srbval.storage.tables import build, read_toml
+
+OUTPUT_RATE_HZ = 20480.0  # sampling rate of the rig, section 3.2
+WHOLE_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
+FITS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}, "rig": {}}
+SCENES = tuple(f"{fit}-{state}" for fit in FITS for state in (Fault.HEALTHY, *RACE_DEFECTS))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperIntegration:
+    """Solver, step, cost and limits that the paper states; `wall_s` of computing give `simulated_s`."""
+
+    source: str
+    solver: str
+    step_s: float
+    simulated_s: float
+    wall_s: float
+    limit_rpm: float
+    lowest_order: str
+    speed_limit: str
+
+
+PAPER = build(PaperIntegration, read_toml(Path(__file__).with_name("paper_integration.toml")), "paper_integration.toml")
+
+
+def base_of(name: str) -> str:
+    """Bundled scene that the scene `name` changes."""
+    return "rig" if name.split("-")[0] == "rig" else "paper"
+
+
+def bench_scene(
+    name: str,
+    *,
+    solver: str,
+    step_s: float,
+    seconds: float = 1.0,
+    settle_s: float = 0.0,
+    rpm: float | None = None,
+) -> Scene:
+    """The scene `name` with a solver and step, at the scene's own speed or at `rpm`.
+
+    A name joins a roller fit of the paper's scene (``play0``, ``interference``), or ``rig``, and a state, as in
+    ``interference-outer``. Raises `ConfigurationError` for an unknown name.
+    """
+    check_names([name], [solver])
+    fit, state = name.split("-")
+    changes: dict[str, Any] = {
+        "duration_s": seconds,
+        "settle_s": settle_s,
+        "output_rate_hz": output_rate_hz(step_s),
+        "contact": FITS[fit],
+        "defect": {"kind": state},
+        "solver": {"name": solver, "step_s": step_s},
+    }
+    speed = {} if rpm is None else {"shaft_speed_rad_s": rpm * 2 * math.pi / 60}
+    return load_scene(base_of(name), changes | speed)
+
+
+def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:
+    """The scene with a duration of so many roller passages of the outer race, `settle` of them before it."""
+    passage_s = 1 / load_bearing(scene.bearing).orders.at(scene.shaft_hz).bpfo_hz
+    seconds, settle_s = (
+        math.ceil(s * WHOLE_HZ - 1e-9) / WHOLE_HZ for s in (max(least_s, passages * passage_s), settle * passage_s)
+    )
+    return replace(scene, duration_s=seconds, settle_s=settle_s)
+
+
+def output_rate_hz(step_s: float) -> float:
+    """The rig's sampling rate if the step divides its interval; otherwise the largest rate of whole steps below it."""
+    per_output = 1 / (OUTPUT_RATE_HZ * step_s)
+    if abs(per_output - round(per_output)) < 1e-6 * per_output and round(per_output) >= 1:
+        return OUTPUT_RATE_HZ
+    return 1 / (step_s * math.ceil(per_output))
+
+
+def check_names(scenes: Iterable[str], solvers: Iterable[str]) -> None:
+    """Raise `ConfigurationError` for a name that is no scene of `SCENES` or no solver."""
+    for what, names, known in (("scene", scenes, SCENES), ("solver", solvers, SOLVERS)):
+        for name in names:
+            check_known(what, name, known)
