@@ -4,13 +4,13 @@ import math
 from dataclasses import dataclass, replace
 
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
-SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
+SIGNIFICANT = 1.0  # standard errors beyond a tolerance from which a finer step is chosen
 CERTAIN = 0.025  # probability, to either side, that chance alone puts an error beyond its tolerance
-LEAST_FREEDOM = 0.1  # of Student's t: a single block says nothing
-ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
+LEAST_FREEDOM = 0.1  # degrees of freedom of Student's t for a single block, which shows no scatter
+ORDER = 0.2  # relative uncertainty of an estimate: second order would leave 16/15 d, not 4/3 d
 FINER = 4
-GAIN = 0.5  # least part of an error that remains with a quarter of the step, where finer steps gain nothing
-BLOCKS = 8  # of a piece; the scatter is the larger of what they say and what pairs of them say: a cage's speed wanders
+GAIN = 0.5  # least part of an error that remains with a quarter of the step if finer steps gain nothing
+BLOCKS = 8  # parts of a piece; the scatter is the larger of that of parts and of pairs: a cage's speed wanders
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,11 +25,11 @@ class Estimate:
 
     @property
     def beyond(self) -> bool:
-        """Is it larger than the tolerance, by more than `SIGNIFICANT` standard errors?"""
+        """True if it is larger than the tolerance by more than `SIGNIFICANT` standard errors."""
         return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
 
     def certainly_beyond(self, limit: float) -> bool:
-        """Is it larger than `limit`, by more than chance does in `CERTAIN` of cases?"""
+        """True if it is larger than `limit` by more than chance reaches with the probability `CERTAIN`."""
         from scipy.special import stdtrit  # takes a while to load
 
         errors = -float(stdtrit(max(self.blocks - 1, LEAST_FREEDOM), CERTAIN))
@@ -37,12 +37,12 @@ class Estimate:
 
     @property
     def certain(self) -> bool:
-        """Is it certainly larger than the tolerance?"""
+        """True if it is certainly larger than the tolerance."""
         return self.certainly_beyond(TOLERANCE[self.kind])
 
     @property
     def open(self) -> bool:
-        """Is it neither certainly beyond its tolerance nor certainly within?"""
+        """True if it is neither certainly beyond its tolerance nor certainly within."""
         return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
@@ -56,7 +56,7 @@ class Estimate:
 class StepError:
     """Estimated errors that the step leaves in mean cage speed, in the RMS of each band, and in drive power.
 
-    `energy`: part of the energy balance's gap, in the losses, that finer steps would close; NaN where it is not known.
+    `energy`: part of the energy balance's gap, in the losses, that finer steps would close; NaN if unknown.
     `stalled`: finer steps were tried and have the same errors.
     """
 
@@ -67,21 +67,21 @@ class StepError:
 
     @property
     def beyond(self) -> bool:
-        """Is any of them beyond its tolerance, by more than chance?"""
+        """True if an error is beyond its tolerance by more than chance."""
         return any(estimate.beyond for estimate in self.estimates)
 
     @property
     def certain(self) -> tuple[Estimate, ...]:
-        """What is beyond it, however chance may have it."""
+        """Errors that are certainly beyond their tolerances."""
         return tuple(estimate for estimate in self.estimates if estimate.certain)
 
     @property
     def open(self) -> tuple[Estimate, ...]:
-        """What is not established."""
+        """Errors that are neither certainly beyond their tolerances nor certainly within."""
         return tuple(estimate for estimate in self.estimates if estimate.open)
 
     def gains(self, coarser: "StepError") -> bool:
-        """Has any of the errors that were beyond tolerance with `coarser` steps become less by more than `GAIN`?"""
+        """True if an error beyond its tolerance with `coarser` steps has fallen below `GAIN` times itself."""
         return any(
             abs(own.error) < GAIN * abs(theirs.error)
             for own, theirs in zip(self.estimates, coarser.estimates, strict=True)
@@ -90,11 +90,11 @@ class StepError:
 
     @property
     def lost(self) -> bool:
-        """Is an error as large as the thing itself? The piece then began from a state that the step made up."""
+        """True if an error is as large as the quantity; the piece then began from a state made up by the step."""
         return not all(abs(estimate.error) < 1 for estimate in self.estimates)
 
     def with_steps(self, finer: float) -> "StepError":
-        """The same with so many times finer steps."""
+        """The errors expected with so many times finer steps."""
         return StepError(
             step_s=self.step_s / finer,
             energy=self.energy / finer,
@@ -102,15 +102,15 @@ class StepError:
         )
 
     def with_coarser(self, coarser: "StepError") -> "StepError":
-        """Each estimate's mean with what the `coarser` pair of steps says, `FINER` times less, by their variances.
+        """Each estimate averaged, by variances, with the estimate of the `coarser` pair of steps over `FINER`.
 
-        To what is carried over half of itself is added as its scatter: the order is not that sure.
+        Half of the latter is added to its scatter, because the order is uncertain.
         """
         expected = {e.of: e for e in coarser.with_steps(FINER).estimates}
         return replace(self, estimates=tuple(_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
-        """In per cent by kind, the band with the largest error for the RMS, and its standard error."""
+        """Errors and standard errors by kind [%]; for the RMS those of the band with the largest error."""
         found = {}
         for kind in TOLERANCE:
             worst = max((e for e in self.estimates if e.kind == kind), key=lambda e: abs(e.error), default=None)

@@ -36,7 +36,7 @@ SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' sm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FullRun:
-    """Where a run stands: `state` and the method's `memory` of the step before, both changed in place by `advance`."""
+    """State of a run, and the method's `memory` of the preceding step; `advance` changes both in place."""
 
     model: Parameters
     method: Method
@@ -64,7 +64,7 @@ class FullRun:
         )
 
     def with_finer_steps(self, times: int) -> "FullRun":
-        """The same run from where it stands, with so many steps in one; this one is not changed by it."""
+        """A copy of the run at its present state with so many steps in one."""
         return replace(
             self,
             state=self.state.copy(),
@@ -73,7 +73,7 @@ class FullRun:
         )
 
     def with_outputs(self, least_hz: float) -> "FullRun":
-        """The same run and steps with outputs at `least_hz` or more often, at each step if need be."""
+        """The same run and steps with outputs at `least_hz` or more often, at each step if necessary."""
         steps = self.steps_per_output
         divisors = (n for k in range(1, math.isqrt(steps) + 1) if steps % k == 0 for n in (k, steps // k))
         per_output = max((n for n in divisors if n * least_hz * self.step_s <= 1), default=1)
@@ -127,7 +127,7 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
 
 
 def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> dict[str, Any]:
-    """`film_um` and `lambda_min`, see `run.RunSummary`; of a run that stands after `whole` output intervals."""
+    """`film_um` and `lambda_min` of `run.RunSummary` after `whole` output intervals."""
     from srbval.models.slices import films_m  # the one level that knows oil
 
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n.sum(axis=2)
@@ -139,7 +139,7 @@ def films_at_end(scene: Scene, bearing: Bearing, run: FullRun, whole: int) -> di
 
 
 def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
-    """See `run.RunSummary`; of a run that stands after `whole` output intervals."""
+    """`free_rollers` of `run.RunSummary` after `whole` output intervals."""
     load_n = rates(run.model, whole / run.output_rate_hz, run.state).load_n[0].sum(axis=1).reshape(2, -1)
     carries = load_n.T.ravel() > CARRIES * load_n.max()  # in the order of the slots
     tilt, shift, skew = (
@@ -158,11 +158,11 @@ def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step at which the stiffest roller's bouncing decays [s]; None where no step looked at fails.
+    """Longest step at which the stiffest roller's bouncing decays [s]; None if no step tried fails.
 
-    Linear about the displacements in `state`, one of static balance, shape [4 M + 12], with shaft and all else at rest:
-    moving past a point that just touches, the damper would look like a spring. Neither deeper contacts later, as on a
-    defect, nor other bodies moving along are in it: `srbval stability` makes the whole model linear.
+    The model is linearised about the displacements of static balance in `state`, shape [4 M + 12], with shaft and all
+    else at rest: moving past a point that just touches, the damper would look like a spring. Deeper contacts on a
+    defect and other moving bodies are left out: `step_limits` linearises the whole model.
     """
     at_rest = state.copy()
     at_rest[layout_of(state).half :] = 0.0

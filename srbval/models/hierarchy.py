@@ -1,8 +1,8 @@
 """The hierarchy of models, cheapest first: one entry of ``levels.toml`` for each level of fidelity, one interface.
 
 A level is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
-the number of their first; the first `settle` of the `whole` are not recorded. It keeps the statistics' `wall_s` and
-`compile_s`.
+the number of the first; the first `settle` of the `whole` are not recorded. It adds its times to the statistics, see
+`RunStatistics.timed`.
 """
 
 import importlib
@@ -20,13 +20,13 @@ from srbval.storage.tables import read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class FidelityLevel:
-    """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
+    """A model's `name`, its `title` in a few words, and the place of its function, as ``module:function``.
 
-    `parameters`: where the one stands that assembles its parameters, of a model with the full model's equations.
-    `columns`: those of `outputs` that it fills; the others are NaN.
-    `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
-    steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
-    scene, and why. `needs`: the least that must be known of a bearing, one of `KNOWN_OF_BEARING`.
+    `parameters`: place of the function that assembles the parameters of a model with the full model's equations.
+    `columns`: columns of `outputs` that it fills; the others are NaN. `own_solver`: its integrator if the scene does
+    not choose it. `coarser`: number of the scene's steps that it takes in one, as far as the output interval allows.
+    `lacks`: questions that it cannot answer in any scene, and why. `needs`: the least that must be known of a bearing,
+    one of `KNOWN_OF_BEARING`.
     """
 
     name: str
@@ -40,12 +40,12 @@ class FidelityLevel:
     needs: str = "geometry"
 
     def runs(self, bearing: Bearing) -> bool:
-        """Is enough known of the bearing?"""
+        """True if enough is known of the bearing."""
         known = 2 if bearing.geometry is not None else int(bearing.elements is not None)
         return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_scene(self, scene: Scene) -> None:
-        """Refuse a surface where the model has no continuous contacts, and what slices alone have where it has none."""
+        """Refuse a surface for a model without continuous contacts, and oil or free rollers for one without slices."""
         for there, models, place, lack, what in (
             (scene.surface is not None, CONTINUOUS, "[surface]", "knows no waves of races and rollers", "table"),
             (scene.oil is not None, SLICED, "[oil]", "knows no oil", "table"),
@@ -60,7 +60,7 @@ class FidelityLevel:
         return -(-scene.steps_per_output // self.coarser)
 
     def step_s(self, scene: Scene) -> float | None:
-        """Solver step; None where the level has a method of its own."""
+        """Solver step; None if the level has a method of its own."""
         return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property

@@ -38,13 +38,9 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
 # `_nrt`: without reference counting. `forceinline`: within the kernels that call it.
 OPTIONS: dict[str, Any] = {
-    "nogil": True,
-    "fastmath": FAST_MATH,
-    "error_model": "numpy",
-    "_nrt": False,
-    "forceinline": True,
+    "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False, "forceinline": True,
     "no_cfunc_wrapper": True,
-}
+}  # fmt: skip
 WITHOUT_KERNELS = ("kinematic", "impulse")
 RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
 OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
@@ -178,11 +174,9 @@ def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
     """A process that compiles kernels; it ends when its input does, so it does not outlive this one."""
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "srbval.models.precompile", *kernels],
-        env=os.environ | child_environment(),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+        env=os.environ | child_environment(), stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
 
 
 def compile_in_this_process(scene: Scene) -> None:

@@ -1,10 +1,10 @@
-"""Motion prescribed as in pure rolling, the passages of defects in it, and the least model: a click at each passage.
+"""Motion prescribed as in pure rolling, passages of defects, and the least model: a click at each passage.
 
-The other models below the full one take their motion from here: drive, cage and rollers, see `Prescribed`.
+The other models below the full one use this motion of drive, cage and rollers, see `Prescribed`.
 
-Answers: where the fault lines are, but for slip. Cannot answer anything about heights: its clicks are all alike, of
-one sample and no particular strength, so harmonics, sidebands, noise floor and amplitude mean nothing; nor slip, which
-it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
+Answers: the frequencies of the fault lines without slip. Cannot answer: heights, since its clicks are equal, of one
+sample and arbitrary strength, so that harmonics, sidebands, noise floor and amplitude mean nothing; slip, which is
+assumed to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
 from collections.abc import Callable, Iterator

@@ -120,7 +120,7 @@ class Patch:
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: Piece) -> FloatArray:
-        """What a raised piece whose middle is `middle_m` along the race from the roller adds to the force.
+        """Force added by a raised piece whose middle is `middle_m` along the race from the roller.
 
         Both arrays broadcast together.
         """

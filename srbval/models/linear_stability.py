@@ -44,7 +44,7 @@ class Linear:
 
 
 def longest_step(method: Method, system: Linear) -> float | None:
-    """Longest step up to which every decaying motion of `system` decays [s]; None where no step looked at fails."""
+    """Longest step up to which every decaying motion of `system` decays [s]; None if no step tried fails."""
     if method.implicit:
         return _of_map(lambda h: step_map(method, system, h), system)
     return explicit_limit(method, eigenvalues(system))
@@ -59,7 +59,7 @@ def explicit_limit(method: Method, values: ComplexArray) -> float | None:
 
 
 def _reach(method: Method, direction: complex) -> float:
-    """How far along `direction`, of modulus one, |R| stays at or below one."""
+    """Distance along `direction`, of modulus one, up to which |R| stays at or below one."""
 
     def outside(r: NDArray[np.float64]) -> NDArray[np.bool_]:
         ray: ComplexArray = r * np.complex128(direction)
@@ -99,7 +99,7 @@ def spectral_radius(matrix: NDArray[np.float64]) -> float:
 
 
 def _bisect(low: float, high: float, stable: Callable[[float], bool]) -> float:
-    """Where `stable` ends between `low` and `high`."""
+    """Value between `low` and `high` at which `stable` ends."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         low, high = (middle, high) if stable(middle) else (low, middle)
@@ -121,7 +121,7 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 
 
 def step_map(method: Method, system: Linear, step_s: float) -> FloatArray:
-    """Matrix of one step of an implicit method, [n, n]; n = q + v, and v more where the method remembers a step."""
+    """Matrix of one step of an implicit method, [n, n]; n = q + v, and v more if the method remembers a step."""
     coefficients = method.coefficients
     damping = np.eye(len(system.damping)) - coefficients.implicit_coefficient * step_s * system.damping
     damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""What the scene's oil does in the slices model: constants for the kernels, and films and powers of a run.
+"""Oil in the slices model: constants for the kernels, and films and powers of a run.
 
 Rolling resistance of a contact of load Q is the couple 2 F R about the contact, with the force F on each surface
 (`film.rolling_force_n`) over the length that an elliptical contact has by B. J. Hamrock & D. Brewe 1983 (quoted from

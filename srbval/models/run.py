@@ -1,4 +1,4 @@
-"""What a model leaves behind: signals on one time axis, how the run ended, what it cost."""
+"""Result of a run: signals on one time axis, status, figures and cost."""
 
 from __future__ import annotations
 
@@ -61,28 +61,28 @@ def works(status: str) -> bool:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RunSummary:
-    """How a run ended and its figures; the recorded time starts after the scene's settling time.
+    """Status and figures of a run; the recorded time starts after the scene's settling time.
 
-    `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` that of pure rolling, `cage_course`
-    that at the run's start and end; `roller_load_share` the part of the mean radial load that the rollers carry, NaN
-    without a load, the housing spring carries the rest, `balanced_share` what they carry in static balance;
-    `drive_power_w` the mean power that the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as
-    a share of what was lost, both NaN where a model has no energies; `missing_n`, along the load: see
-    `run_statistics.MomentumBalance`; `deepest_m`: penetration; `idle_share`: of the time without contact.
+    `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` the ratio of pure rolling,
+    `cage_course` the ratio at the run's start and end. `roller_load_share` is the part of the mean radial load that the
+    rollers carry (NaN without a load; the housing spring carries the rest), `balanced_share` their part in static
+    balance. `drive_power_w` is the mean power of the shaft's drive, `energy_imbalance` work in less stored less lost as
+    a share of the losses, both NaN if a model has no energies. `missing_n`, along the load: see
+    `run_statistics.MomentumBalance`. `deepest_m`: penetration; `idle_share`: share of the time without contact.
 
-    `step_error`: what the step leaves, None where it was not estimated; `step_limit_s`: see
-    `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
-    error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
+    `step_error`: errors left by the step, None if not estimated; `step_limit_s`: see `full_run.elastic_limit_s`,
+    `default_limit_s`: the limit of the default solver; `check_wall_s`: time of estimating the error or choosing the
+    step; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
     `stored_utc`: when the run was made if it was read from the cache; its times are of that occasion.
     `cpu_s`: processor time of the thread that integrated the run, `wall_s` its wall time, both without compiling.
 
     In oil: `power_w`, mean losses by source and their `total` [W] (`damping` in the contacts, no `seals`); `film_um`,
-    the least film of a contact that carries and the `mean` of those in their middles, at the run's end; `lambda_min`:
-    the least over the roughness. Empty and NaN without.
+    the least film of a contact that carries and the `mean` film in the contacts' middles, at the run's end;
+    `lambda_min`: the least film over the roughness. Empty and NaN without oil.
 
-    `free_rollers`, at the run's end, of rollers that tilt and slide along their axes and carry load: the largest tilt
-    `tilt_mrad`, displacement along the axis `shift_um` and moment of friction about the slot, which the cage bears and
-    which would skew them, `skew_nm`; share of row 1 in all outer contacts' loads, `row_1_share`. Empty where held.
+    `free_rollers`: at the run's end, of rollers that tilt and slide along their axes and carry load, the largest tilt
+    `tilt_mrad`, displacement along the axis `shift_um` and moment of friction about the slot `skew_nm`, which the cage
+    bears; share of row 1 in the loads of all outer contacts, `row_1_share`. Empty if rollers are held.
     """
 
     scene: Scene
@@ -117,14 +117,14 @@ class RunSummary:
     free_rollers: Mapping[str, float] = field(default_factory=dict)
 
     def require_usable(self, what: str) -> Self:
-        """This run; `NumericsError` that says `what` failed, and why, where it is none to read vibration from."""
+        """Return this run, or raise `NumericsError` with `what` failed and why if it is not usable."""
         if not self.status.usable:
             raise NumericsError(f"{what} failed ({self.status}): {self.reason}.")
         return self
 
     @property
     def slip_pct(self) -> float:
-        """By how much the cage lags behind pure rolling [%]."""
+        """Lag of the cage behind pure rolling [%]."""
         return 100 * (1 - self.cage_ratio / self.rolling_ratio)
 
     @property
@@ -134,7 +134,7 @@ class RunSummary:
 
     @property
     def not_validated(self) -> tuple[str, ...]:
-        """What of it nothing measured has been held against, in words."""
+        """Parts of the scene that no comparison with measurements covers, in words."""
         return not_validated(self.scene)
 
     @property
@@ -166,8 +166,8 @@ class Run(RunSummary):
     by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
     about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
     `depth_m` deepest penetration into an undamaged raceway, [n]. `spin_rad_s`, [k, 2 M], and `load_n`, normal forces,
-    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one. `sensor_m_s2`: what
-    the sensor shows behind the scene's path to it, [n]; empty without a path.
+    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one. `sensor_m_s2`: signal of
+    the sensor behind the scene's path to it, [n]; empty without a path.
     """
 
     acceleration_m_s2: FloatArray
@@ -230,9 +230,9 @@ class EnergyFlow:
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:
-    """What no comparison with measurements covers in this scene, in words; amplitudes always.
+    """Parts of this scene that no comparison with measurements covers, in words; always the amplitudes.
 
-    A bearing counts as validated that has the geometry of the paper's, whatever it is called.
+    A bearing counts as validated if it has the geometry of the paper's, whatever its name.
     """
     found = ["amplitudes and the noise floor"]
     bearing = bearing_of_run(scene)
@@ -259,7 +259,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
 
 
 def bearing_of_run(scene: Scene) -> Bearing | None:
-    """The bearing of a scene that was run; None where its file has gone since."""
+    """The bearing of a scene that was run; None if its file is gone."""
     try:
         return load_bearing(scene.bearing)
     except SrbvalError:

@@ -1,7 +1,7 @@
 """Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
 
-Written chunk by chunk into a file aside that takes its place only when the run ended well. Before the file's checksum
-stands the run's summary, so that this program finds all of a run again, bit for bit: `read_summary`, `read_run`.
+A file is written chunk by chunk under another name and takes its place only if the run ends well. The run's summary
+precedes the file's checksum, so that a run can be read again bit for bit: `read_summary`, `read_run`.
 """
 
 import contextlib
@@ -97,9 +97,9 @@ class _UnfinishedError(Exception):
 
 @contextlib.contextmanager
 def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
-    """A writer of the run file `path`; without its `finish`, or after an exception, nothing is left behind.
+    """Writer of the run file `path`; without its `finish`, or after an exception, no file is left.
 
-    Raises `DataError` where the place cannot be written.
+    Raises `DataError` if the place cannot be written.
     """
     with contextlib.suppress(_UnfinishedError), new_hdf5(path) as file:
         writer = RunWriter(file, scene, check_written=file.check_written)
@@ -204,7 +204,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 def scene_content(scene: Scene) -> str:
     """A scene and its bearing's data as text: the key of results that are computed from the scene.
 
-    Where a bearing's file lies does not matter.
+    The place of the bearing's file does not matter.
     """
     name, content = _name_and_content(scene.bearing)
     return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content

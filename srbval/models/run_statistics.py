@@ -53,7 +53,7 @@ class EnergyBalance:
         self.pending, self.last_j = (float(work[-1]), float(lost[-1])), float(stored[-1])
 
     def imbalance(self, interval_s: float) -> float:
-        """Work in less stored less lost, as a share of what was lost; NaN where nothing was."""
+        """Work in less stored less lost, as a share of the losses; NaN if there are none."""
         gained, lost = self.last_j - (self.first_j or 0.0), self.lost_w * interval_s
         return (self.work_w * interval_s - gained - lost) / lost if lost else math.nan
 
@@ -62,8 +62,8 @@ class EnergyBalance:
 class MomentumBalance:
     """Forces on the outer ring over a run: rollers, load, weight, spring and damper make up its change of momentum.
 
-    Newton's second law in the mean; what is missing is the integrator's. The first row is left out, as the ring's speed
-    before it is not known. The arrays, [9]: accelerations, displacements, forces of the rollers.
+    This is Newton's second law in the mean; a missing force is an error of the integrator. The first row is left out,
+    as the ring's speed before it is not known. The arrays, [9]: accelerations, displacements, forces of the rollers.
     """
 
     mass_kg: float = math.nan
@@ -82,7 +82,7 @@ class MomentumBalance:
         self.rows, self.last, self.total = self.rows + len(rows), rows[-1], self.total + rows.sum(axis=0)
 
     def missing_n(self, load_n: FloatArray, interval_s: float) -> FloatArray:
-        """Mean force on the ring beside these, under a mean external load, [3]; NaN where it is not known."""
+        """Mean force on the ring that no other force explains, under a mean external load, [3]; NaN if unknown."""
         intervals = self.rows - 1 if self.rows > 1 else math.nan
         acceleration, displacement, rollers = np.split((self.total - self.first) / intervals, 3)
         moved = (self.last - self.first)[3:6] / intervals
@@ -93,7 +93,7 @@ class MomentumBalance:
 
 @dataclass
 class RunStatistics:
-    """Running sums over a run's chunks; `figures`: what else is known of it, by names of `RunSummary`."""
+    """Running sums over a run's chunks; `figures`: further fields of its `RunSummary`, by name."""
 
     scene: Scene
     bearing: Bearing
@@ -126,9 +126,8 @@ class RunStatistics:
         self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
-        """Count a chunk's rows in; what the model does not have is NaN and passes every test.
-
-        What the sensor shows of it [m/s2], one a row.
+        """Count the rows of a chunk; columns that the model lacks are NaN and pass every test. Returns the sensor's
+        acceleration [m/s2], one for each row.
         """
         self.finite = self.finite and self._all_finite(out)
         self.samples += len(out)
@@ -147,7 +146,7 @@ class RunStatistics:
         return shown
 
     def lost(self, out: FloatArray) -> bool:
-        """Do these rows show that the run is beyond recovery, so that going on would be a waste?"""
+        """True if these rows show that the run is beyond recovery, so that it ends here."""
         return not self._all_finite(out) or float(out[:, col.DEEPEST].max()) > col.DEEPEST_M
 
     def _all_finite(self, out: FloatArray) -> bool:
@@ -194,6 +193,6 @@ def load_share(scene: Scene, force_n: FloatArray, radial_n: float) -> float:
 
 
 def load_direction(scene: Scene) -> FloatArray:
-    """Of the scene's radial load, a unit vector [3]."""
+    """Direction of the scene's radial load, a unit vector [3]."""
     angle = scene.load.direction_rad
     return np.array([math.cos(angle), math.sin(angle), 0.0])

@@ -1,4 +1,4 @@
-"""What the sensor shows of a run: the ring's motion along its axis, the scene's path to it, the level in each band."""
+"""Signal of the sensor: the ring's motion along its axis, the scene's path to it, the level in each band."""
 
 import math
 from dataclasses import dataclass, field
@@ -21,8 +21,8 @@ def along_sensor(acceleration: FloatArray) -> FloatArray:
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
     """RMS of `samples` within a band, in their unit.
 
-    `samples` are means over their intervals, as a run's accelerations are: what that takes from high frequencies is put
-    back, so that runs of different output rate can be compared. Hann window; brick-wall band.
+    `samples` are means over their intervals, as a run's accelerations are: the attenuation of high frequencies is
+    compensated, so that runs of different output rate can be compared. Hann window; brick-wall band.
     """
     from scipy.fft import rfft
 
@@ -55,9 +55,8 @@ def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
 
 @dataclass
 class BandLevels:
-    """Sums for the RMS in each of `BANDS_HZ` of what the sensor shows, which comes chunk by chunk.
-
-    A causal Butterworth band-pass of order `ORDER`, so that nothing is kept but its state.
+    """Sums for the RMS of the sensor's signal in each of `BANDS_HZ`, chunk by chunk. The band-pass is a causal
+    Butterworth filter of order `ORDER`, so that only its state is kept.
     """
 
     fs_hz: float
@@ -66,7 +65,7 @@ class BandLevels:
     _states: dict[str, FloatArray] = field(default_factory=dict)
 
     def add(self, along: FloatArray) -> None:
-        """Count accelerations along the sensor's axis in, [n], in m/s2."""
+        """Add accelerations along the sensor's axis, [n], in m/s2."""
         from scipy.signal import sosfilt
 
         self.samples += len(along)
@@ -84,10 +83,10 @@ class BandLevels:
 
 
 class SensorFilter:
-    """What the sensor shows of the ring's acceleration; without a `path`, that along the sensor's axis itself.
+    """Acceleration at the sensor from the ring's acceleration; without a `path`, its component along the sensor's axis.
 
     The path's response becomes one filter of `FILTER_S` for each direction, by its values on a grid and Hann's window
-    over time, so that gains change within 40 Hz of an edge between bands. What is shown comes `FILTER_S` / 2 late, and
+    over time, so that gains change within 40 Hz of an edge between bands. The output comes `FILTER_S` / 2 late, and
     begins at rest.
     """
 
@@ -102,7 +101,7 @@ class SensorFilter:
             self._taps = np.roll(impulse, half, axis=1)[:, : 2 * half + 1].T * hann(2 * half + 1)[:, None]
 
     def add(self, acceleration: FloatArray) -> FloatArray:
-        """The sensor's acceleration over the ring's next samples, [n, 3] to [n], in m/s2."""
+        """Acceleration at the sensor over the ring's next samples, [n, 3] to [n], in m/s2."""
         if self._taps is None:
             return along_sensor(acceleration)
         from scipy.signal import oaconvolve

@@ -1,8 +1,8 @@
 """Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file.
 
-A stored run, from the user's cache, is what the same code would compute now on this machine, bit for bit; only the
-times that it took are of then, see `RunSummary.stored_utc`. Runs that are not usable, or too large, are not stored; nor
-are hundreds of draws of a scene, which would leave room for nothing else: what is read from them may be.
+A stored run, from the user's cache, equals bit for bit what the same code would compute on this machine; only its times
+are older, see `RunSummary.stored_utc`. Runs that are not usable or too large are not stored, nor are hundreds of draws
+of a scene; what is read from them may be stored.
 """
 
 import contextlib
@@ -43,10 +43,10 @@ DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the colu
 
 
 class Step(enum.StrEnum):
-    """What a run does about its solver's step, see `step_error`.
+    """Treatment of the solver's step in a run, see `step_error`.
 
-    `CHECKED`: the error that the scene's own leaves is estimated; `AUTO`: one is chosen that keeps it within tolerance;
-    `UNCHECKED`: neither, for what is timed or made only to be compared.
+    `CHECKED`: the error of the scene's step is estimated; `AUTO`: a step is chosen that keeps the error within
+    tolerance; `UNCHECKED`: neither, for runs that are timed or only compared.
     """
 
     CHECKED = "checked"
@@ -57,13 +57,12 @@ class Step(enum.StrEnum):
 def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    The error that the `step` leaves is estimated first, or a step is chosen for it, see `Step`; a run whose step leaves
-    more than the tolerance is `INACCURATE`. `progress` gets the fraction of the task ``Simulate`` that is done,
-    settling included, and what `compile_for` does.
+    The error of the step is estimated first, or a step is chosen, see `Step`; a run whose step leaves more than the
+    tolerance is `INACCURATE`. `progress` gets the fraction of the task ``Simulate`` that is done, settling included,
+    and the compilation.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
-    contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
-    recovery ends early, and its signals with it.
+    contacts. A failed run is returned, not raised: see its `status` and `reason`; a run beyond recovery ends early.
     """
     stats = _begun(scene, step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
@@ -75,8 +74,8 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
-    The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
-    written, `ConfigurationError` where the file's name is that of another format than HDF5.
+    The file exists only if the run is usable; all else as in `simulate`. Raises `DataError` if the place cannot be
+    written, `ConfigurationError` if the file's name is not that of an HDF5 file.
     """
     check_suffix(path, *HDF5)
     stats = _begun(scene, step, progress, path.parent)
@@ -90,7 +89,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
-    """See `precompile`; a task of `progress` where anything is to be compiled, which takes half a minute."""
+    """Compile what the scenes need, see `precompile`; `progress` shows it as a task, which takes half a minute."""
     if is_compiled(*scenes):
         return 0.0
     with stage(progress, "Compile the models, once after installation"):
@@ -98,7 +97,7 @@ def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = si
 
 
 def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
-    """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
+    """Statistics of a run about to begin: room checked, step chosen or its error estimated as `step` asks."""
     stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
     level.check_scene(scene)
     if level.parameters is not None:
@@ -112,9 +111,9 @@ def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = N
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """Refuse a run whose signals will not fit into this machine's memory, or into `folder` where they go to a file.
+    """Refuse a run whose signals do not fit into this machine's memory, or into `folder` if they go to a file.
 
-    An estimate of the largest arrays alone; `ConfigurationError` with what is needed and what is there.
+    Estimates the largest arrays alone; raises `ConfigurationError` with the room needed and available.
     """
     scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
@@ -133,7 +132,7 @@ def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
 
 
 def _memory_bytes() -> float:
-    """Physical memory; infinity where the system does not tell."""
+    """Physical memory [bytes]; infinity if the system does not state it."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
@@ -169,18 +168,18 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 
 
 def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
-    """All that a run follows from, as text, but for the run layer: the scene and its bearing's data, seed included.
+    """Text of all that a run follows from: the scene with its seed and its bearing's data.
 
-    Further how its step is checked, the sources of its level alone, the solver that statuses compare it with, and the
-    `machine`: what is computed differs in its last digits from processor to processor and from one version of numba or
-    NumPy to the next, and a rattling roller makes that grow.
+    It also contains the treatment of the step, the sources of its level, the solver that statuses compare it with, and
+    the `machine`: numbers differ in their last digits between processors and between versions of numba or NumPy, and a
+    rattling roller makes the difference grow.
     """
     version = content_version(*level_of(scene.model).modules, lazy=False)
     return f"{version} {step} {default_solver()} {machine()} {scene.bearing} {scene_content(scene)}"
 
 
 def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
-    """As `simulate`, but a run that was made before is read."""
+    """Like `simulate`, but a stored run is read."""
     content = run_content(scene, step)
     found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
     if found is None:

@@ -153,7 +153,7 @@ def _table(
 
 
 def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
-    """What the search for candidates needs: each roller meets one contact, and one of its own near an opening."""
+    """Limits of the search for candidates: each roller meets one contact, and another near an opening."""
     search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
     windows = max(len(race.rows) for race in races) + on_rollers
     highest = np.zeros((2, windows))
@@ -206,12 +206,12 @@ class SlicedContact:
 
     @property
     def radius_m(self) -> float:
-        """Of the race about the shaft, in the middle of the contact."""
+        """Radius of the race about the shaft, in the middle of the contact."""
         return float(self.place(np.zeros(1))[0][0])
 
     @property
     def shape(self) -> ContactShape:
-        """In its middle, for films and rolling resistance."""
+        """Shape of the contact in its middle, for films and rolling resistance."""
         across = 1 / self.geometry.roller_profile_radius_m - 1 / self.profile_m
         return ContactShape(float(self.gap_curvature_1_m(np.zeros(1))[0]), across, self.geometry.roller_width_m)
 
@@ -231,7 +231,7 @@ class SlicedContact:
         return radial, geometry.inner_centre_axial_m + shift * math.sin(tilt) - self.profile_m * s, c, s
 
     def gap_curvature_1_m(self, axial_m: FloatArray) -> FloatArray:
-        """Of the gap along the race: normal curvature of the barrel plus that of the race, negative on the outer."""
+        """Curvature of the gap along the race: that of the barrel plus that of the race, negative on the outer race."""
         profile = self.geometry.roller_profile_radius_m
         lean = np.arcsin(axial_m / profile)
         across = self.roller_m - profile + profile * np.cos(lean)
@@ -240,9 +240,8 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """The race's windows with these defects, one for each of a race and `on_rollers`.
-
-        `ConfigurationError` for what slices cannot tell apart.
+        """The race's windows with these defects, one for each on a race and `on_rollers`. `ConfigurationError` for
+        defects that slices cannot distinguish.
         """
         found = Openings(
             rows=[self._rows(self._edges(None), None)],
@@ -270,7 +269,7 @@ class SlicedContact:
         return found
 
     def _edges(self, defect: Defect | None) -> FloatArray:
-        """Where slices begin and end along the roller [m]: finer in the middle, in a hole and where a defect ends."""
+        """Edges of the slices along the roller [m]: finer in the middle, in a hole and at a defect's end."""
         half = self.geometry.roller_width_m / 2
         even = np.linspace(-1, 1, self.line.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING
@@ -284,7 +283,7 @@ class SlicedContact:
         return np.sort(np.append(edges[outside], cuts))
 
     def _across(self, defect: Defect) -> tuple[float, float]:
-        """Where a defect begins and ends along the roller [m], no farther than that."""
+        """Ends of a defect along the roller [m]."""
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
         half, gap = self.geometry.roller_width_m / 2, self._circle_gap()

@@ -1,12 +1,12 @@
-"""The error that a run's step leaves in its answers, estimated; and the step that keeps it within the tolerances.
+"""Estimated error that a run's step leaves in its answers, and the step that keeps it within the tolerances.
 
 From one settled state a short piece is run with the step h and once more with h / `FINER`. The difference d between
 both is taken to fall with the first power of the step, the least that was observed: with a quarter of the step the
 error at h is 4/3 d, at h/2 2/3 d. Rattling rollers are chaotic, so part of d is chance: its standard error is that of a
 delete-one-block jackknife (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11; quoted from memory,
 not checked), with Student's t for as many blocks as carry the mean, by Kish's effective sample size (Survey Sampling,
-1965, section 8.2; from memory). Where a few knocks carry a band, no mean of it is known: the error is then that of the
-geometric mean of the blocks, which knows the level between knocks.
+1965, section 8.2; from memory). If a few knocks carry a band, its mean is unknown: the error is then that of the
+geometric mean of the blocks, which shows the level between knocks.
 """
 
 import math
@@ -28,10 +28,10 @@ from srbval.scene import BANDS_HZ, Scene
 BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
 CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
-# Added to the means that are compared, the squares of a band's: what matters to nobody. Accelerometers of industrial
+# Added to the means that are compared (squares of a band's): levels of no interest. Accelerometers of industrial
 # make show 1e-4 m/s2 of noise in such a band and more; rollers that touch nothing leave 1e-11, which is rounding.
 LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, W
-LEAST_BLOCKS = 4  # that carry a band's power: with fewer, knocks do, and blocks are compared one by one
+LEAST_BLOCKS = 4  # blocks that carry a band's power; if fewer do, knocks carry it and blocks are compared one by one
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
@@ -41,7 +41,7 @@ LEAST_S = 0.02  # of a piece whose bands are compared
 
 
 def check_step(stats: RunStatistics, *, choose: bool) -> None:
-    """Note in `stats` the step's error, or `choose` a step for it, and what that took; kernels are loaded before."""
+    """Enter the step's error in `stats`, or `choose` a step, and the time it took; kernels are loaded first."""
     scene, started = stats.scene, time.perf_counter()
     full_run(scene, stats.bearing).advance(0, 0)
     stats.compile_s, started = stats.compile_s + time.perf_counter() - started, time.perf_counter()
@@ -63,10 +63,11 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
 
 
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
-    """The scene with the longest step that keeps all within tolerance, and what it leaves; see `step_error`.
+    """The scene with the longest step that keeps all errors within tolerance, and these errors; see `step_error`.
 
-    The scene's own step is where the search begins, or the longest below the limit of stability; then 2, 4 and 8 times
-    finer ones. Where none is fine enough the finest, or the first where finer ones gain nothing: the errors say so.
+    The search begins with the scene's own step, or the longest below the limit of stability; then it tries 2, 4 and 8
+    times finer ones. If none is fine enough, it takes the finest, or the first if finer ones gain nothing, with its
+    errors.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -111,8 +112,8 @@ def _steady(scene: Scene) -> Scene:
 class _Piece:
     """A short piece of a run from one settled state, with the run's step and with finer ones, each run once.
 
-    Its length does not depend on the output rate: where that is too low for `BLOCKS`, outputs are taken more often.
-    Bands are compared only where the run's own outputs have them and the piece is long enough for them.
+    Its length does not depend on the output rate: if that is too low for `BLOCKS`, outputs are taken more often. Bands
+    are compared only if the run's own outputs have them and the piece is long enough for them.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:
@@ -155,7 +156,7 @@ def block_means(
 ) -> BlockMeans:
     """Means of `BLOCKS` equal parts of a run of [n] samples.
 
-    A band is left out that does not lie below half the rate and below `bands_below_hz`, all where an acceleration is
+    A band is left out unless it lies below half the rate and below `bands_below_hz`; all bands if an acceleration is
     not finite.
     """
     found = {CAGE: cage_rad_s, DRIVE_POWER: drive_w}
@@ -168,7 +169,7 @@ def block_means(
 
 
 def differences(first: BlockMeans, second: BlockMeans) -> tuple[Estimate, ...]:
-    """How far the means of the `first` run are from those of the `second`, which need not be as long."""
+    """Errors of the means of the `first` run against those of the `second`, which need not be as long."""
     with np.errstate(all="ignore"):
         return tuple(_difference(name, first[name], second[name]) for name in first if name in second)
 

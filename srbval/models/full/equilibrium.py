@@ -1,4 +1,4 @@
-"""Where a run starts: ring and rollers in static balance with the load, cage and rollers rolling.
+"""Start of a run: ring and rollers in static balance with the load, cage and rollers rolling.
 
 The unknowns are the ring's three displacements and every roller's slide. Without friction the contact forces have
 a potential that is convex for small displacements, and a roller's slide touches nothing but its own balance and the
@@ -25,10 +25,10 @@ ones, ode4 at 1/61440 s: from rolling with the ring on its spring 1.2 (play 0), 
 bearing alone); from here 0.95 to 1.01, and 1.2 with 0.2 mm of play, where the spring carries all and rollers only
 rattle.
 So two roller passages, 0.02 s at 710 rpm, settle a run more than enough. The cage's tilt is not balanced: with
-the printed fit it creeps to 20 microradians in 0.1 s, half a turn of the cage, unseen by the ring. Where the rollers
-alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: take a turn of the
-cage (0.2 s) there, and in proportion at other speeds.
-`test_a_run_is_settled_from_its_first_sample` holds the last two rows, at the plain step.
+the printed fit it creeps to 20 microradians in 0.1 s, half a turn of the cage, unseen by the ring. If the rollers alone
+carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: settle for a turn of the
+cage (0.2 s), and in proportion at other speeds.
+`test_a_run_is_settled_from_its_first_sample` tests the last two rows, at the plain step.
 """
 
 from collections.abc import Callable
@@ -236,9 +236,8 @@ def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
 
 
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where each component of a falling `f` passes zero; where one does not, the median of the others.
-
-    If none passes zero between `low` and `high`, their middle.
+    """Zero of each component of a falling `f`; the median of the others for a component without one. If none passes
+    zero between `low` and `high`, their middle.
     """
     middle = (low + high) / 2
     passes = (f(low) > NOTICED_RAD_S2) & (f(high) < -NOTICED_RAD_S2)

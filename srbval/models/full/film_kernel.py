@@ -75,16 +75,10 @@ def film_at_speed(law, slices, film, cage, shaft):
     height = film.thickness * rolling**SPEED_EXPONENT * thermal_share(film.heating, rolling)
     share = math.exp(-ASPERITY * (height / film.roughness) ** ASPERITY_EXPONENT)
     return ContactLaw(
-        law.profile_radius,
-        law.roller_radius,
-        law.stiffness,
-        law.damping,
-        law.smoothing,
-        law.static_friction * (1.0 - share),
-        law.static_friction * share * film.boundary,
-        film.per_thickness * height,
+        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing,
+        law.static_friction * (1.0 - share), law.static_friction * share * film.boundary, film.per_thickness * height,
         law.onset_s,
-    )
+    )  # fmt: skip
 
 
 @kernel_part
@@ -114,19 +108,11 @@ def film_on_race(film, law, race):
         return None
     curve = film.curve
     return (
-        np.float32(curve[race, 0]),
-        np.float32(curve[race, 1]),
-        np.float32(curve[race, 2]),
-        np.float32(curve[race, 3]),
-        np.float32(curve[race, 4]),
-        np.float32(curve[race, 5]),
-        np.float32(curve[race, 6]),
-        np.float32(curve[race, 7]),
-        np.float32(film.hertz * 1e-18),
-        np.float32(1.0 / law.critical_velocity),
-        np.float32(0.5e-9 * law.static_friction * film.eyring),
-        np.float32(law.dynamic_friction),
-    )
+        np.float32(curve[race, 0]), np.float32(curve[race, 1]), np.float32(curve[race, 2]), np.float32(curve[race, 3]),
+        np.float32(curve[race, 4]), np.float32(curve[race, 5]), np.float32(curve[race, 6]), np.float32(curve[race, 7]),
+        np.float32(film.hertz * 1e-18), np.float32(1.0 / law.critical_velocity),
+        np.float32(0.5e-9 * law.static_friction * film.eyring), np.float32(law.dynamic_friction),
+    )  # fmt: skip
 
 
 @kernel_part

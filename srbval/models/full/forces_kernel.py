@@ -45,17 +45,9 @@ def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, e
     space, plan = model.scratch.space, model.scratch.plan
     if first_time is not None:
         find_openings(
-            slices,
-            single,
-            plan,
-            space,
-            rotation,
-            model.law.roller_radius,
-            model.races.window_of.shape[2],
-            model.roller_defects,
-            rotation.shape[0],
-            model.spare_of,
-        )
+            slices, single, plan, space, rotation, model.law.roller_radius, model.races.window_of.shape[2],
+            model.roller_defects, rotation.shape[0], model.spare_of,
+        )  # fmt: skip
     evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
 
 
@@ -166,12 +158,9 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
     spring = elastic(model.law, 0.0)
     for i in range(first, last):
         x, y, z = place_of_point(
-            points[race, window, col.POINT_RADIAL, i],
-            points[race, window, col.POINT_TANGENTIAL, i],
-            points[race, window, col.POINT_AXIAL, i],
-            space,
-            j,
-        )
+            points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i],
+            points[race, window, col.POINT_AXIAL, i], space, j,
+        )  # fmt: skip
         _, rise = lift_at(model, roller, rotation, x, y, z)
         if rise == 0.0:
             continue

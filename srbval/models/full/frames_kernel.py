@@ -159,13 +159,9 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
     height = races.height
     lead_s = 0.5 * model.law.onset_s
     search = SearchConstants(
-        float(count),
-        count / (2.0 * math.pi),
-        1.0 / count,
-        float(races.plain),
-        lead_s,
+        float(count), count / (2.0 * math.pi), 1.0 / count, float(races.plain), lead_s,
         0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0,
-    )
+    )  # fmt: skip
     outer = race_limits(races.outer, 1.0 if omega_z > 0.0 else -1.0)
     inner = race_limits(races.inner, 1.0 if omega_z > shaft else -1.0)
     for p in range(slots):
@@ -205,19 +201,9 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.W_X + p], space[col.W_Y + p], space[col.W_Z + p] = -w_x, -w_y, -roller_spin
         leaning = abs(space[col.Z_Y + p]) * height
         count_candidates(
-            search,
-            outer,
-            outer_clearance - o_x,
-            o_z,
-            -search.lead_s * space[col.V_X + p],
-            abs(o_y) + leaning,
-            angle,
-            here,
-            space[col.DAMAGE + p] > 0.0,
-            patch,
-            space,
-            p,
-        )
+            search, outer, outer_clearance - o_x, o_z, -search.lead_s * space[col.V_X + p], abs(o_y) + leaning, angle,
+            here, space[col.DAMAGE + p] > 0.0, patch, space, p,
+        )  # fmt: skip
 
         # inner race
         q = p + col.INNER
@@ -230,19 +216,9 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.W_Z + q] = shaft * z_z - roller_spin
         depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
         count_candidates(
-            search,
-            inner,
-            depth,
-            offset,
-            -search.lead_s * slide_rate,
-            leaning,
-            angle - shaft_angle,
-            here,
-            space[col.DAMAGE + q] > 0.0,
-            patch,
-            space,
-            q,
-        )
+            search, inner, depth, offset, -search.lead_s * slide_rate, leaning, angle - shaft_angle,
+            here, space[col.DAMAGE + q] > 0.0, patch, space, q,
+        )  # fmt: skip
 
 
 @inlined
@@ -260,13 +236,9 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
     space[col.BOUND + column], space[col.POSITION + column] = bound, position
     near = bound + SKIP_MARGIN_M + (lead if lead > 0.0 else 0.0)
     candidates = candidate_count(
-        near * race.per_clearance,
-        (near + search.most_lead) * race.per_clearance,
-        aside * race.per_spacing,
-        race.onwards * position,
-        search.most,
-        patch,
-    )
+        near * race.per_clearance, (near + search.most_lead) * race.per_clearance, aside * race.per_spacing,
+        race.onwards * position, search.most, patch,
+    )  # fmt: skip
     away = (position - race.own_middle) * search.per_point
     own = damaged or search.points * abs(away - math.floor(away + 0.5)) < race.own_half
     space[col.CANDIDATES + column] = candidates

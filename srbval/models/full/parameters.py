@@ -39,7 +39,7 @@ MOST_LOADED = 5.0  # times the mean load along the force: of a bearing with clea
 
 
 class RaceSearch(NamedTuple):
-    """What the search for candidates needs of one race.
+    """Limits of the search for candidates on one race.
 
     `spacing`: least spacing of its points [m]; `clearance` of a roller that just touches to a point one spacing aside,
     at least [m]; middle and half the width of the stretch outside of which `Races.window_of` names no window of
@@ -183,7 +183,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def slot_angles(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    """Where each roller stands in the cage, row 1 first, [2 M] [rad]: evenly but for the places in their pockets."""
+    """Angle of each roller in the cage, row 1 first, [2 M] [rad]: even but for the places in the pockets."""
     row = np.arange(geometry.rollers_per_row)
     even = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     place = np.random.default_rng([scene.seed, POCKETS]).uniform(-1, 1, even.size)
@@ -264,7 +264,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Middle and half width, in points, of the shortest stretch that holds every point with a window of its own."""
+    """Middle and half width, in points, of the shortest stretch with every point that has a window of its own."""
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))
     if len(points) == 0:
@@ -322,7 +322,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
-    """Where a circle of row 1 meets the outer side of its roller, along the roller's axis [m]."""
+    """Position along the roller's axis at which a circle of row 1 meets the outer side of its roller [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 

@@ -105,7 +105,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """How many points either side of the nearest one a roller can touch: up to `DEEPEST_M` deep, bumps besides.
+    """Number of points on either side of the nearest one that a roller can touch, up to `DEEPEST_M` deep with bumps.
 
     A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the
     race (parallel-axis circles; R negative for the outer, concave race).

@@ -118,13 +118,9 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
     per = 1.0 / totals[col.RELATIVE_AXIAL]
     f = per * torque
     return (g_x - f * a_x, g_y - f * a_y, g_z - f * a_z), (
-        m00 - per * a_x * a_x,
-        m11 - per * a_y * a_y,
-        m22 - per * a_z * a_z,
-        m01 - per * a_x * a_y,
-        m02 - per * a_x * a_z,
-        m12 - per * a_y * a_z,
-    )
+        m00 - per * a_x * a_x, m11 - per * a_y * a_y, m22 - per * a_z * a_z,
+        m01 - per * a_x * a_y, m02 - per * a_x * a_z, m12 - per * a_y * a_z,
+    )  # fmt: skip
 
 
 @kernel_part

@@ -149,16 +149,9 @@ def law_at_speed(law, slices, cage, shaft):
         return law
     rolling = 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
     return ContactLaw(
-        law.profile_radius,
-        law.roller_radius,
-        law.stiffness,
-        law.damping,
-        law.smoothing,
-        law.static_friction,
-        law.dynamic_friction,
-        slices.critical_ratio * rolling,
-        law.onset_s,
-    )
+        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing, law.static_friction,
+        law.dynamic_friction, slices.critical_ratio * rolling, law.onset_s,
+    )  # fmt: skip
 
 
 @kernel_part
@@ -234,15 +227,11 @@ def face_roller(space, start, stop):
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
         space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
-            c * a_x + turn * b_x,
-            c * a_y + turn * b_y,
-            c * a_z + turn * b_z,
-        )
+            c * a_x + turn * b_x, c * a_y + turn * b_y, c * a_z + turn * b_z,
+        )  # fmt: skip
         space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
-            c * b_x - turn * a_x,
-            c * b_y - turn * a_y,
-            c * b_z - turn * a_z,
-        )
+            c * b_x - turn * a_x, c * b_y - turn * a_y, c * b_z - turn * a_z,
+        )  # fmt: skip
         space[col.SHIFT + j] = turn
 
 
@@ -375,4 +364,6 @@ def foot_of_slice(rows, race, window, i, away):
     normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
     turn = side * best / radial
     sunk = radial - lift * normal_radial
-    return (sunk * math.cos(turn), sunk * math.sin(turn), axial - lift * rows[race, window, col.SLICE_NORMAL_AXIAL, i])
+    return (
+        sunk * math.cos(turn), sunk * math.sin(turn), axial - lift * rows[race, window, col.SLICE_NORMAL_AXIAL, i]
+    )  # fmt: skip

@@ -128,7 +128,7 @@ class Slot:
 
 
 def bisected(too_far: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where `too_far` begins between `low` and `high`, of any shape, by `HALVINGS` of the range."""
+    """Value between `low` and `high` at which `too_far` begins, of any shape, by `HALVINGS` of the range."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         beyond = too_far(middle)
@@ -174,7 +174,7 @@ class Race:
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
     def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
-        """What a defect adds to the force, less than nothing for an opening; shapes broadcast."""
+        """Force added by a defect, negative for an opening; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
         for x, half in zip(opening.across_m, opening.half_m, strict=True):
             level = depth_m - self.fall_1_m * x**2 / 2
@@ -186,7 +186,7 @@ class Race:
 class Opening(NamedTuple):
     """A defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
 
-    `middle_m`: where its middle is along the race from the element, any shape.
+    `middle_m`: its middle along the race from the element, any shape.
     """
 
     race: int
@@ -197,7 +197,7 @@ class Opening(NamedTuple):
     middle_m: FloatArray
 
     def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
-        """By how much the race's surface under the element is higher than without the defect."""
+        """Height of the race's surface under the element above that without the defect."""
         if self.height_m > 0:
             beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
             return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)

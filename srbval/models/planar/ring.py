@@ -84,13 +84,13 @@ class PlanarRing:
         return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
-        """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Stiffness of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
         contact = -np.array([self.undamaged_force_n(ring_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
         return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
-        """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        """Damping of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         outwards = self.outwards
         dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T

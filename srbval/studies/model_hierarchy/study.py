@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable
-from srbval.processes.machine import this_machine
+from srbval.processes.about_machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.studies.calibration_runs import REFINEMENT, SECONDS, between, grid, measure_cases, quick_grid, summary
