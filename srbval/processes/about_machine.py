@@ -1,0 +1,28 @@
+"""The machine that the program runs on, as results name it."""
+
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+from srbval.processes.machine import usable_cores
+
+
+def this_machine() -> dict[str, Any]:
+    """Processor and usable cores, as stored results name them."""
+    return {"processor": processor_name(), "usable_cores": usable_cores()}
+
+
+def load_average() -> float | None:
+    """Mean number of processes that wanted a core in the last minute; None if the system does not state it."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+
+
+def processor_name(listing: Path = Path("/proc/cpuinfo")) -> str:
+    """The processor's name as the system states it, otherwise its architecture."""
+    if listing.is_file():
+        for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
+            key, _, value = line.partition(":")
+            if key.strip() == "model name" and value.strip():
+                return value.strip()
+    return platform.processor() or platform.machine()
