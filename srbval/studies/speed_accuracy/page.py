@@ -47,11 +47,13 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own": max(own), "paper_s": paper_s, **paper}
     yield prose.paragraph("intro", **values | {"steps_per_s": 1 / paper["step_s"]})
     yield prose.figure("speed-accuracy", chart(runs, paper_s), badge=Badge.SIMULATED, **values)
-    shown = runs[runs["pareto"] | (runs["mark"] != "")].assign(
-        steps_per_s=1 / runs["dt_s"], solver_note=runs["mark"],
+    noted = runs.assign(
+        steps_per_s=1 / runs["dt_s"],
+        solver_note=runs["mark"],
         status_tone=["good" if ok else "bad" for ok in runs["ok"]],
         cage_error_note=["within the converged run's own error" if own else "" for own in runs["reference_limited"]],
-    )  # fmt: skip
+    )
+    shown = noted[runs["pareto"].astype(bool) | (runs["mark"] != "")]
     yield prose.table("speed-accuracy-table", shown, {
         "scene": "Scene", "solver": "Solver", "steps_per_s": ("Steps", "1/s", ".0f"), COST: ("CPU", "s/s", ".3f"),
         ERROR: ("Cage error", "", ".1e"), "band_rms_error_db": ("500-1500 Hz RMS error", "dB", "+.2f"),

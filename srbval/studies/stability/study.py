@@ -116,7 +116,9 @@ def answer_text(result: Mapping[str, Any]) -> str:
     steps = frame.assign(steps=1 / frame["largest_stable_dt_s"]).pivot(
         index=["scene", "solver"], columns="rpm", values="steps"
     )
-    table = text_table(("scene", "solver", *(f"{rpm:g} rpm" for rpm in steps.columns)), steps.reset_index().to_numpy())
+    table = text_table(
+        ("scene", "solver", *(f"{rpm:g} rpm" for rpm in steps.columns)), steps.reset_index().to_numpy().tolist()
+    )
     answers = "\n".join(claim["answer"] for claim in result["claims"])
     return f"Largest stable steps, as divisors of a second (-: none tried):\n\n{table}\n\n{answers}"
 
