@@ -56,13 +56,16 @@ class StudyResult:
 class Study:
     """A question that takes minutes or hours to answer, and whose answer is stored: what its ``study.toml`` says.
 
-    `minutes` is about what it takes on two cores. `options`: its own, as arguments stand in the commands' file; what
+    `minutes` is about what it takes on two cores; `parts`: parts of the program's behaviour that its numbers depend on.
+    `options`: its own, as arguments stand in the commands' file; what
     they leave out is a constant of ``study.py``, on which the result depends.
     """
 
     name: str
     question: str
     minutes: float
+    kind: str = "evidence"
+    parts: tuple[str, ...] = ()
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
