@@ -29,7 +29,7 @@ from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings, gather
 from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
 from srbval.scene import Scene, load_scene, paper_scene
-from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
+from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
 
 __version__: str
@@ -57,7 +57,6 @@ __all__ = [
     "add_recordings",
     "amplitude_spectrum",
     "analyse",
-    "bandpass",
     "baseline_of",
     "build_docs",
     "campaign_status",
