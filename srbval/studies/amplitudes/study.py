@@ -45,11 +45,7 @@ SECONDS, STEP_S = 2.0, 1 / 61_440  # with the longest contacts that are drawn th
 NOMINAL, FINER = "nominal", "finer"
 CHANGES = {NOMINAL: {}, FINER: {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}}
 POWER, PATH_DRAWS, SEED = 4, 24, 23  # 2^POWER draws of the inputs
-KINDS = {
-    "locked": "locked level",
-    "harmonic": "harmonic pattern",
-    "total": "total level",
-}  # by the quantity's first word
+KINDS = {"locked": "locked level", "harmonic": "harmonic pattern", "total": "total level"}  # by first words
 OWN_PARTS = ["reading", "mounting", "numerics", "path"]  # of the uncertainty of each band, independent of other bands
 SHIFTS_DB = np.arange(-400, 401) / 10  # of a third octave's gain, among which the best is looked for
 
@@ -214,10 +210,9 @@ def separate_levels(rows: pd.DataFrame, drawn: pd.DataFrame) -> pd.DataFrame:
             own_u = np.sqrt((of[OWN_PARTS] ** 2).sum(axis=1)).to_numpy() / NORMAL_95
             covariance = np.cov(drawn[list(of.record + " " + of.quantity)].to_numpy(float), rowvar=False)
             level, u, d2 = read.level_and_pattern(of.error.to_numpy(), covariance + np.diag(own_u**2))
-            p = {"level_p": 2 * stdtr(len(drawn) - 1, -abs(level / u)), "pattern_p": chdtrc(len(of) - 1, d2)}
-            tests.append(
-                {"record": record, "used_for": used_for, "bands": len(of), "level": level, "u": u, "d2": d2} | p
-            )
+            found = {"record": record, "used_for": used_for, "bands": len(of), "level": level, "u": u, "d2": d2}
+            chances = {"level_p": 2 * stdtr(len(drawn) - 1, -abs(level / u)), "pattern_p": chdtrc(len(of) - 1, d2)}
+            tests.append(found | chances)
     return pd.DataFrame(tests)
 
 
