@@ -1,7 +1,4 @@
-"""The healthy record that a record is compared with, how the two differ, and which lines have risen against it.
-
-Or a healthy record's noise under a simulated run.
-"""
+"""Healthy records: comparison of a record's lines with them, and their noise under a simulated run."""
 
 import dataclasses
 import math
@@ -21,12 +18,12 @@ from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
-# Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
+# Speeds and loads that differ by at most this share are one operating point: a motor slips under load.
 SAME_SHARE = 0.03
 N_PER_KN = 1000.0
 SINGLE_PRECISION = 1e-6
-# A line has risen where it stands this many times above the healthy bearing's (6 dB, the usual alarm step of
-# condition monitoring), its 95 % interval clear of one.
+# A line has risen from this ratio over the healthy bearing's (6 dB, the usual alarm step of condition monitoring), if
+# the 95 % interval of the ratio excludes one.
 RISEN_RATIO = 2.0
 
 
@@ -34,8 +31,8 @@ RISEN_RATIO = 2.0
 class Baseline:
     """A healthy record analysed in the band of the record that is compared with it.
 
-    `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so that
-    nothing is compared then. `remarks` names what else differs, or what neither record states.
+    `conditions` lists differences in speed or load that make the records incomparable. `remarks` lists other
+    differences, and what the records do not state.
     """
 
     analysis: Analysis
@@ -45,12 +42,11 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineComparison:
-    """How the fault lines of a record compare with those of a healthy one.
+    """The fault lines of a record compared with those of a healthy one.
 
-    `ratios` are those of every line that stands out or was detected, by name: its modulation over the healthy record's
-    with the 95 % interval; empty without a comparable healthy record. `line` is the deepest that has risen, `risen` the
-    part it belongs to. `baseline` is the healthy record's file where it is comparable, and `by_level`
-    whether levels are compared, or shares of the mean.
+    `ratios` are the modulations of all lines that stand out over the healthy record's, by name, with 95 % intervals;
+    empty without a comparable healthy record. `line` is the deepest line that has risen, `risen` its part. `baseline`
+    is the file of the comparable healthy record. `by_level` is true if levels are compared, not shares of the mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -66,14 +62,14 @@ class BaselineComparison:
 
     @property
     def times(self) -> str:
-        """How a ratio reads: of levels, or of depths of modulation where a record's unit is not known."""
+        """Words after a ratio: of levels, or of depths of modulation if the unit of a record is not known."""
         return "times as high" if self.by_level else "times as deep"
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """The registered healthy record of the same rig, speed and load, or None; raises what loading it raises.
+    """The registered healthy record of the same rig, speed and load; raises what loading it raises.
 
-    None too where that is the record itself in another file, or where the scale of one of the two is missing.
+    None without such a record, if it is the record itself in another file, or if the scale of one of both is missing.
     """
     entry = healthy_baseline(analysis.recording)
     if entry is None:
@@ -84,7 +80,7 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
 
 
 def _is_same(one: Recording, other: Recording) -> bool:
-    """Whether two files hold the same signal, to the digits of single precision."""
+    """True if two files contain the same signal in single precision."""
     if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
         return True
     a, b = one_signal(one), one_signal(other)
@@ -92,11 +88,11 @@ def _is_same(one: Recording, other: Recording) -> bool:
 
 
 def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
-    """A healthy record by its file, with the settings of the record that is compared with it.
+    """Load a healthy record from its file, with the settings of the record that is compared with it.
 
-    Its own speed, state and loads count; the `settings`' speed only where it states none. Another gain belongs to
-    another file: its `scale` is given, or it is registered with one, and its registered unit and sensitivity count.
-    `ConfigurationError` where it is declared faulty, or a scale is given for the other record alone.
+    Its own speed, state and loads are used; the speed of `settings` only if it states none. Its `scale` is given or
+    registered, since each file has its own gain, and its registered unit and sensitivity are used. Raises
+    `ConfigurationError` if it is declared faulty, or if a scale is given for the other record alone.
     """
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
@@ -118,9 +114,9 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """`healthy` in the band and with the filter of `analysis`; raises what `analyse` raises.
+    """Analyse `healthy` in the band and with the filter of `analysis`; raises what `analyse` raises.
 
-    `ConfigurationError` where it is the very record that `analysis` was made of, `DataError` where a scale is missing.
+    Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
     """
     ours, processed = analysis.recording, analysis.processed
     if _is_same(healthy, ours):
@@ -168,10 +164,9 @@ def _same(one: float, other: float) -> bool:
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with those of a healthy record in the same band.
 
-    Modulations are compared in the squared envelope's own unit where both records state one, else as depths (share of
-    the mean), since amplitudes of unknown scale cannot be compared. Where a `Baseline` states `conditions` that differ,
-    nothing is compared: levels rise with speed and load, and so do a healthy bearing's own lines. What the record is
-    declared to be has no part in it. Raises `ValueError` for different bands.
+    Modulations are compared in the unit of the squared envelope if both records state a unit, else as depths (shares
+    of the mean). Nothing is compared if a `Baseline` states `conditions` that differ: lines of a healthy bearing rise
+    with speed and load. The declared state of the record is not used. Raises `ValueError` for different bands.
     """
     healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
     if healthy is None:
@@ -199,10 +194,14 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     also = "; also risen, less deep: " if others else ""
     also += ", ".join(f"{x.name} {short_ratio(ratios[x.name][0])} times" for x in others)
     return dataclasses.replace(
-        compared, risen=Fault.of_line(first.name), line=first.name, ratio=ratio, ratio_ci95=ci95,
+        compared,
+        risen=Fault.of_line(first.name),
+        line=first.name,
+        ratio=ratio,
+        ratio_ci95=ci95,
         sentence=f"{said} the {first.name} line is {short_ratio(ratio)} {compared.times} "
         f"(95 %: {short_ratio(ci95[0])} to {short_ratio(ci95[1])}){also}.",
-    )  # fmt: skip
+    )
 
 
 def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
@@ -210,14 +209,14 @@ def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
 
 
 def short_ratio(ratio: float) -> str:
-    """Three digits, never with an exponent a reader has to work out."""
+    """A ratio with three digits and without an exponent."""
     return f"{float(f'{ratio:.3g}'):,g}"
 
 
 def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach.
+    """Modulation of `line` over the baseline's with its 95 % interval; None if the baseline's is out of reach.
 
-    Where the baseline's peak is another's line, its own was not detected: it is taken as high as it could be.
+    If the baseline's peak is another line, its own line is taken at the highest level that is not detected.
     """
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
@@ -229,7 +228,7 @@ def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, t
         return None
     noise = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
     ratio = ours / theirs
-    if before.covered and ratio < RISEN_RATIO:  # what covers it is only a bound for the healthy line
+    if before.covered and ratio < RISEN_RATIO:  # the covering line is only an upper bound
         return None
     return ratio, (ratio * math.exp(-noise), ratio * math.exp(noise))
 
@@ -244,11 +243,11 @@ def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
 
 
 def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recording:
-    """The run with the spectrum of a `healthy` record under it, whose phases are random.
+    """Add a background to a run: the spectrum of a `healthy` record with random phases.
 
-    Depth of modulation, kurtosis and signal-to-noise ratio compare with a measured record's only so. An increment over
-    a healthy record must never be taken of it: the background is that record. Raises `ConfigurationError` for what is
-    not simulated or not measured, and where rate, unit or length do not fit.
+    With it depth of modulation, kurtosis and signal-to-noise ratio can be compared with a measured record. Increments
+    over that healthy record mean nothing. Raises `ConfigurationError` if the records are not simulated and measured, or
+    if rate, unit or length do not fit.
     """
     if run.origin is not Origin.SIMULATED or healthy.origin is not Origin.MEASURED:
         raise ConfigurationError(
@@ -265,12 +264,20 @@ def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recor
             f"background {healthy.name}: {healthy.seconds:.4g} s; it must last as long as the run, "
             f"{run.seconds:.4g} s: simulate a shorter run (--seconds)."
         )
-    note = f"measured background: spectrum of {healthy.name}, phases random (seed {seed}); no increment is to be taken"
+    note = (
+        f"Background added from {healthy.name} (phases randomised, seed {seed}); do not compute increments from this "
+        "record."
+    )
     cautions = run.cautions
     if run.speed and healthy.speed and abs(healthy.speed.value_hz / run.speed.value_hz - 1) > SAME_SHARE:
         cautions += (f"background at {healthy.speed.value_hz:.4g} Hz of the shaft, run at {run.speed.value_hz:.4g} Hz",)
     both = one_signal(run) + phase_randomised(one_signal(healthy)[: run.samples], seed)
     return dataclasses.replace(
-        run, channels={SENSOR: both}, channel=SENSOR, axes=None, name=f"{run.name}, on a measured background",
-        notes=(*run.notes, note), cautions=cautions,
-    )  # fmt: skip
+        run,
+        channels={SENSOR: both},
+        channel=SENSOR,
+        axes=None,
+        name=f"{run.name}, on a measured background",
+        notes=(*run.notes, note),
+        cautions=cautions,
+    )

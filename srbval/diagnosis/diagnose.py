@@ -1,4 +1,4 @@
-"""Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
+"""The fault that a record shows by itself: posterior probabilities learnt from records of known state of other rigs."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -15,16 +15,20 @@ from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
 from srbval.recordings import SpeedSource
 
+CAGE_SENTENCE = (
+    "The cage's comb stands out (evidence {:.1f}), as of one rolling element or one pocket that strikes once a turn of "
+    "the cage; it names no fault."
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
-    """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
+    """Class called (`state`) and `probabilities` of all classes.
 
-    Undecided too where the class is a part whose line contradicts the speed used, see `contradicts_speed`.
-
-    `log_likelihood`: of each class over the healthy one's, for priors of one's own; here healthy is as probable as all
-    else together. `rigs`: of how many rigs records of known state were learnt from; `channel`: the one that shows the
-    class best, whose `scores` are given.
+    "undecided" means that no class is probable enough, or that the line of the part contradicts the speed used
+    (`contradicts_speed`). `log_likelihood` is that of each class over healthy, for other priors; here healthy is as
+    probable as all else together. `rigs` is the number of rigs learnt from. `channel` shows the class best, and
+    `scores` belong to it.
     """
 
     state: str
@@ -49,15 +53,12 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """The diagnosis in words."""
         shares = ", ".join(f"{label_of(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
-        cage = "" if not self.scores.cage_shows else (
-            f"The cage's comb stands out (evidence {self.scores.cage:.1f}), as of one rolling element or one pocket "
-            "that strikes once a turn of the cage; it names no fault."
-        )  # fmt: skip
+        cage = "" if not self.scores.cage_shows else CAGE_SENTENCE.format(self.scores.cage)
         said = (
             f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
             f"probable beforehand as all else together: {shares}; {self._answer}."
@@ -66,20 +67,20 @@ class Diagnosis:
 
 
 def label_of(name: str) -> str:
-    """A class in words."""
+    """Name of a class in words."""
     return Fault(name).label if name in tuple(Fault) else "something else"
 
 
 def fault_of(name: str) -> Fault | None:
-    """The fault of a class, None where it is no fault of a part."""
+    """The fault of a class; None if the class is no fault of a part."""
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
 def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
-    """Whether the comb of a `part` is its line only at a speed that is not the one used.
+    """True if the comb of a `part` would be its line only at a speed other than the one used.
 
-    Its line is not detected at that speed, and either stands too far off for slip or the record's lines fit a speed
-    outside the tolerance of the set point: a finding, from which nothing is named.
+    Then its line is not detected at the speed used, and either a peak is too far off for slip, or the record's lines
+    fit a speed outside the tolerance of the set point.
     """
     if part is None or (line := analysis.line_of(part)).detected:
         return False
@@ -90,9 +91,9 @@ def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
 def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
     """Name the fault of an analysed record.
 
-    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine. Where
-    the speed was estimated from the record, the faults are looked for at the stated one within its tolerance too: what
-    gave the estimate need not be this shaft. Each of these views is paid for (`Evidence.log_likelihood`).
+    With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
+    stated speed within its tolerance is a further view: the estimate may belong to another shaft. The likelihood
+    accounts for the number of views (`Evidence.log_likelihood`).
     """
     by, scored = evidence(), views_of(analysis, all_channels=all_channels)
     features = [np.array(one.features) for _, one in scored]
@@ -111,7 +112,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
 
 
 def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Channel and scores of each way to look at a record, see `diagnose`."""
+    """Channel and scores of each view of a record, see `diagnose`."""
     views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
     stated = analysis.recording.speed
     if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
@@ -120,12 +121,15 @@ def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None
 
 
 def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
-    """The analysis, and with it those with another channel's signal in place of its own, where that is as long."""
+    """The analysis by its channel, and the same with each other channel of the same length that is not constant."""
     recording, done = analysis.recording, analysis.processed
     found, own = {recording.channel: analysis}, recording.channels.get(recording.channel or "")
     for name, x in recording.channels.items():
         if name not in found and own is not None and x.size == own.size and x.min() < x.max():
-            found[name] = dataclasses.replace(analysis, processed=process(
-                recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
-            ))  # fmt: skip
+            found[name] = dataclasses.replace(
+                analysis,
+                processed=process(
+                    recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
+                ),
+            )
     return found

@@ -1,9 +1,9 @@
-"""Posterior probabilities of what a record shows: healthy, a fault of one part, or something else.
+"""Posterior probabilities of the state that a record shows: healthy, a fault of one part, or something else.
 
-A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultScores`): by how
-much a comb stands above a typical one. Of a healthy bearing large values are exponentially rare; of a faulty one they
-are spread over a range many times as wide, or hidden, and then as of a healthy one. So the log likelihood of a class
-over the healthy one's rises in proportion to its feature: four numbers for all parts and machines (`Evidence`).
+A record has one feature for each fault and one for the strongest comb that no fault explains (`FaultScores`): the
+excess of a comb over a typical comb. For a healthy bearing large values are exponentially rare. For a faulty one they
+are spread over a range many times as wide, or the fault is hidden and its feature is that of a healthy bearing. So the
+log likelihood ratio of a class rises with its feature: four numbers for all parts and machines (`Evidence`).
 """
 
 from __future__ import annotations
@@ -23,23 +23,22 @@ from srbval.storage.tables import build, read_toml
 
 OTHER, UNDECIDED = "other", "undecided"
 CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
-# Before anything is known of a record a bearing is healthy or not with equal odds, and all that it may be instead is
-# equally probable. Stated, not fitted; others with `log_likelihood`.
+# Healthy or not with equal odds, and all other classes equally probable. Stated, not fitted; see `log_likelihood`.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for name in CLASSES}
-# A wrong call costs this many times what no call costs: a class is called from probability `LEAST_NAMED`.
+# A wrong call costs this many times as much as no call: a class is called from the probability `LEAST_NAMED`.
 WRONG_COST = 3.0
 LEAST_NAMED = 1 - 1 / WRONG_COST
-# Correlation of the features of two records of one bearing, which have rig, mounting and load in common: 0.36 in 84
-# records of healthy bearings, 0.73 in 53 of faulty races. Stated between the two.
+# Correlation of the features of two records of one bearing, which share rig, mounting and load: 0.36 in 84 records of
+# healthy bearings, 0.73 in 53 of faulty races. A value between both is stated.
 SHARED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """How features are weighed: log likelihoods rise by `slope` per unit from minus `onset` on.
+    """Weights of the features: log likelihood ratios rise from minus `onset` by `slope` per unit of the feature.
 
-    A fault of a race, and something else, hides in the share `hidden` of the records, one of a rolling element in
-    `roller_hidden`. Fitted to records of known state of so many `rigs`, with so many `specimens` of each class.
+    Faults of a race, and something else, are hidden in the share `hidden` of the records, faults of a rolling element
+    in `roller_hidden`. Fitted to records of `rigs` rigs with so many `specimens` (bearings) of each class.
     """
 
     slope: float
@@ -50,12 +49,12 @@ class Evidence:
     specimens: Mapping[str, int]
 
     def log_ratios(self, features: FloatArray) -> FloatArray:
-        """Log likelihood of each class but the first over the healthy one, [..., 4], from `features` [..., 4].
+        """Log likelihood ratio of each class but healthy over healthy, [..., 4], from `features` [..., 4].
 
             r = log(h + (1 - h) exp(slope x - onset))
 
         with the hidden share h: an exponential tail of scale 1 / slope for x of healthy records against a uniform
-        density for those of a fault that shows. Something else may stand beside a fault (`FOREIGN_COMB`).
+        density for x of a fault that shows. Something else may be present beside a fault (`FOREIGN_COMB`).
         """
         parts = [name in RACE_DEFECTS or name == OTHER for name in CLASSES[1:]]
         hidden = np.where(parts, self.hidden, self.roller_hidden)
@@ -64,10 +63,10 @@ class Evidence:
         return np.concatenate((ratios[..., :-1] + beside, ratios[..., -1:]), axis=-1)
 
     def log_likelihood(self, *views: FloatArray) -> dict[str, float]:
-        """Log likelihood of each class over the healthy one's; with it any prior can be used.
+        """Log likelihood ratio of each class over healthy, for use with any prior.
 
-        From the features [4] of each of several `views`, channels or speeds, of which any may be the one that shows the
-        class: the mean of the likelihoods, so that every view looked at is paid for.
+        It is the mean likelihood over several `views` (channels or speeds; features [4] each), of which any may be the
+        view that shows the class: so the number of views is accounted for.
         """
         ratios = np.logaddexp.reduce(self.log_ratios(np.array(views)), axis=0) - math.log(len(views))
         return dict(zip(CLASSES, (0.0, *ratios.tolist()), strict=True))
@@ -75,9 +74,9 @@ class Evidence:
     def probabilities(
         self, log_likelihood: Mapping[str, float], prior: Mapping[str, float] = PRIOR
     ) -> dict[str, float]:
-        """Posterior probability of each class, none above (n + 1/2) / (n + 1) of n specimens known of it.
+        """Posterior probability of each class, at most (n + 1/2) / (n + 1) with n known specimens.
 
-        That is what n of n leave to the next by Jeffreys' prior.
+        That is the predictive probability after n of n successes by Jeffreys' prior.
         """
         log = np.array([math.log(prior[name]) + log_likelihood[name] for name in CLASSES])
         shares = np.exp(log - np.logaddexp.reduce(log))
@@ -92,28 +91,27 @@ class Evidence:
 
 @functools.cache
 def evidence() -> Evidence:
-    """That which comes with the program; written by ``srbval study run naming``."""
+    """The evidence that ships, from ``evidence.toml``."""
     file = Path(__file__).with_name("evidence.toml")
     return build(Evidence, read_toml(file), str(file))
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Log likelihood of each class over the healthy one's from those of n records of one bearing.
+    """Log likelihood ratios of n records of one bearing together: their sum over 1 + (n - 1) `SHARED`.
 
-    Their sum over 1 + (n - 1) `SHARED`: that many records with the same correlation between any two are worth one
-    without (the design effect of cluster samples, Kish 1965, Survey Sampling, sect. 5.4). One record says what it says
-    alone, and no number of records says more than 1 / `SHARED` times what they say on average.
+    This is the design effect of cluster samples with the same correlation between any two (Kish 1965, Survey Sampling,
+    sect. 5.4). Any number of records is worth at most 1 / `SHARED` records.
     """
     count = len(log_likelihoods)
     return {name: sum(one[name] for one in log_likelihoods) / (1 + (count - 1) * SHARED) for name in CLASSES}
 
 
 def most_probable(probabilities: Mapping[str, float]) -> str:
-    """The class of the highest probability."""
+    """The most probable class."""
     return max(probabilities, key=lambda name: probabilities[name])
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """The most probable class where calling it costs less than leaving it open, else `UNDECIDED`."""
+    """The most probable class if it is probable enough to be called, else `UNDECIDED`."""
     best = most_probable(probabilities)
     return best if probabilities[best] >= LEAST_NAMED else UNDECIDED

@@ -1,7 +1,7 @@
-"""What a record shows for each fault, on one scale: how far its family's comb stands above those of the record.
+"""Scores of all faults in a record on one scale: the excess of a fault's comb over a typical comb of the record.
 
-Each family is looked for after cepstrum prewhitening, which takes tones and gear meshes away, in all parts of the whole
-band together: no band is chosen, neither for a data set nor on the record.
+Combs are searched after cepstrum prewhitening, which removes tones and gear meshes, in all parts of the whole band
+together: no band is chosen.
 """
 
 import math
@@ -19,28 +19,27 @@ from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART, neg_log_rank
 
-# Combs are looked for from this order of the shaft up.
+# Combs are searched from this order of the shaft.
 LEAST_ORDER = 1.1
-# Sidebands of the strongest family that are taken as its own, and how far slip spreads a line, as a share of it.
+# Sidebands that belong to the strongest family, and the spread of a line by slip, as a share of its frequency.
 SIDEBANDS, WANDER = 4, 1e-3
-# So many placebos are worth one: windows overlap by half, and mixed combs repeat the record's lines. With it 0.6 to
-# 1.4 % of the chances are below 1 % on seven kinds of background without a fault (0.8 to 2.2 % with the exponential
-# tail), 2.8 % (3.3 %) on another bearing's impacts; 360 values each.
+# So many placebos count as one: windows overlap by half, and mixed combs repeat the record's lines. With it 0.6 to
+# 1.4 % of the chances are below 1 % on seven kinds of background without a fault, 2.8 % on another bearing's impacts.
 REPEATED = 6.5
-# The cage's comb stands out from this excess on: that of one of its rolling elements or pockets that strikes or slides
-# once a turn of the cage. Of 30 records of healthy bearings 6 reach it, those of the IMS bearing whose roller failed a
-# month later (6.4 to 7.2); the others stay below 3.
+# The cage's comb stands out from this excess: one rolling element or pocket strikes once a turn of the cage. Of 30
+# records of healthy bearings 6 reach it, those of the IMS bearing whose roller failed a month later (6.4 to 7.2); the
+# others stay below 3.
 CAGE_SHOWN = 5.0
-# A comb that stands this far below a typical one, or below another fault's, is as silent as any.
+# Least value of a feature: a comb this far below a typical one, or below another fault's, is silent.
 SILENT = -1.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class PartScore:
-    """`excess`: by how much the score of a fault's comb exceeds that of a typical comb of the record.
+    """Excess of a fault's comb over a typical comb of the record, its fundamental `found_hz`, and its `false_alarm`.
 
-    `found_hz` is its fundamental, `false_alarm` the chance that a placebo is as strong. None where the comb is
-    out of the record's reach, `false_alarm` also where nothing is left to rank it among.
+    `false_alarm` is the chance that a placebo is as strong. Values are None if the comb is out of the record's reach,
+    `false_alarm` also if there are no placebos.
     """
 
     fault: Fault
@@ -53,10 +52,9 @@ class PartScore:
 class FaultScores:
     """Scores of all faults, and excess and order of the strongest comb that neither they nor the shaft explain.
 
-    Where that comb is stronger than every fault's, the faults' scores are those of what is left without its lines, for
-    lines that two combs share make no fault; else the comb is that of what is left without the strongest fault's.
-    `cage` is the excess of the cage's comb, FTF and harmonics, which names no fault; None out of reach. `unmasked`:
-    excesses of the faults before any other comb's lines are masked.
+    If that comb is stronger than every fault's, the faults are scored without its lines; otherwise that comb is
+    searched without the lines of the strongest fault. `cage` is the excess of the cage's comb, which names no fault;
+    None if out of reach. `unmasked` are the excesses of the faults with no lines masked.
     """
 
     parts: tuple[PartScore, ...]
@@ -67,14 +65,14 @@ class FaultScores:
 
     @property
     def cage_shows(self) -> bool:
-        """Does the cage's comb stand out?"""
+        """True if the cage's comb stands out."""
         return self.cage is not None and self.cage >= CAGE_SHOWN
 
     @property
     def features(self) -> tuple[float, ...]:
-        """What classes are told by: each fault's excess over any other fault's, and the unexplained one's over theirs.
+        """Excess of each fault over the other faults, and of the unexplained comb over all faults; at least `SILENT`.
 
-        No value is below `SILENT`. A comb of another machine part beside a fault's is no evidence against the fault.
+        A comb of another machine part is no evidence against a fault.
         """
         excess = [SILENT if part.excess is None else part.excess for part in self.parts]
         others = [max(0.0, *excess[:n], *excess[n + 1 :]) for n in range(len(excess))]
@@ -83,10 +81,10 @@ class FaultScores:
 
 
 def fault_scores(analysis: Analysis) -> FaultScores:
-    """The scores of an analysed record, about the speed that its analysis found.
+    """Score an analysed record about the speed that its analysis found.
 
-    At a set point no harmonics of the shaft are masked: they may stand anywhere within its tolerance, and masks at the
-    set point itself hide a fault instead whose line lies there (BPFI of the 6203, order 4.95, at 1 % more speed).
+    At a set point no harmonics of the shaft are masked: they may be anywhere within its tolerance, and masks at the set
+    point itself could hide a fault (BPFI of the 6203, order 4.95, at 1 % more speed).
     """
     speed, bearing = analysis.speed, analysis.bearing
     shaft_hz, relative = speed.value_hz, bearing.largest_slip + speed.ci95_hz / speed.value_hz
@@ -110,13 +108,16 @@ def fault_scores(analysis: Analysis) -> FaultScores:
     low_hz, high_hz = cage_hz * (1 - APART * relative), cage_hz * (1 + APART * relative)
     cage, _ = CombSpectrum.of(bands, low_hz, HARMONICS, high_hz).highest(cage_hz, relative)
     return FaultScores(
-        parts=parts, unexplained=unexplained, unexplained_order=order, unmasked=excesses,
+        parts=parts,
+        unexplained=unexplained,
+        unexplained_order=order,
+        unmasked=excesses,
         cage=None if math.isnan(cage) else cage - whole.typical(relative),
-    )  # fmt: skip
+    )
 
 
 def _parts(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[PartScore, ...]:
-    """The scores of all faults, looked for within a share `relative` of where they are by kinematics."""
+    """Scores of all faults, searched within the share `relative` about their kinematic frequencies."""
     families, parts = families_of(analysis.bearing, analysis.speed.value_hz), []
     typical = combs.typical(relative)
     allowed = is_placebo_order(combs.frequency_hz, relative, families, analysis.speed)
@@ -131,7 +132,7 @@ def _parts(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[Pa
 
 
 def _unexplained(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[float, float | None]:
-    """Excess and order of the strongest comb that means nothing in this bearing; None where every order means some."""
+    """Excess and order of the strongest comb at a meaningless order of the bearing; None without such orders."""
     shaft_hz = analysis.speed.value_hz
     families = families_of(analysis.bearing, shaft_hz)
     means_nothing = is_placebo_order(combs.frequency_hz, relative / APART, families, analysis.speed)
@@ -142,7 +143,7 @@ def _unexplained(combs: CombSpectrum, analysis: Analysis, relative: float) -> tu
 
 
 def _without(bands: Sequence[Periodogram], found_hz: float, spacing_hz: float) -> list[Periodogram]:
-    """The spectra with the harmonics of a comb and their sidebands, `spacing_hz` apart, masked."""
+    """Mask the harmonics of a comb and their sidebands, `spacing_hz` apart, in the spectra."""
     number = np.arange(1, math.floor(bands[0].limit_hz / found_hz) + 2, dtype=np.float64)[:, None]
     centre = (number * found_hz + np.arange(-SIDEBANDS, SIDEBANDS + 1)[None, :] * spacing_hz).ravel()
     half_hz = np.repeat(number.ravel() * found_hz * WANDER, 2 * SIDEBANDS + 1)

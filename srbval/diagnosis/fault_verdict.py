@@ -2,12 +2,12 @@
 
 Headline, reasons and tone of a report, the text of ``analyse`` and its JSON follow from it alone.
 
-A part is *named* where the record alone is probable enough to name it (`diagnose`), or where its line is like a fault's
-and has risen against a comparable healthy record: no healthy record takes back what the record alone shows. *Undecided*
-is what shows something strong that names no part: a line above the noise, whatever else may explain it, unless a
-comparable healthy record has it too and it is too shallow for a fault; a comb that another class explains better than a
-healthy bearing; a race line that could not be looked for. Only what is left is *nothing found*, with the modulation
-from which a fault's line would have been seen. What a record is declared to be has no part in it.
+*Named*: a part is probable enough by the record alone (`diagnose`), or its line is like a fault's and has risen against
+a comparable healthy record. A healthy record never withdraws a part that the record alone names. *Undecided*: something
+strong names no part, such as a line above the noise (unless a comparable healthy record has it too and it is too
+shallow for a fault), a comb that another class explains better than a healthy bearing, or a race line that could not be
+searched. *Nothing found*: all other records, with the modulation from which a fault's line would have been seen. The
+declared state of a record is not used.
 """
 
 import enum
@@ -26,21 +26,21 @@ from srbval.recordings import Origin
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
-# A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below half of
-# that occur in healthy bearings and as by-lines of other faults.
+# A defect struck once a period modulates the squared envelope by about its mean and more. Lines below half of that
+# occur in healthy bearings and beside other faults.
 SHALLOW_DEPTH, STRUCK_DEPTH = 0.5, 1.0
-# An outer-race line whose second harmonic is less than this share of it is a smooth modulation, as rollers passing
-# under the load cause it (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The
-# healthy model at 997 rpm has 0.2 with a line half as deep as its mean, measured outer-race faults 0.48 and more.
+# An outer-race line with a weaker second harmonic is a smooth modulation by rollers that pass under the load (varying
+# compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The healthy model at 997 rpm has 0.2 with
+# a line half as deep as its mean, measured outer-race faults 0.48 and more.
 IMPACT_SECOND_HARMONIC = 1 / 3
-# A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude, in units of the
-# noise, scatters by the noise in phase with it, of half the noise's power (Rice 1945).
+# A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
+# of the noise in phase with it, half of the noise's power (Rice 1945).
 SEEN_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 MOST_NAMED = 3  # of what stands out, in a headline
 
 
 class Finding(enum.StrEnum):
-    """What a verdict can be."""
+    """Kind of a verdict."""
 
     NAMED = "named"
     UNDECIDED = "undecided"
@@ -49,11 +49,10 @@ class Finding(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class FaultVerdict:
-    """`part` is the one named; `reasons` are sentences that say what the `headline` rests on, the `advice` first.
+    """Verdict on a record: the `part` named, a `headline`, and `reasons` in sentences, the `advice` first.
 
-    `advice`: which rule names none although lines are strong, and what to do; else empty.
-
-    `finding` and `diagnosis` are None for a record that is not measured.
+    `advice` says why no part is named although lines are strong, and what to do; otherwise it is empty. `finding` and
+    `diagnosis` are None if the record is not measured.
     """
 
     finding: Finding | None
@@ -66,7 +65,7 @@ class FaultVerdict:
 
     @property
     def answer(self) -> str:
-        """What, how sure and against what, in one sentence."""
+        """Headline and probability in one sentence."""
         if self.diagnosis is None:
             return self.sentence
         name = self.diagnosis.best_class if self.part is None else self.part.value
@@ -75,11 +74,11 @@ class FaultVerdict:
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """Headline and reasons."""
         return " ".join((f"{self.headline}.", *self.reasons))
 
     def beside(self, declared: Fault | None) -> str:
-        """What the record is declared to be beside what was found, in words; empty where nothing is declared."""
+        """The declared state compared with the verdict, in words; empty if no state is declared."""
         if declared is None:
             return ""
         other = self.part is not None and self.part is not declared
@@ -111,7 +110,7 @@ class FaultVerdict:
 def fault_verdict(
     analysis: Analysis, baseline: Baseline | Analysis | None = None, *, all_channels: bool = False
 ) -> FaultVerdict:
-    """The verdict on an analysed record, compared with a healthy one where there is one.
+    """Judge an analysed record, compared with a healthy record if given.
 
     `all_channels`: see `diagnose`. Raises what `compare_with_baseline` raises.
     """
@@ -125,7 +124,7 @@ def fault_verdict(
 
 
 def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> FaultVerdict:
-    """The rule: what lines, comparison and the record alone make of a measured record together."""
+    """Verdict on a measured record from its lines, the comparison and the diagnosis of the record alone."""
     part = fault_of(diagnosis.state)
     if part is None and comparison.line is not None and is_fault_like(analysis, analysis.line(comparison.line)):
         part = comparison.risen
@@ -140,7 +139,8 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         advice = _why_not_named(analysis, diagnosis)
     elif unseen:
         finding = Finding.UNDECIDED
-        headline = f"Undecided: {' and '.join(unseen)} could not be seen in this record, however strong the fault"
+        lines = " and ".join(unseen)
+        headline = f"Undecided: {lines} could not have been detected in this record at any fault size"
     else:
         finding = Finding.NOTHING_FOUND
         seen = {f: smallest_seen(analysis.line_of(f), comparison) for f in DEFECTS}
@@ -156,13 +156,18 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         )
     reasons = (advice, limits, comparison.sentence, analysis.summary, diagnosis.sentence)
     return FaultVerdict(
-        finding=finding, headline=headline, reasons=tuple(filter(None, reasons)), comparison=comparison,
-        diagnosis=diagnosis, part=part, advice=advice,
-    )  # fmt: skip
+        finding=finding,
+        headline=headline,
+        reasons=tuple(filter(None, reasons)),
+        comparison=comparison,
+        diagnosis=diagnosis,
+        part=part,
+        advice=advice,
+    )
 
 
 def _why_not_named(analysis: Analysis, diagnosis: Diagnosis) -> str:
-    """The rule that names no part although its line is like a fault's, and what would decide; empty without such."""
+    """Why no part is named although a line is like a fault's, and what would decide; empty without such a line."""
     lines = {part: analysis.line_of(part) for part in DEFECTS}
     alike = [part for part in DEFECTS if is_fault_like(analysis, lines[part])]
     if not alike:
@@ -177,9 +182,9 @@ def _why_not_named(analysis: Analysis, diagnosis: Diagnosis) -> str:
 
 
 def is_fault_like(analysis: Analysis, line: Line) -> bool:
-    """Whether `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
+    """True if `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
 
-    Where its second harmonic is out of reach, it is taken for a train of impacts.
+    If its second harmonic is out of reach, the line is taken for a train of impacts.
     """
     if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
         return False
@@ -188,10 +193,10 @@ def is_fault_like(analysis: Analysis, line: Line) -> bool:
 
 
 def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
-    """The depth from which a line at the place of `line` stands out in 95 of 100 records; infinite where none would.
+    """Depth from which a line at the frequency of `line` stands out in 95 of 100 records; infinite if it cannot.
 
-    Of a line with harmonics that fall off slowly, as impacts have them; one without is seen from some 1.4 times as
-    much. `SEEN_SNR` times the noise; where a line of the healthy bearing stands there, `RISEN_RATIO` times its depth.
+    It is that of `SEEN_SNR` times the noise or, at a line of the healthy bearing, `RISEN_RATIO` times its depth. The
+    line is assumed to have the harmonics of impacts; without them the depth is some 1.4 times as large.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf
@@ -199,7 +204,7 @@ def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
 
 
 def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -> str:
-    """What most plainly shows a named part: its line against the healthy record or the noise, or its probability."""
+    """The clearest evidence for a named part: its line against the healthy record or the noise, or its comb."""
     line = analysis.line_of(part)
     if comparison.risen is part:
         ratio = short_ratio(comparison.ratio or 0.0)
@@ -210,7 +215,7 @@ def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -
 
 
 def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> Iterator[str]:
-    """What stands out without naming a part, in a few words each: what has risen first, then the highest."""
+    """All that stands out without naming a part, in a few words each: risen lines first, then the highest."""
 
     def is_accounted_for(line: Line) -> bool:
         ratio = comparison.ratios.get(line.name)

@@ -1,8 +1,8 @@
-"""A machine's file: what is the same for all records of one machine, stated once and taken by every command.
+"""A machine's file: settings that all records of one machine share, used by every command.
 
-A TOML file with a `title` and any of these: `bearing`, which is a known name, a file, or a table as in a bearing's own
-file; `[set_point]`, `[sensor]`, `[baseline]` and `[limits]` with the fields of the classes below. Paths are relative to
-its folder. Each value stands for an option of the command line; an option that is given there goes over it.
+A TOML file with a `title` and any of these: `bearing` (a known name, a file, or a table as in a bearing's own file),
+`[set_point]`, `[sensor]`, `[baseline]` and `[limits]` with the fields of the classes below. Paths are relative to its
+folder. Each value replaces an option of the command line that is not given.
 """
 
 import json
@@ -18,7 +18,7 @@ from srbval.errors import ConfigurationError
 from srbval.recordings import RecordingSettings
 from srbval.storage.tables import SI_SUFFIX, UNITS, Limited, build, limited, quantity, read_toml
 
-OPTIONS = {  # the option, and its unit, that a field stands for where it is called otherwise
+OPTIONS = {  # option and its unit, for fields with another name
     "speed_rad_s": ("rpm", "rpm"),
     "speed_tolerance_pct": ("rpm_tolerance", ""),
     "radial_n": ("radial_kn", "kN"),
@@ -30,15 +30,21 @@ OPTIONS = {  # the option, and its unit, that a field stands for where it is cal
     "cage_slip_pct": ("cage_slip", ""),
     "zones_m_s": ("zones_mm_s", "mm/s"),
 }
-BELONGS_TO = {  # an option that, once given, does without the machine's value
-    "rpm_tolerance": "rpm", "scale": "unit", "sensitivity": "unit", "pulses_per_rev": "tacho",
-    "healthy_scale": "healthy", "band": "auto_band", "auto_band": "band", "zones_mm_s": "machine_class",
-}  # fmt: skip
+BELONGS_TO = {  # option whose presence on the command line discards the machine's value
+    "rpm_tolerance": "rpm",
+    "scale": "unit",
+    "sensitivity": "unit",
+    "pulses_per_rev": "tacho",
+    "healthy_scale": "healthy",
+    "band": "auto_band",
+    "auto_band": "band",
+    "zones_mm_s": "machine_class",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
-    """Speed and load that the machine is set to; without a tolerance the speed counts as measured."""
+    """Speed and load of the machine; a speed without a tolerance counts as measured."""
 
     speed_rad_s: float | None = quantity("speed", above=0, default=None)
     speed_tolerance_pct: float | None = limited(above=0, most=10, default=None)
@@ -61,7 +67,7 @@ class Sensor(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineRecords(Limited):
-    """The healthy record and its own scale, for comparison; of a trend, how many of the first records are healthy."""
+    """The healthy record for comparison and its scale; for a trend, the number of first records that are healthy."""
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
@@ -70,9 +76,9 @@ class BaselineRecords(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class MachineLimits(Limited):
-    """Where lines are looked for, and how severe a velocity is.
+    """Limits of the search for lines, and of the severity of a velocity.
 
-    `zones_m_s`: the RMS velocities from which zones B, C and D begin, in place of those of a `machine_class`.
+    `zones_m_s` are the RMS velocities at which zones B, C and D begin, in place of those of a `machine_class`.
     """
 
     band_hz: tuple[float, float] | None = quantity("frequency", above=0, default=None)
@@ -91,7 +97,7 @@ class MachineLimits(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """What a machine's file states."""
+    """Content of a machine's file."""
 
     title: str
     bearing: str | Mapping[str, Any] | None = None
@@ -102,17 +108,19 @@ class Machine:
 
 
 def machine_options(path: str | Path) -> dict[str, Any]:
-    """The options that a machine's file stands for, by their names in the parsed command line.
+    """Options that a machine's file states, by their names in the parsed command line.
 
-    Raises `ConfigurationError`, with the file's name, for an unknown key, a value beyond its limits or of a wrong type
-    or unit; `DataError` where it cannot be read.
+    Raises `ConfigurationError`, with the file's name, for an unknown key or a value beyond its limits, of a wrong type
+    or unit; `DataError` if it cannot be read.
     """
     file = Path(path)
     try:
         machine = build(Machine, read_toml(file), str(file))
-        found = {name: _in_unit(getattr(getattr(machine, table), key), key, unit)
-                 for table, key, name, unit in _fields()}  # fmt: skip
-        options = {name: value for name, value in found.items() if value is not None}
+        options = {
+            name: _in_unit(value, key, unit)
+            for table, key, name, unit in _fields()
+            if (value := getattr(getattr(machine, table), key)) is not None
+        }
         if machine.bearing is not None:
             name = machine.bearing if isinstance(machine.bearing, str) else file.name
             options["bearing"] = str(file.parent / name) if name.endswith(".toml") else name
@@ -127,7 +135,7 @@ def machine_options(path: str | Path) -> dict[str, Any]:
 
 
 def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
-    """The text of a machine's file in `folder` that stands for these options; what is not given is left out."""
+    """Text of a machine's file in `folder` that states the options given."""
     stated = {"title": title} | {name: value for name, value in options.items() if value not in (None, False)}
     for name in ("bearing", "healthy"):
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
@@ -143,7 +151,7 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
 
 
 def _fields() -> Iterator[tuple[str, str, str, str]]:
-    """Table, field, option and its unit of all that a machine's file may state beside the bearing."""
+    """Table, field, option and its unit for every statement of a machine's file but the bearing."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):
@@ -151,14 +159,14 @@ def _fields() -> Iterator[tuple[str, str, str, str]]:
 
 
 def _shorter(key: str, unit: str) -> tuple[str, float]:
-    """A field's name without its SI unit, as its value is written with `unit`, and that unit in SI."""
+    """Name of a field without the suffix of its SI unit, and `unit` in SI."""
     dimension = next(d for d, end in SI_SUFFIX.items() if key.endswith(end) and unit in UNITS[d])
     return key.removesuffix(SI_SUFFIX[dimension]), UNITS[dimension][unit]
 
 
 def _in_unit(value: Any, key: str, unit: str) -> Any:
-    """A field's value, in `unit` where it has one, without the last digits, which the change of units leaves."""
-    if value is None or not unit:
+    """Value of a field in `unit`, rounded to remove the digits that the conversion leaves."""
+    if not unit:
         return value
     found = [float(f"{x / _shorter(key, unit)[1]:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
     return found if isinstance(value, tuple) else found[0]

@@ -1,16 +1,12 @@
-"""From a file to its verdict, and from many files to theirs: in parallel, each read again only where something changed.
+"""From one file to its verdict, and from many files to theirs in parallel.
 
-What was read of a file is stored under everything that it was computed from: the file's bytes, what was asked, the
-bearing, the healthy record, the register, and the sources. So an interrupted batch goes on where it stopped.
+The result of a file is stored under all that it depends on: the file's bytes, the request, the bearing, the healthy
+record, the register and the sources. So an interrupted batch continues, and only what changed is read again.
 """
 
 import json
-import signal
-from collections.abc import Collection, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +17,7 @@ from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_p
 from srbval.diagnosis.fault_scores import CAGE_SHOWN
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQuestion, SrbvalError
-from srbval.processes.machine import usable_cores
+from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, Features, features_of
@@ -44,9 +40,9 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """What is asked of one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options.
+    """Request for one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options.
 
-    With `auto_band_if_undeclared` a band is chosen on the record where neither the request nor a data set has one.
+    With `auto_band_if_undeclared` a band is chosen on the record if neither the request nor a data set states one.
     """
 
     file: str = ""
@@ -64,7 +60,7 @@ class RecordRequest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordReading:
-    """One record from file to verdict. `cautions` are those about its healthy record."""
+    """One record from file to verdict; `cautions` concern its healthy record."""
 
     analysis: Analysis
     baseline: Baseline | None
@@ -87,7 +83,7 @@ class RecordReading:
 
 @dataclass(frozen=True, kw_only=True)
 class FailedFile:
-    """A recording's file that could not be read or analysed, and the error."""
+    """A file that could not be read or analysed, and the error."""
 
     file: str
     error: SrbvalError
@@ -100,7 +96,7 @@ class FailedFile:
 def read_record(request: RecordRequest) -> RecordReading:
     """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
 
-    What a file leaves open is asked for all at once (`LeftOpenError`, `ConfigurationError`).
+    All that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
     """
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
@@ -119,18 +115,21 @@ def read_record(request: RecordRequest) -> RecordReading:
 def read_recording(
     recording: Recording, request: RecordRequest, *, healthy: Recording | None = None, all_channels: bool = False
 ) -> RecordReading:
-    """The same of a recording that is loaded, and of a `healthy` one, whatever files `request` names.
+    """Read a loaded recording as `read_record` reads a file, beside the loaded `healthy` one.
 
-    `all_channels`: see `fault_verdict`.
+    The files that `request` names are ignored; `all_channels`: see `fault_verdict`.
     """
     _ask_at_once(recording, request)
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     analysis = analyse(
-        recording, bearing=bearing,
-        band_hz=request.band_hz, band_filter=request.band_filter, healthy=healthy,
+        recording,
+        bearing=bearing,
+        band_hz=request.band_hz,
+        band_filter=request.band_filter,
+        healthy=healthy,
         choose_on_record=request.auto_band
         or (request.auto_band_if_undeclared and request.band_hz is None and not _band_is_declared(recording)),
-    )  # fmt: skip
+    )
     baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
     verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
     return RecordReading(analysis=analysis, baseline=baseline, verdict=verdict, cautions=cautions)
@@ -139,24 +138,19 @@ def read_recording(
 def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
-    """The documents of many files, `jobs` at a time (default: one a core), and the files that failed.
+    """Documents of many files, the most serious first, and the files that failed; `jobs` at a time (one per core).
 
-    The most serious come first. A file whose channel nobody states has one document a channel. Each file's result is
-    stored as soon as it is there. Raises the error of the files where all of them fail.
+    A file without a stated channel has one document for each channel. Each result is stored as soon as it is complete.
+    Raises the error of the files if all of them fail.
     """
     register = repr(listing(or_none=True).recordings)
     contents = {request: _content(request, register) for request in requests}
-    answers: dict[RecordRequest, list[dict[str, Any]] | FailedFile] = {}
-    waiting = []
-    for request, content in contents.items():
-        found = STORE.load(content, list) if content else None
-        if found:
-            answers[request] = found
-        else:
-            waiting.append(request)
+    answers: dict[RecordRequest, list[dict[str, Any]] | FailedFile] = {
+        request: found for request, content in contents.items() if content and (found := STORE.load(content, list))
+    }
     task = f"Analyse {len(requests)} files"
     progress(task, len(answers) / max(1, len(requests)))
-    for request, answer in _answered(waiting, jobs or usable_cores()):
+    for request, answer in in_processes(_answer, [one for one in contents if one not in answers], jobs=jobs):
         answers[request] = answer
         if isinstance(answer, list):
             STORE.save(contents[request], answer)
@@ -170,31 +164,8 @@ def read_records(
     return read, failed
 
 
-def _answered(
-    requests: Sequence[RecordRequest], jobs: int
-) -> Iterator[tuple[RecordRequest, list[dict[str, Any]] | FailedFile]]:
-    """Each request with its answer, as they come; in other processes if there are several, which ignore Ctrl-C."""
-    if len(requests) < 2:
-        yield from ((request, _answer(request)) for request in requests)
-        return
-    ignore = (signal.SIGINT, signal.SIG_IGN)
-    with ProcessPoolExecutor(
-        min(jobs, len(requests)), mp_context=get_context("spawn"), initializer=signal.signal, initargs=ignore
-    ) as pool:
-        running = {pool.submit(_answer, request): request for request in requests}
-        try:
-            yield from ((running[future], future.result()) for future in as_completed(running))
-        except BrokenProcessPool:
-            raise DataError(
-                "a process that reads recordings died, perhaps for want of memory. What was read so far is kept, the "
-                "same command goes on from there; use fewer --jobs."
-            ) from None
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
 def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
-    """The error that all these files have in common, or one that lists theirs."""
+    """The error that all these files have in common, or an error that lists theirs."""
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
         return first
@@ -204,35 +175,39 @@ def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
 def without_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """The failed files, and apart from them what a folder holds beside recordings, such as a licence.
+    """The failed files, and separately the files of a folder that are no recordings, such as a licence.
 
-    That is what is no recording by its content, was not `named` itself, and ends like no file that was read.
+    Such a file is no recording by its content, was not `named` itself, and has the suffix of no file that was read.
     """
     endings = {Path(one["file"]).suffix for one in read}
     other = [
-        one.file for one in failed
+        one.file
+        for one in failed
         if isinstance(one.error, NoRecordingError) and one.file not in named and Path(one.file).suffix not in endings
-    ]  # fmt: skip
+    ]
     return [one for one in failed if one.file not in other], other
 
 
 def feature_table(found: Features) -> list[dict[str, Any]]:
-    """The features as rows of name, value and unit; accelerations in g too."""
+    """Features as rows of name, value and unit; accelerations also in g."""
     low, high = found.velocity_band_hz
     scales = {found.unit: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found.unit == ACCELERATION else {})
     levels = {"RMS": found.rms, "peak": found.peak, "RMS in the band": found.band_rms}
     rows: list[tuple[str, float | None, str]]
     rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]
-    rows += [("crest factor", found.crest, ""), ("kurtosis", found.kurtosis, ""),
-             (f"velocity RMS, {low:g} to {high:g} Hz", found.velocity_rms_mm_s, "mm/s")]  # fmt: skip
+    rows += [
+        ("crest factor", found.crest, ""),
+        ("kurtosis", found.kurtosis, ""),
+        (f"velocity RMS, {low:g} to {high:g} Hz", found.velocity_rms_mm_s, "mm/s"),
+    ]
     return [{"feature": name, "value": value, "unit": unit} for name, value, unit in rows]
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """A document in a row: verdict, most probable fault by the record alone and its probability, alarm, features.
+    """One row for a document: verdict, most probable fault by the record alone and its probability, alarm, features.
 
-    The alarm is "yes" where a fault is named, "check" where something strong stays unexplained, else "no"; with "-" for
-    what is not measured.
+    The alarm is "yes" if a fault is named, "check" if strong lines stay unexplained, else "no"; "-" if the record is
+    not measured.
     """
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
@@ -251,10 +226,10 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What all records say together where they are of one bearing, as an entry of JSON documents.
+    """Entry of JSON documents for all records of one bearing together (`of_one_machine`).
 
-    Of those that are measured, and whose lines do not fit another speed than the one stated; see `of_one_machine`.
-    `cage_excess`: the cage's comb in each. `ConfigurationError` where the records name more than one bearing.
+    Used are measured records whose lines do not fit another speed than the stated one. `cage_excess` is the excess of
+    the cage's comb in each. Raises `ConfigurationError` if the records name more than one bearing.
     """
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
@@ -264,7 +239,7 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     faults = [one["fault"] for one in documents if one["fault"]["log_likelihood"] and not one["shaft_hz"]["outside"]]
     entry: dict[str, Any] = {"records": len(faults), "state": None, "called": None, "probabilities": {}}
     if not faults:
-        return entry | {"sentence": "One machine: no measured record says anything of it."}
+        return entry | {"sentence": "One machine: no measured record can be used."}
     together = of_one_machine([fault["log_likelihood"] for fault in faults])
     shares = evidence().probabilities(together)
     state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
@@ -274,15 +249,19 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     )
     shown = sum(excess is not None and excess >= CAGE_SHOWN for excess in cage)
     said = f"One machine: {answer} ({label_of(best)} {100 * shares[best]:.0f} % by {len(faults)} records together)."
-    said += f" The cage's comb stands out in {shown} of them; it names no fault." if shown else ""
+    said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return entry | {
-        "state": state, "called": part, "probabilities": shares, "log_likelihood": together, "cage_excess": cage,
+        "state": state,
+        "called": part,
+        "probabilities": shares,
+        "log_likelihood": together,
+        "cage_excess": cage,
         "sentence": said,
-    }  # fmt: skip
+    }
 
 
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
-    """The documents of a file, one a channel where it is left open; or the error."""
+    """The documents of a file, one for each channel if none is stated; or its error."""
     try:
         names = open_channels(Path(request.file), request.settings.over(registered_settings(request.file)))
         own = [replace(request, settings=replace(request.settings, channel=name)) for name in names] or [request]
@@ -294,21 +273,21 @@ def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
 
 
 def _content(request: RecordRequest, register: str) -> str:
-    """All that the documents of a file are computed from; empty where the file cannot be read."""
+    """All that the documents of a file depend on; empty if the file cannot be read."""
     try:
         files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
-        if not all(file.is_file() for file in files):  # a pipe would be waited for
+        if not all(file.is_file() for file in files):  # opening a pipe would block
             return ""
         hashes = [file_sha256(file) for file in files]
         name = request.bearing or registered_settings(request.file).bearing
         bearing = repr(load_bearing(name)) if name else ""
-    except (SrbvalError, OSError):  # OSError: a path that none can have
+    except (SrbvalError, OSError):  # OSError: an impossible path
         return ""
     return json.dumps([to_json(request), str(Path(request.file).resolve()), hashes, bearing, register])
 
 
 def _band_is_declared(recording: Recording) -> bool:
-    """Whether the recording or its data set says in which band to look."""
+    """True if the recording or its data set states a band."""
     try:
         declared_band(recording, None)
     except ConfigurationError:
@@ -317,7 +296,7 @@ def _band_is_declared(recording: Recording) -> bool:
 
 
 def _load(request: RecordRequest) -> Recording:
-    """The record; what it leaves open is asked for with the band, which no file states."""
+    """The record; if it leaves something open, the error also asks for the band, which no file states."""
     try:
         return load_registered(request.file, request.settings)
     except LeftOpenError as error:
@@ -327,7 +306,7 @@ def _load(request: RecordRequest) -> Recording:
 
 
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
-    """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
+    """Raise one error if several statements are missing; a single missing one raises its own error later."""
     band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
     known = {
         BEARING_QUESTION: recording.bearing or request.bearing,
@@ -343,7 +322,7 @@ def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
 
 
 def _baseline(analysis: Analysis, given: Recording | None) -> tuple[Baseline | None, tuple[str, ...]]:
-    """The healthy record given, or the registered one of the same rig, speed and load, where there is one; cautions."""
+    """The healthy record given, or else the registered one of the same rig, speed and load; and cautions."""
     try:
         healthy = given if given is not None else registered_baseline(analysis)
     except DataError as error:  # an unreadable register must not hide what the file itself shows

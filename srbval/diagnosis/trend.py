@@ -1,15 +1,15 @@
-"""How the records of one machine change: levels of its fault lines, RMS, velocity, and the first alarm.
+"""Trend of the records of one machine: levels of its fault lines, RMS, velocity, and the first alarm.
 
-The level of a fault in a record is the RMS of what its line modulates: the band's RMS times the root of the line's
-depth in the squared envelope. A level has risen where its logarithm x lies above the prediction limit of a baseline,
-the first b records of the history, with mean m and standard deviation s::
+The level of a fault in a record is the RMS modulated by its line: the band's RMS times the root of the line's depth in
+the squared envelope. A level has risen if its logarithm x is above the prediction limit of a baseline, the first b
+records of the history, with mean m and standard deviation s::
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
 for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not
-checked). K counts all comparisons: records behind the baseline times levels times channels. By Bonferroni's inequality
-the chance of any false alarm in the whole history is at most alpha, however the comparisons depend on each other. That
-holds as long as a healthy machine stays what it was in the baseline: a change of load or temperature is a rise too.
+checked). K counts all comparisons: records after the baseline times levels times channels. By Bonferroni's inequality
+the chance of any false alarm in the whole history is at most alpha, whatever the dependence of the comparisons, as long
+as a healthy machine does not change: a change of load or temperature is a rise too.
 """
 
 import csv
@@ -33,19 +33,20 @@ from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
 
 ALPHA = 0.05
-LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer say too little of the scatter
+LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer do not show the scatter
 ZONES_FILE = "iso_20816_3.toml"
 RMS = "RMS"
 DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
-DB = 20 / math.log(10)
+DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrendPoint:
-    """One record. `levels` by line, and RMS, in the recording's unit; `ci95_db` the lines' 95 % half widths [dB].
+    """One record of a trend.
 
-    `risen` names the levels above their limits. A record that is not `comparable` ran at another speed than the
-    baseline and is not judged.
+    `levels` of the lines and the RMS, in the recording's unit; `ci95_db` are the 95 % half widths of the lines [dB];
+    `risen` names the levels above their limits. A record that is not `comparable`, since its speed is not that of the
+    baseline, is not judged.
     """
 
     file: str
@@ -60,16 +61,17 @@ class TrendPoint:
 
     @property
     def time_text(self) -> str:
-        """The time as it is printed."""
+        """Time in words."""
         return self.time.isoformat(" ", "minutes") if isinstance(self.time, datetime) else f"{self.time:g}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """The records of one channel in the order of time; `reference` are the levels' geometric means of the baseline.
+    """Records of one channel in the order of time.
 
-    `limits` are the levels from which they have risen, empty without a baseline; `zones` are the least velocities of
-    B, C and D [mm/s]; `velocity_missing` says why there is no velocity, or no zone.
+    `reference` are the geometric means of the baseline's levels, `limits` the levels above which they have risen (empty
+    without a baseline), `zones` the least velocities of B, C and D [mm/s]; `velocity_missing` is the reason for no
+    velocity or no zone.
     """
 
     channel: str | None
@@ -81,19 +83,19 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """A level of a point, or a limit, over its reference [dB]; None where one of them is missing."""
+        """Level of a point, or a limit, over its reference [dB]; None if one of them is missing."""
         value, before = levels.get(name), self.reference.get(name)
-        return DB * math.log(value / before) if value and before else None
+        return DB_PER_NEPER * math.log(value / before) if value and before else None
 
     @property
     def first_alarm(self) -> int | None:
-        """Number of the first record in which a level has risen."""
+        """Index of the first record in which a level has risen."""
         return next((n for n, point in enumerate(self.points) if point.risen), None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """`baseline` records come first in each channel; `comparisons` is K, `false_alarm` alpha, of the whole history."""
+    """Trends of all channels; `baseline` is the number of first records, `comparisons` is K, `false_alarm` is alpha."""
 
     JSON_PROPERTIES: ClassVar = ("answer", "alarm")
 
@@ -105,13 +107,13 @@ class Trend:
 
     @property
     def alarm(self) -> ChannelTrend | None:
-        """The channel of the first alarm, None without one."""
+        """Channel of the first alarm; None without an alarm."""
         found = [one for one in self.channels if one.first_alarm is not None]
         return min(found, key=lambda one: one.first_alarm or 0, default=None)
 
     @property
     def answer(self) -> str:
-        """The first alarm and how sure it is, in one sentence."""
+        """The first alarm and its certainty, in one sentence."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -134,30 +136,30 @@ class Trend:
 
 
 def machine_classes() -> dict[str, tuple[float, ...]]:
-    """The velocities [mm/s] between zones A, B, C and D, by class of machine."""
+    """Velocities [mm/s] between zones A, B, C and D, by class of machine."""
     text = (resources.files("srbval.diagnosis") / ZONES_FILE).read_text(encoding="utf-8")
     return {name: tuple(values) for name, values in tomllib.loads(text)["boundaries_mm_s"].items()}
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Those of a class, none without one; `ConfigurationError` for a class that is not known."""
+    """Velocities between the zones of a class, none without a class; `ConfigurationError` for an unknown class."""
     if machine_class is not None and machine_class not in machine_classes():
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
     return machine_classes()[machine_class] if machine_class else ()
 
 
 def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | None:
-    """The zone, A to D, of an RMS velocity [mm/s]; None without one or without boundaries."""
+    """Zone, A to D, of an RMS velocity [mm/s]; None without a velocity or boundaries."""
     if velocity_mm_s is None or not boundaries:
         return None
     return "ABCD"[int(np.searchsorted(boundaries, velocity_mm_s))]
 
 
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
-    """When each file was recorded, and where that is from: a table with the columns `file` and `time`, or the names.
+    """Time of each file, and the source of the times: a table with the columns `file` and `time`, or the files' names.
 
-    A table's times are dates (ISO 8601) or numbers. Names hold dates, or else one number each; failing both, the
-    files' own dates of change count. `ConfigurationError` for a table that cannot be used.
+    Times in a table are dates (ISO 8601) or numbers. Names contain dates, or else one number each; otherwise the dates
+    of change of the files are used. Raises `ConfigurationError` for a table that cannot be used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:
@@ -195,14 +197,19 @@ def _time(text: str) -> datetime | float:
 
 
 def trend_of(
-    documents: Sequence[Mapping[str, Any]], times: Mapping[str, datetime | float], *, time_from: str = "",
-    baseline: int | None = None, machine_class: str | None = None, zones_mm_s: Sequence[float] = (),
-) -> Trend:  # fmt: skip
-    """The trend of the `documents` of `read_records`, each channel's for itself.
+    documents: Sequence[Mapping[str, Any]],
+    times: Mapping[str, datetime | float],
+    *,
+    time_from: str = "",
+    baseline: int | None = None,
+    machine_class: str | None = None,
+    zones_mm_s: Sequence[float] = (),
+) -> Trend:
+    """Trend of the `documents` of `read_records`, by channel.
 
-    `baseline` is how many of the first records show the machine's own scatter (default: a third, from `LEAST_BASELINE`
-    to `MOST_BASELINE`), `machine_class` one of `machine_classes`, in whose place
-    `zones_mm_s` are the velocities from which zones B, C and D begin. `ConfigurationError` for a baseline too short.
+    `baseline` is the number of first records that show the machine's scatter (default: a third, from `LEAST_BASELINE`
+    to `MOST_BASELINE`). `zones_mm_s`, the velocities at which zones B, C and D begin, replace those of `machine_class`
+    (one of `machine_classes`). Raises `ConfigurationError` for a baseline that is too short.
     """
     by_channel: dict[str | None, list[Mapping[str, Any]]] = {}
     for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
@@ -215,9 +222,12 @@ def trend_of(
     series = {channel: _points(found, times, count, boundaries) for channel, found in by_channel.items()}
     names = (*(fault.line or "" for fault in DEFECTS), RMS)
     comparisons = sum(
-        name in point.levels for points in series.values() for point in points[count:] if point.comparable
+        name in point.levels
+        for points in series.values()
+        for point in points[count:]
+        if point.comparable
         for name in names
-    )  # fmt: skip
+    )
     channels = []
     for channel, points in series.items():
         features = by_channel[channel][0]["features"]
@@ -226,12 +236,17 @@ def trend_of(
         enough = {name: x for name, x in logs.items() if x.size >= LEAST_BASELINE and comparisons}
         limits = {name: math.exp(x.mean() + factor[x.size] * x.std(ddof=1)) for name, x in enough.items()}
         missing = features["velocity_missing"] or ("" if boundaries else "no class of machine: --machine-class")
-        channels.append(ChannelTrend(
-            channel=channel, unit=features["unit"], velocity_missing=missing, limits=limits,
-            zones=tuple(zip("BCD", boundaries, strict=False)),
-            reference={name: math.exp(x.mean()) for name, x in logs.items() if x.size},
-            points=(*points[:count], *(replace(one, risen=_risen(one, limits)) for one in points[count:])),
-        ))  # fmt: skip
+        channels.append(
+            ChannelTrend(
+                channel=channel,
+                unit=features["unit"],
+                velocity_missing=missing,
+                limits=limits,
+                zones=tuple(zip("BCD", boundaries, strict=False)),
+                reference={name: math.exp(x.mean()) for name, x in logs.items() if x.size},
+                points=(*points[:count], *(replace(one, risen=_risen(one, limits)) for one in points[count:])),
+            )
+        )
     first = min(count, max(map(len, series.values())))
     return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
 
@@ -241,22 +256,29 @@ def _risen(point: TrendPoint, limits: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def _points(
-    documents: Sequence[Mapping[str, Any]], times: Mapping[str, datetime | float], count: int,
+    documents: Sequence[Mapping[str, Any]],
+    times: Mapping[str, datetime | float],
+    count: int,
     boundaries: Sequence[float],
-) -> list[TrendPoint]:  # fmt: skip
+) -> list[TrendPoint]:
     usual_hz = float(np.median([one["shaft_hz"]["value"] for one in documents[:count]]))
     points = []
     for one in documents:
         features, shaft_hz = one["features"], one["shaft_hz"]["value"]
         lines = [x for x in one["lines"] if x["harmonic"] == 1 and x["depth"] and x["snr"]]
         velocity = features["velocity_rms_mm_s"]
-        points.append(TrendPoint(
-            file=one["file"], time=times[one["file"]], rpm=60 * shaft_hz,
-            levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines} | {RMS: features["rms"]},
-            # of a line's amplitude 8.69 / sqrt(2 rho) dB, power over noise rho; a level goes with the root of the depth
-            ci95_db={x["name"]: DB / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
-            velocity_rms_mm_s=velocity,
-            zone=zone_of(velocity, boundaries),
-            comparable=abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
-        ))  # fmt: skip
+        points.append(
+            TrendPoint(
+                file=one["file"],
+                time=times[one["file"]],
+                rpm=60 * shaft_hz,
+                levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines}
+                | {RMS: features["rms"]},
+                # 8.69 / sqrt(2 rho) dB for the amplitude of a line, rho power over noise; a level is the root of the depth
+                ci95_db={x["name"]: DB_PER_NEPER / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
+                velocity_rms_mm_s=velocity,
+                zone=zone_of(velocity, boundaries),
+                comparable=abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
+            )
+        )
     return points

@@ -32,15 +32,16 @@ HALF_OCTAVE = 10**0.15  # of the band that a line is read in: passages stay shor
 
 
 def locked_powers(
-    recording: Recording, bearing: Bearing, line_order: float, bands_hz: Mapping[Band, tuple[float, float]]
+    recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
     """Power locked to the fault in each band that holds `SPACINGS` of its line [unit of the recording, squared].
 
-    `line_order` is that of the line as it was found: over the record its phase must hold. Blocks are turns of the cage.
+    `found_order` is the order at which the line was found; its phase must hold over the record. Blocks are turns of the
+    cage.
     """
     speed = _speed(recording)
     tracking = choose_tracking(recording, bearing, speed)
-    line_hz, found = line_order * speed.value_hz, {}
+    line_hz, found = found_order * speed.value_hz, {}
     for name, band_hz in bands_hz.items():
         if band_hz[1] - band_hz[0] >= SPACINGS * line_hz:
             processed = process(recording, band_hz=band_hz, tracking=tracking)
@@ -54,11 +55,11 @@ def locked_powers(
 
 
 def without_passage_lines(
-    recording: Recording, bearing: Bearing, line_order: float | None, within_hz: tuple[float, float]
+    recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
     """The recording less its `PASSAGE_LINES` in that range, each with one amplitude over all of it.
 
-    With a fault's `line_order` they are read where the fault is quiet (`steady_tone`).
+    With a fault's `found_order` they are read where the fault is quiet (`steady_tone`).
     """
     speed = _speed(recording)
     course = choose_tracking(recording, bearing, speed).course
@@ -68,19 +69,19 @@ def without_passage_lines(
     for multiple in PASSAGE_LINES[recording.state is Fault.HEALTHY]:
         order = multiple * bearing.orders.bpfo
         if within_hz[0] < order * speed.value_hz < within_hz[1]:
-            signal = signal - _line(signal, recording.fs_hz, order * turns, order * speed.value_hz, turns, line_order)
+            signal = signal - _line(signal, recording.fs_hz, order * turns, order * speed.value_hz, turns, found_order)
     return replace(recording, channels={"sensor": signal}, channel="sensor", axes=None)
 
 
 def _line(
-    signal: FloatArray, fs_hz: float, tone: FloatArray, near_hz: float, turns: FloatArray, line_order: float | None
+    signal: FloatArray, fs_hz: float, tone: FloatArray, near_hz: float, turns: FloatArray, found_order: float | None
 ) -> FloatArray:
     """The line near the phase `tone` [n, in periods], as it stands in the signal."""
     band_hz = (near_hz / HALF_OCTAVE, near_hz * HALF_OCTAVE)
     kept = drop_ends(tone, fs_hz, end_s(band_hz)).size
     first = (signal.size - kept) // 2
     inside = slice(first, first + kept)
-    periods = None if line_order is None else line_order * turns[inside]
+    periods = None if found_order is None else found_order * turns[inside]
     analytic = analytic_signal(signal, fs_hz, band_hz)[inside]
     amplitude, slip = steady_tone(analytic, tone[inside], periods, SLIP * near_hz * kept / fs_hz)
     slipped = slip * (np.arange(signal.size) - first) / kept
