@@ -274,7 +274,7 @@ def _points(
                 rpm=60 * shaft_hz,
                 levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines}
                 | {RMS: features["rms"]},
-                # 8.69 / sqrt(2 rho) dB for the amplitude of a line, rho power over noise; a level is the root of the depth
+                # a line of power rho over noise: 8.69 / sqrt(2 rho) dB; a level is the root of the depth
                 ci95_db={x["name"]: DB_PER_NEPER / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
                 velocity_rms_mm_s=velocity,
                 zone=zone_of(velocity, boundaries),
