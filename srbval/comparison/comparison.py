@@ -84,7 +84,7 @@ def comparison_row(
 
 
 def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Frame of `comparison_row`s; an empty one has their columns too."""
+    """Frame of rows as `comparison_row` makes them; an empty frame has the same columns."""
     import pandas as pd
 
     nothing, found = QuantityValue(value=0.0), list(rows)

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import kstest
 
 from srbval.bearing import Fault, FaultOrders
 from srbval.diagnosis.fault_verdict import fault_verdict
@@ -85,6 +84,8 @@ def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
 
     `distance` is that of the ranks from a uniform distribution (Kolmogorov-Smirnov); ``X_below``: shares below `LEVEL`.
     """
+    from scipy.stats import kstest
+
     lines = [line for number, one in enumerate(analyses) for line in placebos(one, count, number)]
     chances = {key: np.array([getattr(line, field) for line in lines]) for key, field in CHANCES.items()}
     return {
