@@ -73,6 +73,11 @@ def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | No
     return scene, (band["low_hz"], band["high_hz"])
 
 
+def of_reading(one: OpenInput) -> bool:
+    """True for the ends of the envelope's band, which belong to the reading, not to the scene; they stand last."""
+    return one.keys[0].startswith(f"{BAND}.")
+
+
 def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
     """`owner` with the value of a dotted name, or with its own value times it if `relative`."""
     name, _, rest = key.partition(".")

@@ -1,0 +1,108 @@
+"""The study of inputs: shared draws, failed runs, effects of known size, and the power of the verdicts."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from srbval.bearing import RACE_DEFECTS
+from srbval.comparison.budget import STUDY
+from srbval.errors import NumericsError
+from srbval.scene import load_scene, rig_inputs, sobol, values_at
+from srbval.studies.inputs import study
+from srbval.studies.inputs.page import most_by
+from srbval.studies.inputs.study import PLANTED_PCT, cage_draws, power, quantity_effects, read_again, records
+from tests.comparison.test_verdicts import NAMES, readings, variant
+
+AT = sobol(10, 6)  # draws of all inputs of the paper's scene
+DRAWN = 0.1  # relative, of moments over 64 draws
+OUTER, INNER = "line_contact.outer_osculation", "line_contact.inner_osculation"
+
+
+def stands_for(monkeypatch: pytest.MonkeyPatch, measures: Any) -> list[pd.DataFrame]:
+    """`measures` of every case in place of its run; returns the frames of cases that were asked for."""
+    asked = []
+
+    def sweep(cases: pd.DataFrame, *_: Any, **__: Any) -> pd.DataFrame:
+        asked.append(cases)
+        found = pd.DataFrame([{"status": "ok", "reason": ""} | measures(case) for case in cases.to_dict("records")])
+        return pd.concat([cases, found], axis=1)
+
+    monkeypatch.setattr(study, "sweep", sweep)
+    return asked
+
+
+@pytest.mark.parametrize("name", ["paper", "rig"])
+def test_every_record_is_run_at_the_same_inputs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = stands_for(monkeypatch, lambda case: {"ratio": 0.43 + 1e-9 * case["shaft_rpm"]})
+    at = sobol(8 if name == "paper" else len(rig_inputs()), 2)
+    found = cage_draws(name, at)
+    of_record = [group["shares"].tolist() for _, group in asked[0].groupby(["state", "nominal_rpm"])]
+    assert len(of_record) == len(records()) == 2 * (1 + len(RACE_DEFECTS))
+    assert all(shares == of_record[0] for shares in of_record)
+    assert [len(one["drawn"]) for one in found["records"]] == [len(at)] * len(of_record)
+    assert (found["failed"], len(found["effects"])) == (0, len(at[0]))
+
+
+def test_a_failed_draw_is_left_out_of_all_records_and_a_failed_nominal_run_is_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    at = sobol(len(rig_inputs()), 3)
+
+    def breaks(case: dict[str, Any], where: list[float] | None) -> dict[str, Any]:
+        wrong = case["shares"] == (where or case["shares"]) and case["nominal_rpm"] == 353.0
+        return {"ratio": np.nan if wrong else 0.43, "reason": "skids" if wrong else ""}
+
+    stands_for(monkeypatch, lambda case: breaks(case, at[3]))
+    found = cage_draws("rig", at)
+    assert (found["failed"], len(found["at"]), {len(one["drawn"]) for one in found["records"]}) == (1, 7, {7})
+    stands_for(monkeypatch, lambda case: breaks(case, None))
+    with pytest.raises(NumericsError, match="scene rig: a nominal run failed: skids"):
+        cage_draws("rig", at)
+
+
+def test_scenes_are_nominal_finer_and_drawn() -> None:
+    case = records()[0] | {"turns": 3.0, "finer": False}
+    rig = case | {"scene": "rig", "shares": [None] * len(rig_inputs())}
+    assert study.scene_of(rig).line_contact == load_scene("rig").line_contact
+    assert study.scene_of(rig | {"finer": True}).line_contact.slices > load_scene("rig").line_contact.slices
+    case |= {"scene": "paper", "shares": [None] * 8}
+    paper, fine = study.scene_of(case), study.scene_of(case | {"finer": True})
+    assert (fine.solver.step_s, fine.contact.points_per_circle) == (paper.solver.step_s / 2, 4000)
+    drawn = [values_at(rig_inputs(), row) for row in sobol(len(rig_inputs()), 6)]
+    assert all(0.96 <= one[INNER] <= one[OUTER] <= 0.985 for one in drawn)  # one roller has one profile radius
+
+
+def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A level that rises by 6 dB over the third input's range and falls by 1 dB over the fifth's."""
+
+    def measures(case: dict[str, Any]) -> dict[str, Any]:
+        third, fifth = (0.0 if share is None else share for share in (case["shares"][2], case["shares"][4]))
+        level = -3 + 6 * third - fifth + 0.1 * case["finer"]
+        return {"values": {"2xBPFO": level, "cage ratio": 0.43} if case["state"] == "outer" else {}}
+
+    stands_for(monkeypatch, measures)
+    rows = {row["quantity"]: row for row in quantity_effects(AT)}
+    level, cage = rows["2xBPFO"], rows["cage ratio"]
+    assert {row["defect"] for row in rows.values()} == {"outer"}
+    assert (level["value"], level["shift"]) == (-3, pytest.approx(2.5, rel=DRAWN))
+    assert level["inputs_ci95"] == pytest.approx(0.95 * 3, rel=DRAWN)  # uniform, but for the smaller one
+    assert level["grid_ci95"] == pytest.approx(STUDY.grid_factor * 0.1)
+    assert most_by(level["shares"]).startswith("critical velocity of friction 9")
+    assert set(cage["shares"].values()) == {0}
+
+
+def test_readings_scatter_about_the_truth_by_reading_and_between_records() -> None:
+    own, rng = readings(), np.random.default_rng(1)
+    read = np.array([[one.ratio for one in read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
+    assert read.std(axis=0) / 0.43 == pytest.approx(STUDY.between_pct / 100, rel=0.2)
+
+
+def test_the_larger_an_error_the_more_often_it_is_found() -> None:
+    rows = list(power(variant(), readings(), rigs=20))
+    assert [(row["endpoint"], row["planted_pct"]) for row in rows] == [(n, p) for n in NAMES for p in PLANTED_PCT]
+    for name in NAMES:
+        none, _, margin, twice = (row for row in rows if row["endpoint"] == name)
+        assert none["met"] > none["missed"] <= margin["missed"] < twice["missed"]
+        assert all(row["met"] + row["missed"] + row["not_resolved"] == pytest.approx(1) for row in (none, twice))
