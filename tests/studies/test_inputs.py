@@ -6,13 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.bearing import RACE_DEFECTS
 from srbval.comparison.budget import STUDY
 from srbval.errors import NumericsError
 from srbval.scene import load_scene, rig_inputs, sobol, values_at
 from srbval.studies.inputs import study
 from srbval.studies.inputs.page import most_by
-from srbval.studies.inputs.study import PLANTED_PCT, cage_draws, power, quantity_effects, read_again, records
+from srbval.studies.inputs.study import (
+    CAGE_STATES,
+    PLANTED_PCT,
+    cage_draws,
+    power,
+    quantity_effects,
+    read_again,
+    records,
+)
 from tests.comparison.test_verdicts import NAMES, readings, variant
 
 AT = sobol(10, 6)  # draws of all inputs of the paper's scene
@@ -39,7 +46,7 @@ def test_every_record_is_run_at_the_same_inputs(name: str, monkeypatch: pytest.M
     at = sobol(8 if name == "paper" else len(rig_inputs()), 2)
     found = cage_draws(name, at)
     of_record = [group["shares"].tolist() for _, group in asked[0].groupby(["state", "nominal_rpm"])]
-    assert len(of_record) == len(records()) == 2 * (1 + len(RACE_DEFECTS))
+    assert len(of_record) == len(records(CAGE_STATES)) == 6
     assert all(shares == of_record[0] for shares in of_record)
     assert [len(one["drawn"]) for one in found["records"]] == [len(at)] * len(of_record)
     assert (found["failed"], len(found["effects"])) == (0, len(at[0]))
@@ -63,7 +70,7 @@ def test_a_failed_draw_is_left_out_of_all_records_and_a_failed_nominal_run_is_an
 
 
 def test_scenes_are_nominal_finer_and_drawn() -> None:
-    case = records()[0] | {"turns": 3.0, "finer": False}
+    case = records(CAGE_STATES)[0] | {"turns": 3.0, "finer": False}
     rig = case | {"scene": "rig", "shares": [None] * len(rig_inputs())}
     assert study.scene_of(rig).line_contact == load_scene("rig").line_contact
     assert study.scene_of(rig | {"finer": True}).line_contact.slices > load_scene("rig").line_contact.slices
@@ -93,7 +100,7 @@ def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> No
     assert set(cage["shares"].values()) == {0}
 
 
-def test_readings_scatter_about_the_truth_by_reading_and_between_records() -> None:
+def test_readings_scatter_about_the_truth_by_reading_and_between_records(CAGE_STATES) -> None:
     own, rng = readings(), np.random.default_rng(1)
     read = np.array([[one.ratio for one in read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
     assert read.std(axis=0) / 0.43 == pytest.approx(STUDY.between_pct / 100, rel=0.2)

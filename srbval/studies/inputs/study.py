@@ -46,16 +46,15 @@ CAGE_TURNS = 3.0  # of the shaft: the cage ratio differs from that of thirty tur
 # exceeds the stiffest roller's limit where contacts are longest.
 RIG_RUN = {"settle_s": 0.05, "duration_s": 0.1, "solver": {"step_s": 1 / 61_440}}
 FINE_SLICES = 61
+# A roller's fault lowers the paper's cage ratio by 2e-5 of it: its records take the healthy bearing's cage.
+CAGE_STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 NOMINAL_RPM = 877.0  # the rig's speed with open recordings of all faults
 BINS = 4  # of an input's range, for its share of the variance
 PLANTED_PCT, SEED = (0.0, 0.05, 0.1, 0.2), 36
 
 
-def records(states: Sequence[Fault] = (Fault.HEALTHY, *RACE_DEFECTS)) -> list[Row]:
-    """State and mean speed of the rig's published records of `states`.
-
-    Records of a roller's fault take the healthy bearing's cage: the defect lowers the paper's cage ratio by 2e-5 of it.
-    """
+def records(states: Sequence[Fault]) -> list[Row]:
+    """State and mean speed of the rig's published records of `states`."""
     return [
         {"state": mean.state.value, "nominal_rpm": mean.nominal_rpm, "shaft_rpm": mean.mean_rpm}
         for mean in published_speeds().means
@@ -97,8 +96,8 @@ def read_run(case: Case, tried: Attempt) -> Measures:
     values = {}
     if case["turns"] == TURNS:
         own = SimulationCase(id="inputs", purpose="inputs", state=Fault(case["state"]), scene=tried.scene)
-        read = analyse_run(own, tried.run, load_bearing(tried.scene.bearing), drawn_scene(case)[1]).values
-        values = {name: value.value for name, value in read.items()}
+        read = analyse_run(own, tried.run, load_bearing(tried.scene.bearing), drawn_scene(case)[1])
+        values = {name: value.value for name, value in read.values.items()}
     return {"ratio": round(tried.run.cage_ratio, 8), "values": values}
 
 
@@ -120,7 +119,7 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
     """
     of_scene = [(one.key, one.shares) for one in rig_inputs()]
     of_scene = of_scene if name == "rig" else [(one.name, one.shares) for one in open_inputs()[: len(at[0])]]
-    of, none = records(), [None] * len(of_scene)
+    of, none = records(CAGE_STATES), [None] * len(of_scene)
     alone = [(i, share) for i, (_, shares) in enumerate(of_scene) for share in shares]
     asked: list[Shares] = [none, *([*none[:i], share, *none[i + 1 :]] for i, share in alone), *at]
     found = runs(name, of, asked, CAGE_TURNS, **options)
@@ -148,9 +147,8 @@ def cage_draws(name: str, at: Sequence[Sequence[float]], **options: Any) -> Row:
 def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[Row]:
     """Effects on every quantity of every fault that enough draws `at` [draws, inputs] show.
 
-    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (a new draw lies within it of the
-    mean with a chance of 95 %, by rank, since draws are not normal), `grid_ci95` (points on a circle and step) and
-    `shares` (part of the variance by each input alone).
+    A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
+    draw with a chance of 95 %, by rank), `grid_ci95` (points and step) and `shares` of the variance by each input alone.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
