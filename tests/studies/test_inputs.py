@@ -11,15 +11,6 @@ from srbval.errors import NumericsError
 from srbval.scene import load_scene, rig_inputs, sobol, values_at
 from srbval.studies.inputs import study
 from srbval.studies.inputs.page import most_by
-from srbval.studies.inputs.study import (
-    CAGE_STATES,
-    PLANTED_PCT,
-    cage_draws,
-    power,
-    quantity_effects,
-    read_again,
-    records,
-)
 from tests.comparison.test_verdicts import NAMES, readings, variant
 
 AT = sobol(10, 6)  # draws of all inputs of the paper's scene
@@ -44,17 +35,15 @@ def stands_for(monkeypatch: pytest.MonkeyPatch, measures: Any) -> list[pd.DataFr
 def test_every_record_is_run_at_the_same_inputs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = stands_for(monkeypatch, lambda case: {"ratio": 0.43 + 1e-9 * case["shaft_rpm"]})
     at = sobol(8 if name == "paper" else len(rig_inputs()), 2)
-    found = cage_draws(name, at)
+    found = study.cage_draws(name, at)
     of_record = [group["shares"].tolist() for _, group in asked[0].groupby(["state", "nominal_rpm"])]
-    assert len(of_record) == len(records(CAGE_STATES)) == 6
+    assert len(of_record) == len(study.records(study.CAGE_STATES)) == 6
     assert all(shares == of_record[0] for shares in of_record)
     assert [len(one["drawn"]) for one in found["records"]] == [len(at)] * len(of_record)
     assert (found["failed"], len(found["effects"])) == (0, len(at[0]))
 
 
-def test_a_failed_draw_is_left_out_of_all_records_and_a_failed_nominal_run_is_an_error(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_failed_draw_is_left_out_and_a_failed_nominal_run_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     at = sobol(len(rig_inputs()), 3)
 
     def breaks(case: dict[str, Any], where: list[float] | None) -> dict[str, Any]:
@@ -62,15 +51,15 @@ def test_a_failed_draw_is_left_out_of_all_records_and_a_failed_nominal_run_is_an
         return {"ratio": np.nan if wrong else 0.43, "reason": "skids" if wrong else ""}
 
     stands_for(monkeypatch, lambda case: breaks(case, at[3]))
-    found = cage_draws("rig", at)
+    found = study.cage_draws("rig", at)
     assert (found["failed"], len(found["at"]), {len(one["drawn"]) for one in found["records"]}) == (1, 7, {7})
     stands_for(monkeypatch, lambda case: breaks(case, None))
     with pytest.raises(NumericsError, match="scene rig: a nominal run failed: skids"):
-        cage_draws("rig", at)
+        study.cage_draws("rig", at)
 
 
 def test_scenes_are_nominal_finer_and_drawn() -> None:
-    case = records(CAGE_STATES)[0] | {"turns": 3.0, "finer": False}
+    case = study.records(study.CAGE_STATES)[0] | {"turns": 3.0, "finer": False}
     rig = case | {"scene": "rig", "shares": [None] * len(rig_inputs())}
     assert study.scene_of(rig).line_contact == load_scene("rig").line_contact
     assert study.scene_of(rig | {"finer": True}).line_contact.slices > load_scene("rig").line_contact.slices
@@ -90,7 +79,7 @@ def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> No
         return {"values": {"2xBPFO": level, "cage ratio": 0.43} if case["state"] == "outer" else {}}
 
     stands_for(monkeypatch, measures)
-    rows = {row["quantity"]: row for row in quantity_effects(AT)}
+    rows = {row["quantity"]: row for row in study.quantity_effects(AT)}
     level, cage = rows["2xBPFO"], rows["cage ratio"]
     assert {row["defect"] for row in rows.values()} == {"outer"}
     assert (level["value"], level["shift"]) == (-3, pytest.approx(2.5, rel=DRAWN))
@@ -100,15 +89,15 @@ def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> No
     assert set(cage["shares"].values()) == {0}
 
 
-def test_readings_scatter_about_the_truth_by_reading_and_between_records(CAGE_STATES) -> None:
+def test_readings_scatter_about_the_truth_by_reading_and_between_records() -> None:
     own, rng = readings(), np.random.default_rng(1)
-    read = np.array([[one.ratio for one in read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
+    read = np.array([[one.ratio for one in study.read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
     assert read.std(axis=0) / 0.43 == pytest.approx(STUDY.between_pct / 100, rel=0.2)
 
 
 def test_the_larger_an_error_the_more_often_it_is_found() -> None:
-    rows = list(power(variant(), readings(), rigs=20))
-    assert [(row["endpoint"], row["planted_pct"]) for row in rows] == [(n, p) for n in NAMES for p in PLANTED_PCT]
+    rows = list(study.power(variant(), readings(), rigs=20))
+    assert [(row["endpoint"], row["planted_pct"]) for row in rows] == [(n, p) for n in NAMES for p in study.PLANTED_PCT]
     for name in NAMES:
         none, _, margin, twice = (row for row in rows if row["endpoint"] == name)
         assert none["met"] > none["missed"] <= margin["missed"] < twice["missed"]

@@ -148,7 +148,7 @@ def quantity_effects(at: Sequence[Sequence[float]], **options: Any) -> Iterator[
     """Effects on every quantity of every fault that enough draws `at` [draws, inputs] show.
 
     A row has the nominal `value`, the `shift` to the mean over the draws, `inputs_ci95` (half width that contains a new
-    draw with a chance of 95 %, by rank), `grid_ci95` (points and step) and `shares` of the variance by each input alone.
+    draw with a chance of 95 %, by rank), `grid_ci95` (points, step), `shares` of the variance by each input.
     """
     of = [one for one in records(tuple(DEFECTS)) if one["nominal_rpm"] == NOMINAL_RPM]
     found = runs("paper", of, [[None] * len(at[0]), *at], TURNS, **options)
