@@ -74,7 +74,7 @@ class Bearing:
 
     @property
     def pitch_diameter_m(self) -> float | None:
-        """Diameter of the circle on which the rolling elements' centres lie; None where only orders are known."""
+        """Diameter of the circle on which the rolling elements' centres lie; None if only orders are known."""
         if self.geometry is not None:
             return 2 * self.geometry.pitch_radius_m
         return None if self.elements is None else self.elements.pitch_diameter_m

@@ -134,7 +134,7 @@ class Fault(enum.StrEnum):
     """Health state of a bearing: healthy, or the part that carries a localized defect.
 
     `line` names the fault's line in the envelope spectrum and `sidebands` the spacing of the sidebands about it
-    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None where there are none; `code` is the short form
+    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None if there are none; `code` is the short form
     used in tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`,
     ``Fault("ball")`` is `ROLLER`.
     """
@@ -169,7 +169,7 @@ class Fault(enum.StrEnum):
 
     @property
     def scene_word(self) -> str:
-        """How scenes say it: ``none`` for a healthy bearing, else the value."""
+        """The word of scene files: ``none`` for a healthy bearing, else the value."""
         return _SCENE_NONE if self is Fault.HEALTHY else self.value
 
     def line_order(self, orders: FaultOrders) -> float:
@@ -183,7 +183,7 @@ class Fault(enum.StrEnum):
     def passing_order(self, rolling_elements: int, cage_ratio: float) -> float | None:
         """Rolling elements that pass a defect per shaft revolution, from the cage's speed over the shaft's.
 
-        That is the line's order with slip; None where the defect is on no race.
+        That is the line's order with slip; None if the defect is on no race.
         """
         ratio = {Fault.OUTER: cage_ratio, Fault.INNER: 1 - cage_ratio}.get(self)
         return None if ratio is None else rolling_elements * ratio

@@ -24,13 +24,7 @@ from srbval.storage.installation import MissingLibraryError
 
 AUTO, SERIAL, LOCAL, DASK = "auto", "serial", "local", "dask"
 QUEUES = {  # classes of dask-jobqueue, by the name under which their settings are configured
-    "slurm": "SLURMCluster",
-    "pbs": "PBSCluster",
-    "sge": "SGECluster",
-    "lsf": "LSFCluster",
-    "htcondor": "HTCondorCluster",
-    "oar": "OARCluster",
-    "moab": "MoabCluster",
+    name.lower(): f"{name}Cluster" for name in ("SLURM", "PBS", "SGE", "LSF", "HTCondor", "OAR", "Moab")
 }
 NAMES = (AUTO, SERIAL, LOCAL, DASK, *QUEUES)
 JOB_MEMORY = "2 GB"
@@ -73,7 +67,6 @@ class DaskEngine:
         from distributed import KilledWorker
 
         with _one_error(self.name), self._client() as client:
-            self._wait_for_a_worker(client)
             waiting, scenes = iter(job.tasks), tuple(job.precompiled)
             submitted: dict[Any, CaseTask] = {}
             while True:
@@ -113,7 +106,7 @@ class DaskEngine:
             yield client
 
     def _ended(self, client: Any, futures: Collection[Any]) -> Collection[Any]:
-        """Those of `futures` that have ended, at least one; `DataError` if no worker comes any more."""
+        """Return the `futures` that have ended, at least one; `DataError` if no worker comes."""
         from distributed import wait
 
         seen = time.monotonic()
@@ -125,21 +118,12 @@ class DaskEngine:
                     seen = time.monotonic()
                 elif time.monotonic() - seen > self._wait_s:
                     raise DataError(
-                        f"all workers of {self.name} were lost, and no other came within {self._wait_s:g} s. {KEPT} "
-                        "If jobs end at their time limit, ask for longer ones."
+                        f"no worker of {self.name} for {self._wait_s:g} s. {KEPT} Its own log says why: a full queue "
+                        "(wait longer with --wait S), jobs that are refused or end at their time limit, or workers "
+                        "that cannot reach the scheduler."
                     ) from None
             except CancelledError:
                 raise DataError(f"the scheduler of {self.name} is gone. {KEPT}") from None
-
-    def _wait_for_a_worker(self, client: Any) -> None:
-        try:
-            client.wait_for_workers(1, timeout=self._wait_s)
-        except TimeoutError:
-            raise DataError(
-                f"no worker of {self.name} came within {self._wait_s:g} s. Its own log says why: a queue that is full, "
-                "jobs that are refused, or workers that cannot reach the scheduler and give up. Wait longer with "
-                "--wait S; the same command starts again where this one stopped."
-            ) from None
 
 
 @contextlib.contextmanager

@@ -39,7 +39,7 @@ LABELS: dict[str, tuple[str, str, type]] = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseSpectrum:
-    """Power spectral density of a noise over frequency; `name` says where it is from. White without a density."""
+    """Power spectral density of a noise over frequency, white without a density; `name` states its origin."""
 
     name: str
     frequency_hz: FloatArray | None = None
@@ -65,7 +65,7 @@ class ExportSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedSet:
-    """What was written: `segments` of `samples` each; `left_out` cases had no signal or failed."""
+    """The written set: `segments` of `samples` each; `left_out` cases had no signal or failed."""
 
     file: Path
     segments: int
@@ -173,7 +173,7 @@ def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, Any]) -> 
 
 
 def _data_card(settings: ExportSettings, spectrum: NoiseSpectrum, facts: dict[str, Any]) -> str:
-    """How the set was made and what it is not good for, as Markdown (`data_card.md`)."""
+    """The data card: origin and limits of the set, as Markdown (`data_card.md`)."""
     noise, origin = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
     of_recording = spectrum.frequency_hz is not None
     if settings.snr_db:
@@ -213,7 +213,7 @@ def add_noise(
 ) -> FloatArray:
     """`samples`, shape [n], with Gaussian noise of `spectrum`; `snr_db` is the ratio of the variances [dB].
 
-    Raises `ConfigurationError` where the spectrum is zero at all frequencies of this sampling rate.
+    Raises `ConfigurationError` if the spectrum is zero at all frequencies of this sampling rate.
     """
     noise = random.standard_normal(samples.size)
     if spectrum.frequency_hz is not None and spectrum.density is not None:

@@ -196,8 +196,8 @@ def write_results(folder: Path, cases: Sequence[CampaignCase], results: Mapping[
         if (result := results.get(case.key)) is not None:
             reason = "" if result.ending is Ending.OK and result.quantities else result.reason
             first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending, reason]
-            rows = [(q.name, repr(q.value), q.unit) for q in result.quantities] or [("", "", "")]
-            writer.writerows([*first, *row] for row in rows)
+            rows = [(name, repr(value), unit) for name, (value, unit) in result.quantities.items()]
+            writer.writerows([*first, *row] for row in rows or [("", "", "")])
     with atomic_write(folder / RESULTS) as part:
         part.write_bytes(stream.getvalue().encode("utf-8", "replace"))
     return folder / RESULTS

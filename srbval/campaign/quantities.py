@@ -1,19 +1,23 @@
-"""The numbers of a case: one name, one value, one unit each."""
+"""The numbers of a case: a value and a unit by name."""
 
 import enum
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from srbval.bearing import DEFECTS, load_bearing
 from srbval.models.run import Run
 
+Quantities = Mapping[str, tuple[float, str]]  # value and unit
+Row = tuple[str, float | None, str]
+LEAST_REVOLUTIONS = 12  # of a record whose lines are read, without its ends
+ENDS_S = 0.1  # of a record, disturbed by the filter's transients
+
 
 class Output(enum.StrEnum):
-    """What is written of a case; the last two are signals, the others numbers."""
+    """Content of a result: numbers, or with the last two also signals."""
 
     SUMMARY = "summary"
     STATISTICS = "statistics"
@@ -22,31 +26,14 @@ class Output(enum.StrEnum):
     SIGNALS = "signals"
 
 
-LEAST_REVOLUTIONS = 12  # of a record whose lines are read, without its ends
-ENDS_S = 0.1  # of a record, disturbed by the filter's transients
-
-
-@dataclass(frozen=True, kw_only=True)
-class CaseQuantity:
-    """A number with its unit."""
-
-    name: str
-    value: float
-    unit: str
-
-
-def quantities_of(run: Run, outputs: Sequence[Output]) -> tuple[CaseQuantity, ...]:
-    """The numbers wanted of a run that ended well; those it does not have (NaN, a record too short) are left out."""
+def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
+    """The wanted numbers of a run that ended well; numbers that it does not have (NaN, a short record) are left out."""
     readers = {Output.SUMMARY: _summary, Output.STATISTICS: _statistics, Output.LINES: _lines}
     rows = itertools.chain.from_iterable(read(run) for output, read in readers.items() if output in outputs)
-    return tuple(
-        CaseQuantity(name=name, value=value, unit=unit)
-        for name, value, unit in rows
-        if value is not None and math.isfinite(value)
-    )
+    return {name: (value, unit) for name, value, unit in rows if value is not None and math.isfinite(value)}
 
 
-def _summary(run: Run) -> Iterator[tuple[str, float, str]]:
+def _summary(run: Run) -> Iterator[Row]:
     yield "cage_ratio", run.cage_ratio, "1"
     yield "bpfo_hz", run.bpfo_hz, "Hz"
     yield "bpfi_hz", run.bpfi_hz, "Hz"
@@ -54,26 +41,26 @@ def _summary(run: Run) -> Iterator[tuple[str, float, str]]:
     yield "energy_imbalance", run.energy_imbalance, "1"
 
 
-def _statistics(run: Run) -> Iterator[tuple[str, float, str]]:
-    """Of the outer ring's vertical acceleration without its mean; the largest penetration, the ring's mean position."""
+def _statistics(run: Run) -> Iterator[Row]:
+    """Numbers of the outer ring's vertical acceleration without its mean, largest penetration, mean position."""
+    from srbval.models.sensor import band_rms
+    from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
 
     samples = run.acceleration_m_s2[:, 1]
     deviation = samples - samples.mean()
-    power = deviation * deviation
-    variance = float(np.mean(power))
-    rms = math.sqrt(variance)
+    rms = math.sqrt(float(np.mean(deviation * deviation)))
     yield "rms_m_s2", rms, "m s-2"
-    yield "band_rms_m_s2", run.band_rms_m_s2["500-1500"], "m s-2"
-    if variance:
+    yield "band_rms_m_s2", band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"
+    if rms:
         yield "crest_factor", float(np.max(np.abs(deviation))) / rms, "1"
         yield "kurtosis", kurtosis(deviation), "1"
     yield "deepest_m", float(np.max(run.depth_m)), "m"
     yield "sag_m", float(np.mean(run.displacement_m[:, 1])), "m"
 
 
-def _lines(run: Run) -> Iterator[tuple[str, float | None, str]]:
-    """First harmonics of the fault lines, read as in every recording; none where the record is too short."""
+def _lines(run: Run) -> Iterator[Row]:
+    """First harmonics of the fault lines, read as in every recording; none if the record is too short."""
     from srbval.reading.analyse import analyse
     from srbval.recordings import recording_from_run
 

@@ -1,4 +1,4 @@
-"""How a case ended, and the file of its result.
+"""The ending of a case, and the file of its result.
 
 A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes wherever it
 is run. A result with signals is also a run file, which every command that reads runs accepts. The ending, the reason
@@ -8,13 +8,13 @@ them.
 
 import enum
 import json
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from srbval.campaign.quantities import CaseQuantity, Output
+from srbval.campaign.quantities import Output, Quantities
 from srbval.errors import DataError
 from srbval.models.run import USABLE, Run
 from srbval.models.run_file import RunWriter, scene_dict
@@ -27,7 +27,7 @@ ACCELERATION_SIGNALS = ("acceleration_m_s2", "spin_rad_s", "load_n")  # of outpu
 
 
 class Ending(enum.StrEnum):
-    """How a case ended."""
+    """Ending of a case."""
 
     OK = "ok"
     INACCURATE = "inaccurate"  # this status and the next two, as in `RunStatus`, come with a result
@@ -63,12 +63,12 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """How a case ended, and its numbers. `simulation_s` is the wall time of the simulation, 0 if read from a file."""
+    """Ending of a case, and its numbers. `simulation_s` is the wall time of the simulation, 0 if read from a file."""
 
     key: str
     ending: Ending
     reason: str
-    quantities: tuple[CaseQuantity, ...] = ()
+    quantities: Quantities = field(default_factory=dict)
     simulation_s: float = 0.0
 
 
@@ -90,11 +90,9 @@ def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: R
             del file.attrs["wall_s"]
             file.attrs["ending"] = result.ending.value
         if result.quantities:
-            table = {
-                "quantity": np.array([q.name for q in result.quantities], dtype="S"),
-                "value": np.array([q.value for q in result.quantities]),
-                "unit": np.array([q.unit for q in result.quantities], dtype="S"),
-            }
+            values, units = zip(*result.quantities.values(), strict=True)
+            table = {"quantity": np.array([*result.quantities], dtype="S"), "value": np.array(values)}
+            table |= {"unit": np.array(units, dtype="S")}
             scale, *columns = (file.create_dataset(name, data=data, **CHECKED) for name, data in table.items())
             scale.make_scale("quantity")
             for column in columns:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.cases import CampaignCase, final_scene, plan_cases, scene_of
+from srbval.campaign.cases import CampaignCase, final_scene, plan_cases
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.folder import (
     failures,
@@ -21,7 +21,7 @@ from srbval.campaign.folder import (
 from srbval.campaign.local import Job
 from srbval.campaign.results import CaseResult, CaseTask, Ending, write_result
 from srbval.campaign.settings import Campaign
-from srbval.errors import DataError, SrbvalError
+from srbval.errors import DataError
 from srbval.progress import Progress, silent
 
 ALMOST_DONE = 0.999  # largest share reported while cases run: rounding must not report the task as done
@@ -31,7 +31,7 @@ GIVE_UP_AFTER = 3  # results in a row that could not be written: the disk is ful
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignSummary:
-    """How a campaign ended.
+    """Result of a campaign.
 
     `ran` of the `cases` were run this time; `failed` lists index, key, ending and reason of the cases without a good
     result; `damaged` counts results that were found damaged and run again; `simulation_s` sums over the cases of this
@@ -81,7 +81,10 @@ def run_campaign(
             message(f"damaged results, which are run again: {len(damaged)}; the first: {first.file}: {first.why}")
         results = {key: result for key, result in results.items() if result.ending.final}
         missing = {case.key: case for case in cases if case.key not in results}
-        results |= {key: _refuse(folder, campaign, case) for key, case in missing.items() if case.refused is not None}
+        for key, case in missing.items():
+            if case.refused is not None:
+                results[key] = CaseResult(key=key, ending=Ending.REFUSED, reason=case.refused)
+                write_result(result_path(folder, key), results[key], None)
         pending = sorted((c for c in missing.values() if c.refused is None), key=lambda case: -case.planned_s)
         ran = _run_pending(folder, campaign, pending, engine, progress, message) if pending else {}
         results |= read_results(folder, ran)[0]
@@ -164,14 +167,3 @@ def _job(folder: Path, campaign: Campaign, pending: Sequence[CampaignCase]) -> J
         ),
         count=len(pending),
     )
-
-
-def _refuse(folder: Path, campaign: Campaign, case: CampaignCase) -> CaseResult:
-    """Write the result of a case of which no scene could be made."""
-    result = CaseResult(key=case.key, ending=Ending.REFUSED, reason=case.refused or "")
-    try:
-        scene = scene_of(campaign, case.point)
-    except SrbvalError:
-        scene = None
-    write_result(result_path(folder, case.key), result, scene)
-    return result

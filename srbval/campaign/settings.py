@@ -1,6 +1,6 @@
-"""What a campaign file says: a base scene, axes laid over it, seeds, repeats, outputs wanted; and its points.
+"""Campaign files: a base scene, axes laid over it, seeds, repeats, wanted outputs; and the points that follow.
 
-A point is what a case changes in the base scene, by dotted key of a scene file.
+A point is the change of the base scene by one case, by dotted key of a scene file.
 """
 
 import enum
@@ -24,27 +24,21 @@ MOST_RANGES = 100  # a scene has fewer numbers
 
 
 class Sampling(enum.StrEnum):
-    """How a block of axes makes its points."""
+    """Kind of a block of axes."""
 
     GRID = "grid"  # every combination of `values`
     ZIP = "zip"  # the first of each of `values`, then the second of each
-    LIST = "list"  # `cases` as they stand
+    LIST = "list"  # `cases` as they are
     LATIN_HYPERCUBE = "latin-hypercube"  # `samples` points in `ranges`
     SOBOL = "sobol"
 
 
-NEEDS = {
-    Sampling.GRID: {"values"},
-    Sampling.ZIP: {"values"},
-    Sampling.LIST: {"cases"},
-    Sampling.LATIN_HYPERCUBE: {"ranges", "samples"},
-    Sampling.SOBOL: {"ranges", "samples"},
-}
+NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"cases"}}  # the others: a space
 
 
 @dataclass(frozen=True, kw_only=True)
 class Axes:
-    """A block of axes. Keys are those of a scene file, a table's as ``"load.radial"`` or as a table.
+    """A block of axes. Keys are those of a scene file, of a table as ``"load.radial"`` or as a table.
 
     `values`: choices by key; `cases`: whole points; `ranges`: least and largest value by key, in one unit.
     """
@@ -56,7 +50,8 @@ class Axes:
     samples: int = 0
 
     def __post_init__(self) -> None:
-        given, needed = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}, NEEDS[self.kind]
+        given = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}
+        needed = NEEDS.get(self.kind, {"ranges", "samples"})
         if given != needed:
             wrong = sorted(needed - given) or sorted(given - needed)
             verb = "needs" if needed - given else "does not use"
@@ -65,7 +60,7 @@ class Axes:
             raise ConfigurationError(f"axes: samples = {self.samples} must be above zero.")
 
     def points(self, seed: int) -> Iterator[dict[str, Any]]:
-        """The points of this block; `seed` is that of its random ones."""
+        """The points of this block; `seed` is for random ones."""
         if self.kind is Sampling.LIST:
             yield from map(flat, self.cases)
             return
@@ -84,7 +79,7 @@ class Axes:
             yield dict(zip(values, choice, strict=True))
 
     def most_points(self) -> int:
-        """How many points there are, as far as that can be told without making them."""
+        """Upper limit of the number of points, without making them."""
         lengths = [len(choices) for choices in flat(self.values).values() if isinstance(choices, list)]
         return math.prod(lengths) if self.kind is Sampling.GRID else len(self.cases) + self.samples + sum(lengths[:1])
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
+from srbval.campaign.quantities import Output, Quantities, quantities_of
 from srbval.campaign.results import CaseResult, CaseTask, Ending, acceleration_only, final_result, write_result
 from srbval.errors import DataError, SrbvalError
 from srbval.models.run import Run
@@ -47,8 +47,9 @@ def run_case(task: CaseTask) -> CaseResult:
         return found
     started, simulation_s = time.perf_counter(), 0.0
 
-    def ended(ending: Ending, reason: str, quantities: tuple[CaseQuantity, ...] = ()) -> CaseResult:
-        return CaseResult(key=task.key, ending=ending, reason=reason, quantities=quantities, simulation_s=simulation_s)
+    def ended(ending: Ending, reason: str, quantities: Quantities | None = None) -> CaseResult:
+        found = quantities or {}
+        return CaseResult(key=task.key, ending=ending, reason=reason, quantities=found, simulation_s=simulation_s)
 
     try:
         run, signals = _simulate(task.scene), None

@@ -77,7 +77,7 @@ def _run(given: list[str]) -> int:
 
 
 def _failure(error: BaseException) -> tuple[str, int]:
-    """What to say of an error, and the exit code."""
+    """Message and exit code of an error."""
     if isinstance(error, KeyboardInterrupt):
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"
@@ -88,7 +88,7 @@ def _failure(error: BaseException) -> tuple[str, int]:
 
 
 def internal_error(error: BaseException) -> str:
-    """What to say of an error that nobody expected; its traceback goes to a file of its own."""
+    """Message of an unexpected error; its traceback goes to a file."""
     where = "the command"
     with contextlib.suppress(OSError):
         handle, where = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
@@ -149,7 +149,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _reader_gone() -> bool:
-    """Whether nobody reads standard output any more; any other pipe that broke is an error."""
+    """True if nobody reads standard output any more; any other broken pipe is an error."""
     try:
         look = select.poll()
         look.register(sys.stdout, 0)
@@ -169,7 +169,7 @@ def _prepare_streams() -> None:
 
 
 def _flush() -> None:
-    """What can no longer be written is dropped, so that the interpreter does not complain of it when it ends."""
+    """Drop what can no longer be written, so that the interpreter does not complain when it ends."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

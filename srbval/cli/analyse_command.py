@@ -44,7 +44,7 @@ SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
 def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[RecordRequest]:
-    """What the options ask of each file."""
+    """The request for each file that the options state."""
     settings = recording_settings(options)
     return [
         RecordRequest(

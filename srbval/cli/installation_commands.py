@@ -49,7 +49,7 @@ def check_installation(options: argparse.Namespace) -> int:
 
 
 def doctor() -> dict[str, Any]:
-    """Whether this installation is sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
+    """State of this installation: sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
     facts: dict[str, Any] = {
         "srbval": __version__, "python": platform.python_version(), "machine": platform.machine(),
         "cores": os.cpu_count(), **{name: _version(name) for name in REQUIRED},
@@ -92,7 +92,7 @@ def docs(options: argparse.Namespace) -> int:
 def build_docs(folder: Path) -> Path:
     """Build the pages, which need no network, into `folder` from what ships with the program; returns the first one.
 
-    Raises `ConfigurationError` without Sphinx, `DataError` where the folder cannot be written.
+    Raises `ConfigurationError` without Sphinx, `DataError` if the folder cannot be written.
     """
     try:
         import myst_parser  # noqa: F401

@@ -1,4 +1,4 @@
-"""What the commands print: data on standard output, messages on standard error."""
+"""Output of the commands: data on standard output, messages on standard error."""
 
 import argparse
 import json
@@ -25,7 +25,7 @@ def answer(
     options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "", code: int = 0,
     tables: Mapping[str, Any] | None = None,
 ) -> int:  # fmt: skip
-    """What every command ends with: the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
+    """Answer a command: print the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
     Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`. With ``--export``
     the `tables` (lists of rows by name; without them all lists of rows in the document) are written to a file.
@@ -89,7 +89,7 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
 
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
-    """What an error asks for, a line each, and the command given with an example of each."""
+    """The open questions of an error, a line each, and the given command with an example of each."""
     examples = " ".join(question.example for question in error.questions)
     more = ["", f"For example: {shlex.join(['srbval', *given])} {examples}"]
     if given[:1] == ["analyse"]:

@@ -57,7 +57,7 @@ class WorkerProcess:
     """
 
     def __init__(self, module: str, *, environment: Mapping[str, str] | None = None) -> None:
-        """Start it; `OSError` where the system starts no more processes."""
+        """Start it; `OSError` if the system starts no more processes."""
         with without_ctrl_c():
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", module],
@@ -95,7 +95,7 @@ class WorkerProcess:
             timer.cancel()
 
     def death(self) -> str:
-        """How the process ended, in words; waits for its end."""
+        """Describe the end of the process; waits for it."""
         try:
             code = self._process.wait(END_S)
         except subprocess.TimeoutExpired:
@@ -120,7 +120,7 @@ class WorkerProcess:
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
-    """What the child does: answer with the function that `load` returns, until the input ends, or is idle for `idle_s`.
+    """Serve as the child: answer with the function that `load` returns until the input ends or is idle for `idle_s`.
 
     `load` imports what is needed; requests may be waiting meanwhile. Ctrl-C is left to the parent. An exception ends
     the process with a line on standard error.

@@ -1,4 +1,4 @@
-"""How far the work is: one callback signature for the whole package, and its display on standard error.
+"""Progress of work: one callback signature for the whole package, and its display on standard error.
 
 Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
 fraction of it that is done. `progress_display` makes such a callback, which shows what it is told: bars on a terminal,

@@ -18,7 +18,7 @@ def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def uncertain(value: float | None, ci95: float | None) -> str | None:
-    """A value with its half width, both to the second digit of that; None where either is. An exact one has six."""
+    """A value with its half width, both to the second digit of that; None if either is. An exact one has six."""
     if value is None or ci95 is None:
         return None
     if ci95 == 0:

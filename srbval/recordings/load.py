@@ -54,7 +54,7 @@ def load_recording(
 
 
 class LeftOpenError(DataError):
-    """What neither a file nor the user states: `questions`, each with its option; whether a `band` is unknown too."""
+    """Open questions that neither a file nor the user answers, each with its option; `band`: none is known either."""
 
     def __init__(self, path: Path, questions: tuple[OpenQuestion, ...], *, band: bool) -> None:
         self.path, self.questions, self.band = path, questions, band
@@ -66,7 +66,7 @@ class LeftOpenError(DataError):
 
 
 def subject_of(path: Path) -> str:
-    """How a message that asks for something calls a file: with its format."""
+    """A file and its format, for messages that ask for something."""
     return f"{path} ({detect_format(path).name})"
 
 
@@ -133,7 +133,7 @@ def read_file(path: Path) -> Reading:
 
 
 def _no_band(reading: Reading) -> bool:
-    """Whether neither a data set nor the user states a demodulation band."""
+    """True if neither a data set nor the user states a demodulation band."""
     return reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
 
 

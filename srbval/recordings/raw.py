@@ -32,7 +32,7 @@ class RawFile:
     single variables.
     `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
     With `full_scale` the samples are shares of a full scale whose value the file does not state.
-    `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` where used.
+    `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` if used.
     """
 
     path: Path

@@ -77,7 +77,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 @dataclass(frozen=True, kw_only=True)
 class TimeColumn:
-    """What times mean: `rates_hz` are the possible rates, the first one settled unless there is a `problem`."""
+    """Meaning of times: `rates_hz` are the possible rates, the first one settled unless there is a `problem`."""
 
     name: str
     rates_hz: tuple[float, ...] = ()
@@ -94,12 +94,12 @@ class TimeColumn:
 
 
 def is_time(name: str) -> bool:
-    """Whether a variable of this name holds times."""
+    """True if a variable of this name contains times."""
     return _TIME.fullmatch(name.lower()) is not None
 
 
 def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
-    """What the file's times for a signal of so many `samples` say; None without any."""
+    """Meaning of the file's times for a signal of so many `samples`; None without any."""
     arrays = {name: array for name in raw.variables if is_time(name) and (array := raw.array(name)) is not None}
     found = [_times_of(raw, name) for name, a in arrays.items() if a.size == samples > 2 and a.dtype.kind in "fiu"]
     rates = [column.rates_hz[0] for column in found if not column.problem]
@@ -159,7 +159,7 @@ def _unevenness(name: str, times: FloatArray, steps: FloatArray) -> str:
 class Channel:
     """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
 
-    `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one; the
+    `unit` is ``unknown`` where the data set is known to state none, None if the file should have stated one; the
     samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, where the file states one.
     `whole_numbers` are those of a converter, or their shares of its full scale, of which nobody has stated what one is.
     """
@@ -177,7 +177,7 @@ class Channel:
 
     @property
     def scale_missing(self) -> bool:
-        """Whether a unit is stated, but not how many of it a sample of 1 is."""
+        """True if a unit is stated, but not how many of it a sample of 1 is."""
         return self.whole_numbers and self.unit not in (None, UNKNOWN)
 
     @property
@@ -194,7 +194,7 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading(SourceFacts):
-    """Contents of a file. `channel` is None where the file leaves the choice open, as is `fs_hz`.
+    """Contents of a file. `channel` is None if the file leaves the choice open, as is `fs_hz`.
 
     `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it. `rate_problem`
     says why the rate is open, `time` what the times of the file say of it.
@@ -214,7 +214,7 @@ class Reading(SourceFacts):
         return tuple(name for name, channel in self.channels.items() if channel.unit not in SPEED_HZ)
 
     def all_cautions(self) -> tuple[str, ...]:
-        """Those of the file and of the channel to analyse; of every channel, by its name, where that is open."""
+        """Cautions of the file and of the channel to analyse; of every channel, by its name, if the choice is open."""
         if self.channel is not None:
             return self.cautions + self.channels[self.channel].cautions
         return self.cautions + tuple(f"{printable(n)}: {c}" for n, ch in self.channels.items() for c in ch.cautions)

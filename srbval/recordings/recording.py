@@ -20,7 +20,7 @@ class Origin(enum.StrEnum):
 
 
 class SpeedSource(enum.StrEnum):
-    """Where a shaft speed comes from, best first."""
+    """Source of a shaft speed, best first."""
 
     PRESCRIBED = "prescribed"  # the simulation drove the shaft at this speed
     TACHOMETER = "tachometer"  # measured together with the vibration
@@ -55,7 +55,7 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """What the source of a record says of it; None where it says nothing. Loads in N, nominal speed in rpm.
+    """Facts that the source of a record states; None if it does not. Loads in N, nominal speed in rpm.
 
     `own_bearing`: the bearing that a simulated run carries, as far as its lines need it. `notes` say what was read from
     where, `cautions` what may make the numbers wrong, each with a count.

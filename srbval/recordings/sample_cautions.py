@@ -1,4 +1,4 @@
-"""What the samples of a measured channel themselves show to be wrong: clipped, or held instead of measured."""
+"""Cautions that follow from the samples of a measured channel: clipped, or held instead of measured."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the user states about a file, by options or a table of labels: it goes over what the file itself says."""
+"""Statements of the user about a file, by options or a table of labels; they go over the file's own."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --p
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings:
-    """What the user knows of a record; None where nothing is stated.
+    """Statements of the user about a record; None if nothing is stated.
 
     `channel` to analyse by name; sampling rate [Hz]; unit of the samples (see `reading.UNITS`) once they are multiplied
     by `scale`; sensitivity of the sensor [mV/g] where that unit is V or mV; mean shaft speed [rpm], or the channel of
@@ -108,7 +108,7 @@ class RecordingSettings:
 
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
-    """`reading` with the user's settings; `DataError` where the file has no such channel."""
+    """`reading` with the user's settings; `DataError` if the file has no such channel."""
     changes: dict[str, Any] = {"channels": _changed_channels(path, reading, settings)}
     notes, channel = [], reading.channel
     if settings.channel is not None:
@@ -188,7 +188,7 @@ def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None
 
 
 def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
-    """What neither the file nor the user states."""
+    """Questions that neither the file nor the user answers."""
     questions, names = list[OpenQuestion](), reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
         known = _names(names)
@@ -212,7 +212,7 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
 
 
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
-    """What a record can do without, but no analysis of it: the bearing and the speed."""
+    """Questions about bearing and speed, which an analysis needs and a record does not."""
     questions: list[OpenQuestion] = []
     if reading.origin is Origin.MEASURED:
         main: Channel = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]

@@ -137,7 +137,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     (1 / (sqrt(12) `fs_hz`)), at both ends; and from the part of the record that no whole revolution covers, at the
     spread of the speed. Pulses and vibration have one clock, so its scale cancels in every order and is not counted.
     The course is the derivative of a cubic spline through the times of whole revolutions: errors of the disc within a
-    revolution cancel. Raises `DataError` where there are too few pulses, or some are missing or too many.
+    revolution cancel. Raises `DataError` if there are too few pulses, or some are missing or too many.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter
@@ -172,7 +172,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
 
 
 def pulse_times(samples: FloatArray) -> FloatArray:
-    """Where the signal rises through the middle between its two levels [samples], interpolated between two of them.
+    """Times [samples] at which the signal rises through the middle between its two levels, interpolated.
 
     A rise counts once the signal has been below and is then above the middle by `HYSTERESIS` of the swing.
     """

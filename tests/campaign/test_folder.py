@@ -264,7 +264,7 @@ def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
 def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:
     def lines(seconds: float) -> dict[str, float]:
         run = simulate(paper_scene(model="impulse", duration_s=seconds, settle_s=0.0, defect={"kind": "outer"}))
-        return {q.name: q.value for q in quantities_of(run, [Output.LINES])}
+        return {name: value for name, (value, _) in quantities_of(run, [Output.LINES]).items()}
 
     found = lines(2.0)
     assert found["BPFO_detected"] == 1.0

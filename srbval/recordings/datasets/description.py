@@ -17,7 +17,7 @@ from srbval.storage.tables import build, read_toml
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """How a file of the set is recognised: `file` is searched in its name, every `variables` pattern must match one.
+    """Marks of a file of the set: `file` is searched in its name, every `variables` pattern must match one.
 
     Named groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``,
     ``end``, ``record``, ``hp``; `label_variable` and `nominal_rpm_variable` of the file take precedence over them.
@@ -34,7 +34,7 @@ class MatchRule:
     nominal_rpm_variable: str | None = None
 
     def groups(self, raw: RawFile) -> dict[str, str] | None:
-        """What name and variables of a file of this set say of it (maybe nothing); None for any other file."""
+        """Facts from name and variables of a file of this set, perhaps none; None for any other file."""
         found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
         if found is None and self.file_required:
             return None

@@ -84,7 +84,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """What the file says of a variable's unit: with it, in its name, in a text beside it, in one for all.
+    """The unit of a variable as the file states it: with it, in its name, in a text beside it, in one for all.
 
     The first of these that is known, else the first of the texts.
     """

@@ -46,7 +46,7 @@ class FileFormat:
     expansion: int = EXPANSION
 
     def load(self, path: Path) -> RawFile:
-        """What the loader makes of the file at `path`; `DataError` where it fails or takes too much.
+        """Load the file at `path`; `DataError` if that fails or takes too much.
 
         Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files
         before, a new one tries again: one of those may be to blame.

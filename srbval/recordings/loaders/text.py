@@ -199,7 +199,7 @@ def _table(
 
 
 def _decimal_commas(path: Path, data: list[int], body: str, separator: str | None) -> bool:
-    """Whether the numbers have decimal commas; where that cannot be told `DataError`."""
+    """True if the numbers have decimal commas; `DataError` if that cannot be decided."""
     point, comma = "." in body, re.search(",", body)
     if separator == ",":
         found = _SPLIT_DECIMAL.search(body) or (None if point else _MINUS_ZERO.search(body))

@@ -41,9 +41,9 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def unopened(entry: RegisteredRecording) -> bool:
-    """Whether a record of the rig is none that the project has opened, by its hash (`ExpectedFile.used_for`).
+    """True for a record of the rig that the project has not opened, by its hash (`ExpectedFile.used_for`).
 
-    Nor one at the operating point of such a record: that may be a longer part of the same measurement.
+    A record at the operating point of an opened one counts as opened: it may be a longer part of the same measurement.
     """
     excerpts = dataset(RIG_DATASETS[-1])
     opened = [file for file in excerpts.files if file.used_for]
@@ -95,7 +95,7 @@ def _comparable(entry: RegisteredRecording, recording: Recording, file: str) -> 
 
 
 def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
-    """What identifies the machine of a record: the data set; its folder without one or where a set holds several."""
+    """Identity of the machine of a record: the data set; its folder without one, or if a set contains several."""
     if dataset in RIG_DATASETS:
         return RIG_DATASETS[0], ""
     per_folder = dataset is None or any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
@@ -116,7 +116,7 @@ def load_registered(path: str | Path, settings: RecordingSettings | None = None)
 
 
 def registered_settings(path: str | Path) -> RecordingSettings:
-    """What the register keeps for a file; nothing where it cannot be read."""
+    """The settings in the register for a file; none if it cannot be read."""
     try:
         entry = read_manifest().get(os.path.abspath(path))
     except DataError:

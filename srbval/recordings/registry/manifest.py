@@ -1,11 +1,10 @@
 """Registered files, their list as the `data` commands report it, and the manifest that keeps them.
 
-The manifest is read whole, written whole, and changed by one process at a time.
+The manifest is one JSON file, which one process at a time reads, changes and writes as a whole.
 """
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import enum
 import itertools
@@ -32,7 +31,7 @@ POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm", "files")  # of a data 
 
 
 class FileStatus(enum.StrEnum):
-    """State of a file compared with what was pinned when it was registered."""
+    """State of a file compared with its entry."""
 
     OK = "ok"
     CHANGED = "changed"
@@ -44,12 +43,11 @@ class FileStatus(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """A file of the register. `sha256`, `size_bytes` and `mtime_ns` are those pinned at first use.
+    """An entry of the register; `sha256`, `size_bytes` and `mtime_ns` are those at the first registration.
 
-    Loads in kN, `fs_hz` in Hz, `rpm` the mean shaft speed as far as it is known; what neither the file nor the user
-    states is None. `reason` explains any status but ok, and what an ok file leaves open. `settings` are those the user
-    gave when registering it.
-    `cautions` say what may make its numbers wrong; None where nothing was read or an earlier version looked at it.
+    Loads in kN, `fs_hz` in Hz, `rpm` the mean shaft speed if known; a fact is None if neither the file nor the user
+    states it. `reason` explains every status but ok, and lists the open questions of an ok file. `settings` are the
+    user's. `cautions` list what may make the numbers wrong; None if nothing was read, or by an earlier version.
     """
 
     file: str
@@ -88,10 +86,9 @@ Entries = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """The first of those of `recordings` with the same SHA-256: a copy, or the folder's other name, proves no more.
+    """The first recording of each SHA-256: a copy is no further evidence.
 
-    Copies with different settings, such as another channel, are different recordings; so are files that could not be
-    hashed.
+    Copies with different settings, such as another channel, are different recordings; so are files without a hash.
     """
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
@@ -100,11 +97,10 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 
 
 class RegisterListing:
-    """The register (`unreadable` says why it is not), or the part that a command changed, and the points it covers.
+    """The register, or the part that a command changed, sorted by file; `unreadable` is the reason why it is empty.
 
-    `manifest` is its path; `recordings` are sorted by file, `left_out` are files that are none; `coverage` has the
-    grids of the data sets that have one and a file here (for the rig: the paper's Table 5): all `points` with their
-    `files`, and how many have none, `missing`. Files that are not ok do not cover a point.
+    `left_out` are files that are no recordings; `coverage` contains the grid of each data set that has one and a file
+    here (for the rig: the paper's Table 5): all `points` with their ok `files`, and the number without any, `missing`.
     """
 
     def __init__(self, recordings: Iterable[RegisteredRecording], unreadable: str = "") -> None:
@@ -146,8 +142,7 @@ class RegisterListing:
 
 def home_folder() -> Path:
     """The folder of the manifest and of downloads: ``$SRBVAL_HOME``, else the platform's folder for user data."""
-    set_by_user = os.environ.get(HOME_VARIABLE)
-    if set_by_user:
+    if set_by_user := os.environ.get(HOME_VARIABLE):
         return Path(set_by_user).expanduser()
     import platformdirs
 
@@ -160,7 +155,7 @@ def manifest_path() -> Path:
 
 
 def inspected_path() -> Path:
-    """Path of what is known of files that were inspected, but never registered; same layout as the manifest."""
+    """Path of the entries of files that were inspected but never registered, of the same form as the manifest."""
     return home_folder() / "looked-at.json"
 
 
@@ -191,8 +186,20 @@ def _without_nulls(values: dict[str, Any]) -> dict[str, Any]:
 
 def update_manifest(change: Callable[[Entries], None], path: Path | None = None) -> Entries:
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
+    import filelock
+
     path = path or manifest_path()
-    with _lock(path):
+    lock = path.with_suffix(".lock")
+    try:
+        lock.parent.mkdir(parents=True, exist_ok=True)
+        held = filelock.FileLock(lock, timeout=LOCK_SECONDS).acquire()
+    except filelock.Timeout:
+        raise DataError(f"{lock}: locked by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
+    except OSError as error:
+        raise DataError(
+            f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder that you may write."
+        ) from None
+    with held:
         remove_unfinished(path.parent, path.name.__eq__)
         entries = read_manifest(path)
         change(entries)
@@ -200,19 +207,3 @@ def update_manifest(change: Callable[[Entries], None], path: Path | None = None)
         with atomic_write(path) as part:
             part.write_text(json.dumps(to_json(document), indent=1, allow_nan=False), encoding="utf-8")
     return entries
-
-
-def _lock(path: Path) -> contextlib.AbstractContextManager[Any]:
-    """The manifest's lock, held; the system releases it should the process die."""
-    import filelock
-
-    lock = path.with_suffix(".lock")
-    try:
-        lock.parent.mkdir(parents=True, exist_ok=True)
-        return filelock.FileLock(lock, timeout=LOCK_SECONDS).acquire()
-    except filelock.Timeout:
-        raise DataError(f"{lock}: locked by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
-    except OSError as error:
-        raise DataError(
-            f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder that you may write."
-        ) from None

@@ -3,7 +3,6 @@
 import contextlib
 import logging
 import os
-import stat
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -40,12 +39,11 @@ RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the pr
 TIMEOUT_S = 30
 LONGEST_REASON = 160
 HEAD_BYTES = 1000
-# What srbval itself writes: the file that shows it, what it is, and the names of all that belongs to it in that folder.
-REPORT = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
+REPORT = {"report.html", "report.pdf", "report.json", "figures"}
 CAMPAIGN = {"srbval-campaign.json", "results.csv", "lock", "cases"}
-GENERATOR = b'<meta name="generator" content="srbval'
+# Output of srbval: the file that shows it, a mark in that file, its name, and the names of its parts in that folder.
 OWN_OUTPUT = (
-    ("report.html", GENERATOR, "report", REPORT),
+    ("report.html", b'<meta name="generator" content="srbval', "report", REPORT),
     ("srbval-campaign.json", b'"campaign"', "campaign", CAMPAIGN),
 )
 
@@ -58,17 +56,17 @@ def add(
     settings: RecordingSettings | None = None,
     table: str | Path | None = None,
 ) -> RegisterListing:
-    """Register every file under `folder` (or one file), or those that a `table` of labels names; nothing is copied.
+    """Register every file under `folder` (or one file), or the files of a `table` of labels; nothing is copied.
 
-    A file registered for the first time is pinned with its SHA-256; one that differs from its pin is reported as
-    changed and keeps the pin, unless `repin`. `settings` are stored for each of the files and used whenever one is
-    loaded; without any, those stored before stay (`repin` deletes them). A file that was registered elsewhere and no
-    longer exists there has moved: its old entry is removed, its settings stay (except with `repin`). Files that are no
-    recording, reports and campaigns of srbval among them, are not registered; the listing has them as `left_out`.
-    `progress` is the share of the bytes. What a row of the table (see `label_table`) says of its file goes over
-    `settings`. Raises `DataError` for a folder that does not exist or holds no recording, a file that is named and is
-    none, or a manifest that cannot be written, `ConfigurationError` for a bearing that is not known or a table that
-    cannot be used.
+    The entry of a file keeps the SHA-256 of its first registration; a file that differs is reported as changed, unless
+    `repin`. `settings` are stored for each of the files and used whenever one is loaded; without any, the stored ones
+    stay (`repin` deletes them). If a registered file has moved, its old entry is removed and its settings stay (except
+    with `repin`). Files that are no recordings, reports and campaigns of srbval among them, are not registered; the
+    listing has them as `left_out`. `progress` is the share of the bytes. A row of the table (see `label_table`) goes
+    over `settings`.
+
+    Raises `DataError` for a folder that does not exist or contains no recording, a named file that is none, or a
+    manifest that cannot be written, `ConfigurationError` for an unknown bearing or an unusable table.
     """
     files: Mapping[Path, RecordingSettings | None]
     if table is None:
@@ -78,38 +76,37 @@ def add(
     files = {file: stated and _with_bearing(stated) for file, stated in files.items()}
     registered = read_manifest()
     known = {} if repin else registered
-    gone = [e for e in registered.values() if e.sha256 and not os.path.exists(e.file)]
     found = _inspect(files, known, progress)
+    gone = {e.sha256: e for e in registered.values() if e.sha256 and not os.path.exists(e.file)}
     for i, entry in enumerate(found if not repin else ()):
-        former = next((old.settings for old in gone if old.sha256 == entry.sha256 and old.settings), None)
-        if former is not None and entry.file not in known:
-            found[i] = inspect_file(Path(entry.file), entry.settings.over(former) if entry.settings else former)
-    present = {entry.sha256 for entry in found}
-    no_recordings = (entry for entry in found if entry.status is FileStatus.NO_RECORDING)
-    others = [entry for entry in no_recordings if known.get(entry.file, entry).sha256 == entry.sha256]
-    if others and (len(others) == len(found) or table is not None):
+        old = gone.get(entry.sha256)
+        if old is not None and old.settings and entry.file not in known:
+            found[i] = inspect_file(Path(entry.file), (entry.settings or RecordingSettings()).over(old.settings))
+    none = [entry for entry in found if entry.status is FileStatus.NO_RECORDING]
+    none = [entry for entry in none if known.get(entry.file, entry).sha256 == entry.sha256]
+    if none and (len(none) == len(found) or table is not None):
         raise DataError(
-            f"{folder}: {len(others)} of {len(found)} files to register are no recordings; {others[0].file}: "
-            f"{others[0].reason}"
+            f"{folder}: {len(none)} of {len(found)} files to register are no recordings; {none[0].file}: "
+            f"{none[0].reason}"
         )
 
     def change(entries: Entries) -> None:
-        for old in gone:
-            if old.sha256 in present:
-                entries.pop(old.file, None)
-        entries |= {e.file: e if repin else _compared_with_pin(entries.get(e.file), e) for e in found}
-        for other in others:
-            del entries[other.file]
+        for entry in found:
+            if entry.sha256 in gone:
+                entries.pop(gone[entry.sha256].file, None)
+            entries[entry.file] = entry if repin else _compared(entries.get(entry.file), entry)
+        for entry in none:
+            del entries[entry.file]
 
     entries = update_manifest(change)
     return RegisterListing(entries.get(entry.file, entry) for entry in found)
 
 
 def remove(name: str | Path) -> RegisterListing:
-    """Take out of the register what `name` means, and return it; the files themselves stay as they are.
+    """Take a file, a folder with all below it, a data set, or the name of one file out of the register.
 
-    A file, a folder with all below it, a data set, or the name of one file. Raises `DataError` where nothing of that
-    name is registered, `ConfigurationError` where files in several folders have it.
+    Returns the removed entries; the files stay as they are. Raises `DataError` if nothing of that name is registered,
+    `ConfigurationError` if files in several folders have it.
     """
     path, wanted = os.path.abspath(name), str(name)
     removed: list[RegisteredRecording] = []
@@ -138,10 +135,10 @@ def remove(name: str | Path) -> RegisterListing:
 
 
 def listing(*, or_none: bool = False) -> RegisterListing:
-    """All registered files with their status from size and time of change, without hashing them.
+    """All registered files with their status from size and time of change; only files that differ are hashed.
 
-    Files of the folder that SRBVAL_RECORDINGS names are included whether registered or not. With `or_none` a register
-    that cannot be read counts as empty, and the listing says why in `unreadable`.
+    Files of the folder in SRBVAL_RECORDINGS are included, registered or not. With `or_none` a register that cannot be
+    read counts as empty, and the listing has the reason in `unreadable`.
     """
     registered, unreadable = {}, ""
     try:
@@ -155,7 +152,7 @@ def listing(*, or_none: bool = False) -> RegisterListing:
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
-    """All registered files, each hashed again and compared with its pin."""
+    """All registered files, each hashed again and compared with its entry."""
     entries = _with_environment_folder(read_manifest())
     total, done, checked = sum(e.size_bytes for e in entries.values()), 0, []
     for entry in entries.values():
@@ -168,9 +165,9 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
     """Download the open data set `name` into `folder` (default: below the home folder) and register it.
 
-    Files that exist with the right SHA-256 are kept, so an interrupted download continues where it
-    stopped. `progress` is the share of the files. Raises `DataError` for a set that is restricted or has no pinned
-    files, and without a network, each with the remedy.
+    Files that exist with the right SHA-256 are kept, so an interrupted download continues where it stopped.
+    `progress` is the share of the files. Raises `DataError` for a set that is restricted or has no pinned files, and
+    without a network, each with the remedy.
     """
     import pooch
 
@@ -203,64 +200,61 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
-    """The rig's open excerpts that come with the program, in compact form; their folder says where they come from."""
-    return tuple(_look_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
+    """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
+    return tuple(_of_folder(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
+
+
+def files_under(folder: Path) -> list[Path]:
+    """Regular files below `folder`, sorted; hidden ones and links to folders are skipped."""
+    if folder.is_file():
+        return [Path(os.path.abspath(folder))]
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder. Check the path.")
+    found = []
+    for parent, folders, names in os.walk(os.path.abspath(folder)):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        found += [Path(parent, name) for name in names if not name.startswith(".")]
+    if not found:
+        raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
+    return sorted(found)
 
 
 def inspect_file(path: Path, settings: RecordingSettings | None = None) -> RegisteredRecording:
-    """Hash and read `path`; whatever is wrong becomes a status with a reason.
+    """Hash and read `path`; every failure becomes a status with a reason.
 
-    `settings` decide what the file leaves open; one that does not fit it, as a channel that is not there, is ignored
-    and reported. A file that still leaves something open is ok, with all questions and their options as its reason.
+    `settings` state what the file leaves open; a setting that does not fit the file, such as a channel that it does not
+    have, is ignored and reported. A file that still leaves something open is ok, and its reason lists the questions.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
+        size, mtime_ns = _size_and_time(path)
+        if not path.is_file():
             return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
         if output := _own_output(path):
             return entry.with_status(FileStatus.NO_RECORDING, output)
-        sha256 = file_sha256(path)
-        entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
-        entry = replace(entry, format=detect_format(path).name)
-        entry = _described(entry, path, settings or RecordingSettings())
+        entry = replace(entry, size_bytes=size, mtime_ns=mtime_ns, sha256=file_sha256(path))
+        entry = _described(replace(entry, format=detect_format(path).name), path, settings or RecordingSettings())
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
+    except NoRecordingError as error:
+        return entry.with_status(FileStatus.NO_RECORDING, str(error).removeprefix(f"{path}: "))
     except SrbvalError as error:
         text = str(error).removeprefix(f"{path}: ")
-        if isinstance(error, NoRecordingError):
-            return entry.with_status(FileStatus.NO_RECORDING, text)
-        cut = "truncated: " in text or "truncated file" in text  # as the loaders and the HDF5 library say it
+        cut = "truncated: " in text or "truncated file" in text  # the words of the loaders and of the HDF5 library
         return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
     expected = (file for d in known_datasets() if d.name == entry.dataset for file in d.files)
-    published = next((file.sha256 for file in expected if file.name == path.name and file.sha256), sha256)
-    if published != sha256:
+    published = next((file.sha256 for file in expected if file.name == path.name and file.sha256), entry.sha256)
+    if published != entry.sha256:
         return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
     return entry
 
 
-def _own_output(path: Path) -> str | None:
-    """Of which report or campaign a file is a part, None for any other."""
-    for folder in path.parents[:2]:
-        for shown_by, content, what, parts in OWN_OUTPUT:
-            if path.relative_to(folder).parts[0] in parts and content in _head(folder / shown_by):
-                return f"part of a {what} that srbval wrote, {folder}"
-    return None
-
-
-def _head(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            return file.read(HEAD_BYTES)
-    except OSError:
-        return b""
-
-
 def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
+    """The entry with the contents of its file, read with the settings that fit it."""
     file, wrong = read_file(path), []
     try:
         reading = apply_settings(path, file, settings)
-    except DataError:  # one by one, to keep those that fit
+    except DataError:  # one by one, to keep the settings that fit
         stated, settings = settings, RecordingSettings()
         for name, value in vars(stated).items():
             try:
@@ -293,23 +287,19 @@ def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettin
     )
 
 
-def files_under(folder: Path) -> list[Path]:
-    """Regular files below `folder`, sorted; hidden ones and links to folders are skipped."""
-    if folder.is_file():
-        return [Path(os.path.abspath(folder))]
-    if not folder.is_dir():
-        raise DataError(f"{folder}: no such folder. Check the path.")
-    found = []
-    for parent, folders, names in os.walk(os.path.abspath(folder)):
-        folders[:] = [name for name in folders if not name.startswith(".")]
-        found += [Path(parent, name) for name in names if not name.startswith(".")]
-    if not found:
-        raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
-    return sorted(found)
+def _own_output(path: Path) -> str | None:
+    """Text about the report or campaign that a file is a part of, None for any other file."""
+    for folder in path.parents[:2]:
+        for shown_by, mark, what, parts in OWN_OUTPUT:
+            if path.relative_to(folder).parts[0] in parts:
+                with contextlib.suppress(OSError), (folder / shown_by).open("rb") as file:
+                    if mark in file.read(HEAD_BYTES):
+                        return f"part of a {what} that srbval wrote, {folder}"
+    return None
 
 
 def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
-    """The settings with a bearing that can be loaded, from whatever folder: a file by its whole path."""
+    """The settings with a bearing that can be loaded from every folder: a file by its whole path."""
     if settings.bearing is None:
         return settings
     name, given = load_bearing(settings.bearing).name, settings.bearing
@@ -320,18 +310,18 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect(
     files: Mapping[Path, RecordingSettings | None], known: Entries, progress: Progress
 ) -> list[RegisteredRecording]:
-    """Every file inspected; one whose size and time of change are those pinned is taken from `known`.
+    """Inspect every file, or take its entry from `known` if size and time of change are the same.
 
-    Settings that are given override those stored for a file.
+    The given settings go over the stored ones.
     """
     sizes = [_size_and_time(path)[0] for path in files]
     total, done, found = sum(sizes), 0, []
 
     def inspect(path: Path) -> RegisteredRecording:
-        pinned, settings = known.get(str(path)), files[path]
-        if pinned and not settings and _unchanged(pinned) and not (pinned.channels and pinned.cautions is None):
-            return pinned
-        stored = (pinned and pinned.settings) or RecordingSettings()
+        old, settings = known.get(str(path)), files[path]
+        if old and not settings and _unchanged(old) and not (old.channels and old.cautions is None):
+            return old
+        stored = (old and old.settings) or RecordingSettings()
         return inspect_file(path, settings.over(stored) if settings else stored)
 
     with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading release the GIL
@@ -360,13 +350,13 @@ def _unchanged(entry: RegisteredRecording) -> bool:
     return _size_and_time(entry.file) == (entry.size_bytes, entry.mtime_ns)
 
 
-def _compared_with_pin(pinned: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
-    """The entry for the register: the pin stays, and a file that differs from it is marked."""
-    if pinned is None or pinned.sha256 == found.sha256:
+def _compared(old: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
+    """The entry of a file for the register: the old hash stays, and a file that differs from it is marked."""
+    if old is None or old.sha256 == found.sha256:
         return found
-    return pinned.with_status(
+    return old.with_status(
         FileStatus.CHANGED,
-        f"SHA-256 was {pinned.sha256[:12]}... when registered and is {found.sha256[:12]}... now; restore the file, "
+        f"SHA-256 was {old.sha256[:12]}... when registered and is {found.sha256[:12]}... now; restore the file, "
         "or register it again if it was changed on purpose (`srbval data add --repin`)",
     )
 
@@ -386,40 +376,40 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
         return entry.with_status(FileStatus.UNREADABLE, str(error))
     if sha256 == entry.sha256 and (entry.status is FileStatus.CHANGED or not sha256):
         return inspect_file(path, entry.settings)
-    return _compared_with_pin(entry, replace(entry, sha256=sha256))
+    return _compared(entry, replace(entry, sha256=sha256))
 
 
 def _with_environment_folder(entries: Entries) -> Entries:
-    """Add the files of the folder that SRBVAL_RECORDINGS names, for as long as it does."""
+    """The entries, and the files of the folder in SRBVAL_RECORDINGS if it is set."""
     set_by_user = os.environ.get(RECORDINGS_VARIABLE)
     if not set_by_user:
         return entries
     folder = Path(set_by_user).expanduser()
     if not folder.is_dir():
         raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
-    return {**entries, **_look_at(folder, entries)}
+    return {**entries, **_of_folder(folder, entries)}
 
 
-def _look_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
-    """The files of a folder that is used without being registered; where `pinned`, those that changed since are marked.
+def _of_folder(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
+    """The files of a folder that is used without being registered; if `pinned`, files that changed since are marked.
 
-    The results of their inspection are stored apart from the register, so that they are not read again each time.
+    Their entries are stored beside the manifest, so that the files are not read again each time.
     """
     store = inspected_path()
     try:
-        known = {key: entry for key, entry in read_manifest(store).items() if os.path.exists(key)}
+        known = read_manifest(store)
     except DataError:  # it cannot be read: the files are inspected again
         known = {}
         with contextlib.suppress(OSError):
             store.unlink()
-    known |= entries
+    known = {key: entry for key, entry in known.items() if os.path.exists(key)} | entries
     inspected = _inspect(dict.fromkeys(files_under(folder)), known, silent)
-    found = {e.file: _compared_with_pin(known.get(e.file), e) if pinned else e for e in inspected}
+    found = {e.file: _compared(known.get(e.file), e) if pinned else e for e in inspected}
 
     def change(stored: Entries) -> None:
-        for key in [key for key in stored if not os.path.exists(key)]:
-            del stored[key]
-        stored.update((key, entry) for key, entry in found.items() if key not in entries)
+        kept = {key: entry for key, entry in stored.items() if os.path.exists(key)}
+        stored.clear()
+        stored.update(kept | {key: entry for key, entry in found.items() if key not in entries})
 
     if any(entry != known.get(key) for key, entry in found.items()):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings

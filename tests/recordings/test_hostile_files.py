@@ -1,0 +1,456 @@
+"""Damaged and hostile files: each a recording or one clear refusal, never a crash, a hang, or anything executed.
+
+Every format with every damage, seeded; then single claims with their messages; then names that attack whoever shows
+them. The long run: ``SRBVAL_FUZZ=10000 pytest tests/recordings/test_hostile_files.py``.
+"""
+
+import contextlib
+import itertools
+import json
+import math
+import os
+import pickle
+import resource
+import struct
+import sys
+import warnings
+import zlib
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.bearing import Fault
+from srbval.cli import main
+from srbval.errors import DataError
+from srbval.recordings import load_recording
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings.loaders.limited import end_readers
+from srbval.recordings.registry import FileStatus, add, verify
+from tests.recordings.synthetic_record import write_synthetic_record
+
+from . import files, formats
+
+COUNT = int(os.environ.get("SRBVAL_FUZZ", "200"))
+HANG_S = 10.0
+LIMIT_BYTES = 500 * 2**20
+BATCH = 50
+SCRIPT = "<script>alert('\"1\"')</script>"
+HOSTILE = ["", "\x00", "\x1b[2J\x1b]0;owned\x07", "a\nb\r\nc", "../../etc/passwd", "$(touch owned)", "' OR 1=1; --"]
+HOSTILE += ["{{7*7}}{0.__class__}", "%s%n", "\u202egnp.x\ufeff", "é" * 5000, "A" * 70_000, "nan", "1e999", SCRIPT]
+DTYPES = ("i1", "u2", "i8", "f4", "c16", "?", "U3", ">f8", "f8")
+NPY_TYPES = ("'<f8'", "'|O'", "'<U9'", "'<M8[ns]'", "8", "[('a', '|O')]", "('<f8', (10**9,))", "[[[]]]")
+NPY_SHAPES = ("(4096,)", "()", "(-1,)", "(4096.0,)", f"({2**61 + 4096},)", f"({2**32}, {2**32})", f"({'9' * 4999},)")
+NPY_SHAPES += (f"({'1,' * 70})", "(" * 5000, "a" + ".b" * 4900, "{" * 150 + "}" * 150, "\0" * 64)
+Rng = np.random.Generator
+Write = Callable[[Path], object]
+
+
+class Trap:
+    """Makes a folder when it is unpickled, which must never happen."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return os.mkdir, (str(self.folder),)
+
+
+def flipped(rng: Rng, whole: bytes) -> bytes:
+    data = bytearray(whole)
+    for position in rng.integers(0, min(len(data), int(rng.choice((400, 2000, 10**9)))), int(rng.integers(1, 8))):
+        data[position] ^= 1 << int(rng.integers(8))
+    return bytes(data)
+
+
+def overwritten(rng: Rng, whole: bytes) -> bytes:
+    at, length = int(rng.integers(len(whole))), int(rng.integers(1, 200))
+    return whole[:at] + (rng.bytes(length) if rng.random() < 0.5 else bytes(length)) + whole[at + length :]
+
+
+def cut(rng: Rng, whole: bytes) -> bytes:
+    return whole[: int(rng.integers(len(whole)))] if rng.random() < 0.95 else b""
+
+
+def numbers(rng: Rng, whole: bytes) -> bytes:
+    """Sizes, counts, types and addresses become others; most of what matters is at the beginning."""
+    data = bytearray(whole)
+    for _ in range(3):
+        width = int(rng.choice((1, 2, 4, 8)))
+        at = int(rng.integers(max(1, min(len(data) - width, int(rng.choice((64, 400, 4000, 10**6)))))))
+        most, old = 256**width - 1, int.from_bytes(data[at : at + width], "little")
+        new = [0, 1, most, most // 2, old + 1, old - 1, 2 * old, len(data), at, int.from_bytes(rng.bytes(width), "big")]
+        data[at : at + width] = (new[int(rng.integers(len(new)))] & most).to_bytes(width, "little")
+    return bytes(data)
+
+
+def recompressed(rng: Rng, whole: bytes) -> bytes:
+    """Numbers changed within the compressed elements of MATLAB, their checksums made right again."""
+    if not whole.startswith(b"MATLAB 5.0"):
+        return numbers(rng, whole)
+    made, at = [whole[:128]], 128
+    while at + 8 <= len(whole):
+        kind, count = struct.unpack_from("<II", whole, at)
+        body = zlib.decompress(whole[at + 8 : at + 8 + count]) if kind == 15 else whole[at : at + 8 + count]
+        packed = zlib.compress(numbers(rng, body))
+        made.append(struct.pack("<II", 15, len(packed)) + packed)
+        at += 8 + count
+    return b"".join(made)
+
+
+def values(rng: Rng, path: Path) -> None:
+    """Values, types, shapes or texts that are not what they should be, in a file that is whole."""
+    spoilt, hostile = _spoilt(rng), str(rng.choice(HOSTILE))
+    choice = rng.integers(4)
+    if choice == 0:
+        signals = files.rig_signals()
+        signals["Signal_3"]["y_values"]["values"] = files.nested(spoilt) if rng.random() < 0.5 else spoilt
+        signals["Signal_3"]["y_values"]["quantity"]["label"] = hostile
+        signals["Signal_3"]["x_values"]["increment"] = float(rng.choice((0.0, -1.0, np.nan, np.inf, 1e-300, 1e300)))
+        savemat(path, signals, do_compression=bool(rng.random() < 0.5))
+    elif choice == 1:
+        files.excerpt(path, acc_m_s2=spoilt, condition=hostile, rpm=spoilt[:128])
+    elif choice == 2:
+        rows = [f"{x:.4f}" for x in files.vibration(400)]
+        rows[int(rng.integers(400))] = hostile
+        head = f"# fs_hz = {hostile}\n" if rng.random() < 0.5 else ""
+        path.write_bytes((head + str(rng.choice(("\n", ",", ";", "\t"))).join(rows)).encode("utf-8", "replace"))
+    else:
+        with h5py.File(path, "w") as file:
+            file["x"] = spoilt.astype("S8") if spoilt.dtype.kind == "U" else spoilt
+            file.attrs["srbval_kind"] = hostile.replace("\x00", "")[:30000] if rng.random() < 0.5 else "stand-in"
+            file.attrs["fs_hz"] = float(rng.choice((0.0, -1.0, np.nan, np.inf, 1000.0)))
+            file["link"] = h5py.ExternalLink("/etc/passwd", "/x") if rng.random() < 0.5 else h5py.SoftLink("/link")
+
+
+def _spoilt(rng: Rng) -> np.ndarray:
+    """Samples of a wrong type, with NaN or infinity, of length zero, or of an odd shape."""
+    choice, whole = rng.integers(4), files.vibration()
+    if choice == 0:
+        with np.errstate(all="ignore"):
+            return whole.astype(str(rng.choice(DTYPES)))
+    if choice == 1:
+        whole[int(rng.integers(whole.size))] = rng.choice((np.nan, np.inf, -np.inf, 1e308))
+        return whole
+    return whole[:0] if choice == 2 else whole.reshape(1, -1, *((1,) * int(rng.integers(1, 5))))
+
+
+def npy_header(rng: Rng, path: Path) -> None:
+    """A NumPy header of pieces that are wrong by themselves or together."""
+    kind, shape = (str(rng.choice(pieces)) for pieces in (NPY_TYPES, NPY_SHAPES))
+    header = f"{{'descr': {kind}, 'fortran_order': {rng.choice(('False', '0'))}, 'shape': {shape}, }}"
+    version = int(rng.choice((1, 1, 1, 2, 3, 9)))
+    length = len(header) if rng.random() < 0.8 else int(rng.choice((0, 1, 65535, len(header) - 1)))
+    head = b"\x93NUMPY" + bytes((version, 0)) + struct.pack("<H" if version == 1 else "<I", length)
+    path.write_bytes(head + header.encode() + bytes(int(rng.choice((0, 64, 8 * 4096)))))
+
+
+def pickled(rng: Rng, path: Path, trap: Path) -> None:
+    if rng.random() < 0.5:
+        path.write_bytes(pickle.dumps(Trap(trap), protocol=int(rng.integers(0, 6))))
+        return
+    box = np.empty(2, dtype=object)
+    box[:] = Trap(trap)
+    with path.open("wb") as stream:
+        np.save(stream, box, allow_pickle=True)
+
+
+def whole_files(folder: Path) -> dict[str, bytes]:
+    """A file of every format."""
+    found = {}
+    for kind in formats.WRITERS:
+        with contextlib.suppress(pytest.skip.Exception):
+            found[kind] = formats.whole(kind)
+    write_synthetic_record(folder / "own.h5", state=Fault.OUTER, shaft_hz=10, seconds=0.2, seed=1)
+    files.excerpt(folder / "OR_877rpm.mat")
+    files.rig_v5(folder / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals())
+    files.rig_v73(folder / "H_727rpm_124.8kN_0kN.mat", files.rig_signals())
+    return found | {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def peak_bytes() -> int:
+    """Most memory that this process has held so far."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+def computing_s() -> float:
+    """Computing time of this process and of those it has ended; a machine with other work to do adds nothing."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="peak memory is read as POSIX gives it")
+@pytest.mark.timeout(max(600, COUNT))
+def test_every_format_with_every_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A library that loops or crashes does so in the process that reads, which is ended and replaced."""
+    monkeypatch.setattr(limited, "COMPUTING_S", 2.0)
+    monkeypatch.setattr(limited, "WAITING", 100)  # on a busy machine; what hangs without computing fails the test
+    for name in ("whole", "work", "here"):
+        (tmp_path / name).mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    trap = tmp_path / "executed"
+    whole, damages = whole_files(tmp_path / "whole"), (flipped, overwritten, cut, numbers, recompressed)
+    claims = {"values": values, "npy header": npy_header, "pickle": partial(pickled, trap=trap)}
+    cells = [*itertools.product(whole, damages), *(("", name) for name in list(claims) * 6)]
+    outcomes: Counter[tuple[object, str]] = Counter()
+    for i in range(COUNT):
+        if i % BATCH == 0:
+            end_readers()  # the computing time of a process counts when it ends: of some files, not of thousands
+        path, rng = tmp_path / "work" / f"{i}.mat", np.random.default_rng((20260101, i))
+        name, damage = cells[i * 7919 % len(cells)]
+        if callable(damage):
+            path.write_bytes(damage(rng, whole[name]))
+        else:
+            claims[damage](rng, path)
+        before, computed = peak_bytes(), computing_s()
+        outcomes[damage, load(path)] += 1
+        assert peak_bytes() - before < 2 * path.stat().st_size + LIMIT_BYTES, (i, name, damage)
+        assert computing_s() - computed < HANG_S, (i, name, damage)
+    registered = add(tmp_path / "work")
+    assert len(registered.recordings) + len(registered.left_out) == len(list((tmp_path / "work").iterdir())) == COUNT
+    assert not trap.exists()
+    assert list((tmp_path / "here").iterdir()) == []
+    assert {damage for damage, outcome in outcomes if outcome == "refused"} == {*damages, *claims}
+
+
+def load(path: Path) -> str:
+    """``read`` or ``refused``; anything but a recording or a refusal in one line fails the test."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            load_recording(path, fs_hz=1000, unit="unknown")
+        except DataError as error:
+            text = str(error)
+            assert text.isprintable(), text
+            assert len(text) < 2000, text[:200]
+            assert "could not be read within" not in text
+            return "read" if isinstance(error, LeftOpenError) else "refused"
+    return "read"
+
+
+def refused(path: Path, match: str) -> None:
+    with pytest.raises(DataError, match=match) as caught:
+        load_recording(path)
+    assert "\n" not in str(caught.value)
+
+
+def with_sample(bad: float) -> Write:
+    samples = files.vibration()
+    samples[1234] = bad
+    return lambda path: files.excerpt(path, acc_m_s2=samples)
+
+
+def nested_cells(path: Path) -> None:
+    value: object = files.vibration()
+    for _ in range(200):
+        value = files.nested(value)
+    savemat(path, {"x": value})
+
+
+def matlab_numbers_that_do_not_fit(path: Path) -> None:
+    savemat(path, {"x": np.ones((700, 3))})
+    path.write_bytes(path.read_bytes().replace(struct.pack("<ii", 700, 3), struct.pack("<ii", 699, 3)))
+
+
+def matlab_checksum(path: Path) -> None:
+    savemat(path, {"x": files.vibration()}, do_compression=True)
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+
+
+def npy_with_hidden_samples(path: Path) -> None:
+    np.save(path.with_suffix(".npy"), files.vibration())
+    path.write_bytes(path.with_suffix(".npy").read_bytes().replace(b"(4096,)", b"(4032,)"))
+
+
+def hdf5_circle(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        group = file.create_group("a")
+        group["again"] = group
+
+
+def hdf5_links_out_of_the_file_and_in_circles(path: Path) -> None:
+    with h5py.File(path.with_name("secret.h5"), "w") as file:
+        file["x"] = files.vibration()
+    with h5py.File(path, "w") as file:
+        file["loop"], file["out"] = h5py.SoftLink("/"), h5py.ExternalLink("secret.h5", "/x")
+
+
+def many_links(path: Path, groups: int) -> None:
+    with h5py.File(path, "w") as file:
+        for i in range(5_000):
+            file.require_group(f"g{i % groups}")[f"l{i}"] = h5py.SoftLink("/x")
+
+
+def huge_claim(path: Path, shape: tuple[int, ...]) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset("x", shape=shape, dtype="f8", chunks=(1024,) * len(shape))
+
+
+def wide_chunk(path: Path) -> None:
+    """A few bytes of a compressed chunk that claims to expand to two gigabytes."""
+    with h5py.File(path, "w") as file:
+        data = file.create_dataset("x", (4000,), "f8", chunks=(2**28,), maxshape=(None,), compression="gzip")
+        data.id.write_direct_chunk((0,), zlib.compress(bytes(2**20)))
+
+
+def filters(path: Path, numbers: tuple[int, ...]) -> None:
+    with h5py.File(path, "w") as file:
+        settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        settings.set_chunk((4096,))
+        for number in numbers:
+            settings.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (9,) if number == 1 else ())
+        data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, h5py.h5s.create_simple((4096,)), settings)
+        data.write_direct_chunk((0,), files.vibration().tobytes(), 0)
+        file.attrs["fs_hz"] = 1000.0
+
+
+def half_written(path: Path, name: str, **attributes: object) -> None:
+    with h5py.File(path, "w") as file:
+        file.create_dataset(name, (4000,), "f8", chunks=(1000,))[:1000] = files.vibration(1000)
+        file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"} | attributes)
+
+
+def half_a_struct(path: Path) -> None:
+    files.rig_v73(path, files.rig_signals())
+    with h5py.File(path, "r+") as file:
+        shape = file[file["Signal_3/y_values/values"][0, 0]].shape
+        empty = file["#refs#"].create_dataset("half", shape, "f8", chunks=(1, shape[1] // 2))
+        empty[:, : shape[1] // 2] = 1.0
+        file["Signal_3/y_values/values"][0, 0] = empty.ref
+
+
+MANY = "[0-9]{4} or more links, references and attributes; 4096 are read at most"
+UNWRITTEN = r"3 of 4 chunks of '{}' were never written \(75 % of its samples\); copy"
+OWN = "acceleration_m_s2"
+CASES: dict[str, tuple[Write, str]] = {
+    "folder": (lambda path: path.mkdir(), "folder"),
+    "missing": (lambda path: path, "no such file"),
+    "empty": (lambda path: path.touch(), "empty"),
+    "text": (lambda path: path.write_text("this is no recording\nat all\n"), "text file"),
+    "one endless line": (lambda path: path.write_text("1," * 2_000_000), "not a table of numbers"),
+    "no kind": (lambda path: path.write_bytes(b"XK\x03\x04" + bytes(999)), "not a known recording format. Accepted: "),
+    "pipe": (lambda path: os.mkfifo(path), "not a regular file"),
+    "nan": (with_sample(np.nan), r"acc_m_s2: sample 1234 of 4096 is nan"),
+    "inf": (with_sample(-np.inf), r"acc_m_s2: sample 1234 of 4096 is -inf"),
+    "no vector": (lambda path: savemat(path, {"x": 3.0, "z": files.vibration() * 1j}), "without a numeric vector"),
+    "nested cells": (nested_cells, "nested|beyond|MATLAB v5"),
+    "numbers that do not fit": (matlab_numbers_that_do_not_fit, "truncated or damaged MATLAB v5 file"),
+    "checksum": (matlab_checksum, "truncated or damaged MATLAB v5 file .*incorrect data check"),
+    "hidden samples": (npy_with_hidden_samples, r"header claims 4032 values \(float64\) in 32768 bytes"),
+    "circle": (hdf5_circle, "nested deeper"),
+    "links": (hdf5_links_out_of_the_file_and_in_circles, "without a numeric vector"),
+    "links in a group": (partial(many_links, groups=1), MANY),
+    "links in groups": (partial(many_links, groups=5), MANY),
+    "wide chunk": (wide_chunk, "a chunk of dataset 'x' claims 2147483648 bytes"),
+    "unknown filter": (partial(filters, numbers=(32768,)), "filter 32768, not installed. Decompress: h5repack"),
+    "eight filters": (partial(filters, numbers=(1,) * 8), "compressed by 8 filters"),
+    "half": (partial(half_written, name="x"), UNWRITTEN.format("x")),
+    "half of a stand-in": (partial(half_written, name=OWN, srbval_kind="stand-in"), UNWRITTEN.format(OWN)),
+    "half a struct": (half_a_struct, r"4 of 8 chunks of 'Signal_3\.y_values\.values' were never written \(50 %"),
+} | {
+    f"claim {shape}": (partial(huge_claim, shape=shape), f"claims {8 * math.prod(shape)} bytes")
+    for shape in ((10**12,), (2**32, 2**32), (2**62,))
+}
+
+
+@pytest.mark.parametrize(("write", "match"), CASES.values(), ids=CASES.keys())
+def test_refused_with_the_reason(tmp_path: Path, write: Write, match: str) -> None:
+    write(tmp_path / "H_727rpm_124.8kN_0kN.mat")
+    refused(tmp_path / "H_727rpm_124.8kN_0kN.mat", match)
+
+
+@pytest.mark.parametrize("used", ["x", "time", "fs", "spare"])
+def test_hdf5_datasets_never_written(tmp_path: Path, used: str) -> None:
+    """Refused if they are used as a signal, a time or a number; a text beside them is not."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        if used != "x":
+            file["x"] = files.vibration()
+        file.create_dataset(used, {"fs": (), "spare": (9,)}.get(used, (4096,)), "f8")
+        file.attrs["fs_hz" if used != "time" else "note"] = 1000.0
+    if used == "spare":
+        assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
+    else:
+        refused(tmp_path / "a.h5", f"1 of 1 chunks of '{used}' were never written \\(100 % of its samples\\)")
+
+
+def test_dimension_without_values(tmp_path: Path) -> None:
+    """As netCDF-4 writes a dimension without coordinates: a data set that is never written, and no variable."""
+    with h5py.File(tmp_path / "a.nc", "w") as file:
+        file["x"], file.attrs["fs_hz"] = files.vibration(), 1000.0
+        scale = "This is a netCDF dimension but not a netCDF variable.      4096"
+        file.create_dataset("sample", (4096,), ">f4").make_scale(scale)
+        file["x"].dims[0].attach_scale(file["sample"])
+    assert load_recording(tmp_path / "a.nc", unit="g").channel == "x"
+
+
+def test_hdf5_attributes_that_are_no_numbers_are_not_read(tmp_path: Path) -> None:
+    """Arrays, fields and lists of any size cost nothing; too many are refused."""
+    pair, number = np.dtype([("a", "f8"), ("b", "S1000")]), h5py.h5t.NATIVE_DOUBLE
+    with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
+        file["x"] = files.vibration()
+        file["x"].attrs["units"] = "mm/s2"
+        file.attrs.update({"fs_hz": 1000.0, "array": np.zeros(10**6), "pair": np.zeros(3, pair), "many": ["a"] * 9})
+        for name, kind in ((b"list", h5py.h5t.array_create(number, (5,))), (b"lengths", h5py.h5t.vlen_create(number))):
+            h5py.h5a.create(file.id, name, kind, h5py.h5s.create(h5py.h5s.SCALAR))
+    raw = detect_format(tmp_path / "a.h5").load(tmp_path / "a.h5")
+    assert (dict(raw.attributes), dict(raw.units)) == ({"fs_hz": 1000.0}, {"x": "mm/s2"})
+    with h5py.File(tmp_path / "a.h5", "r+", libver="latest") as file:
+        for i in range(5000):
+            file.attrs[f"a{i}"] = i
+    refused(tmp_path / "a.h5", MANY)
+
+
+GIVEN = ["--bearing", "skf-6205", "--band", "500", "3000"]
+
+
+def test_hostile_names_within_files_are_shown_as_plain_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for i, hostile in enumerate(text.replace("\0", "") or "x" for text in HOSTILE):
+        with h5py.File(tmp_path / f"{i}.h5", "w") as file:
+            file.attrs["fs_hz"], file.attrs["unit"], file.attrs["rpm"] = 8000.0, "g", 1200.0
+            file.attrs["name"] = file.attrs["label"] = hostile[:10_000]
+            file[hostile[:10_000].replace("/", "_").replace(".", "_")] = files.vibration()
+        channel = load_recording(tmp_path / f"{i}.h5").channel or ""
+        assert channel.isprintable()
+        assert 0 < len(channel) <= 80
+    assert {entry.status for entry in add(tmp_path).recordings} == {FileStatus.OK}
+    assert main(["data", "list"]) == main(["data", "list", "--json"]) == 0
+    for i in (2, len(HOSTILE) - 1):  # control characters; markup
+        assert main(["analyse", str(tmp_path / f"{i}.h5"), *GIVEN]) in (0, 3)  # half a second may be too short
+    assert "\x1b" not in "".join(capsys.readouterr())
+    with h5py.File(tmp_path / "run.h5", "w") as file:  # a path in an attribute leads nowhere
+        file.attrs.update({"srbval_kind": "stand-in", "fs_hz": 8000.0, "name": SCRIPT + "b" * 10_000})
+        file.attrs.update({"bearing": "../../../secret.toml", "state": "outer"})
+        file[OWN] = files.vibration()
+    assert (load_recording(tmp_path / "run.h5").bearing, len(load_recording(tmp_path / "run.h5").name) <= 80) == (
+        None,
+        True,
+    )
+
+
+@pytest.mark.parametrize("name", [b"\xff\xfe.npy", b"a\x1b[2J\nb.npy", "Prüfstand é 日本.npy".encode()])
+def test_hostile_names_of_files(name: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Not UTF-8, control characters: registered, verified, analysed, shown and removed."""
+    path = tmp_path / os.fsdecode(name)
+    try:
+        np.save(path, files.vibration(40_000))
+    except OSError:
+        pytest.skip("this file system has no such names")
+    stated = ["--rpm", "1500", "--fs", "8000", "--unit", "g", "--bearing", "skf-6205"]
+    assert main(["data", "add", str(tmp_path), *stated]) == 0
+    assert [entry.status for entry in verify().recordings] == [FileStatus.OK]
+    assert main(["data", "list"]) == main(["analyse", str(path), *GIVEN]) == 0
+    assert "\x1b" not in "".join(capsys.readouterr())
+    for command in (["analyse", str(path), *GIVEN], ["data", "remove", str(path)]):
+        assert main([*command, "--json"]) == 0
+        document = json.loads(capsys.readouterr().out)
+        assert document.get("file", document.get("recordings", [{}])[0].get("file")) == str(path)
+    assert verify().recordings == ()
