@@ -55,8 +55,14 @@ class Parser(argparse.ArgumentParser):
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
-        added.add_argument("--export", "--csv", metavar="OUT.csv|xlsx", type="table", default=default or None,
-                           help="write the tables to this file too")  # fmt: skip
+        added.add_argument(
+            "--export",
+            "--csv",
+            metavar="OUT.csv|xlsx",
+            type="table",
+            default=default or None,
+            help="write the tables to this file too",
+        )
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_mutually_exclusive_group() if group in ALTERNATIVES else added

@@ -60,8 +60,10 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
         models = ", ".join(f"{name} {count}" for name, count in found["models"].items())
         expected_s = found["expected_s"]
         time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the calibration machine"
-        print(f"\n{found['cases']} cases ({models}; {found['refused']} refused); time: {time}; disk: "
-              f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run.")  # fmt: skip
+        print(
+            f"\n{found['cases']} cases ({models}; {found['refused']} refused); time: {time}; disk: "
+            f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run."
+        )
 
     return answer(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
 

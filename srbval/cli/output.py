@@ -22,9 +22,14 @@ STATUS = {0: "ok", 1: "out of tolerance", DataError.exit_code: "damaged"}  # by 
 
 
 def answer(
-    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "", code: int = 0,
+    options: argparse.Namespace,
+    document: Any,
+    show: str | Callable[[], None],
+    *,
+    status: str = "",
+    code: int = 0,
     tables: Mapping[str, Any] | None = None,
-) -> int:  # fmt: skip
+) -> int:
     """Answer a command: print the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
     Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`. With ``--export``
@@ -65,8 +70,11 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
     import pandas as pd
 
     document = json.loads(json.dumps(document, ensure_ascii=False).encode("utf-8", "replace"))
-    tables = {name: rows for name, rows in document.items()
-              if isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)}  # fmt: skip
+    tables = {
+        name: rows
+        for name, rows in document.items()
+        if isinstance(rows, list) and rows and all(isinstance(row, dict) for row in rows)
+    }
     frames = {
         name: pd.json_normalize(rows).map(lambda x: " ".join(map(str, x)) if isinstance(x, list) else x)
         for name, rows in (tables or {"result": [dict(document)]}).items()

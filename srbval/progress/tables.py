@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """Lines of aligned columns; numbers to the right, six digits."""
     texts = [[_text(value) for value in row] for row in rows]
-    widths = [max(len(title), *(len(row[i]) for row in texts)) if texts else len(title)
-              for i, title in enumerate(columns)]  # fmt: skip
+    widths = [
+        max(len(title), *(len(row[i]) for row in texts)) if texts else len(title) for i, title in enumerate(columns)
+    ]
     right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
     lines = (
         "  ".join(t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True)).rstrip()

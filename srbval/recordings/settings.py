@@ -75,9 +75,14 @@ class RecordingSettings:
     auto_band: bool | None = None
 
     def __post_init__(self) -> None:
-        positive = {"sampling rate": self.fs_hz, "shaft speed": self.rpm, "sensitivity": self.sensitivity_mv_per_g,
-                    "scale": self.scale, "pulses per revolution": self.pulses_per_rev,
-                    "tolerance of the speed": self.rpm_tolerance_pct}  # fmt: skip
+        positive = {
+            "sampling rate": self.fs_hz,
+            "shaft speed": self.rpm,
+            "sensitivity": self.sensitivity_mv_per_g,
+            "scale": self.scale,
+            "pulses per revolution": self.pulses_per_rev,
+            "tolerance of the speed": self.rpm_tolerance_pct,
+        }
         for name, value in positive.items():
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"{name} {value} must be a positive number.")
@@ -146,8 +151,13 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
-    stated = {"unit": settings.unit, "factor": settings.scale, "state": settings.state, "bearing": settings.bearing,
-              "band_hz": settings.band_hz}  # fmt: skip
+    stated = {
+        "unit": settings.unit,
+        "factor": settings.scale,
+        "state": settings.state,
+        "bearing": settings.bearing,
+        "band_hz": settings.band_hz,
+    }
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"whole_numbers": False} if settings.scale else {}
     channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}

@@ -56,18 +56,26 @@ def test_impossible_geometry_is_refused(change: dict[str, float], message: str) 
         ("[orders]\nrolling_elements = 0\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 0.41", "must be the number"),
         ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 41.0", "ftf = 41.0 must lie"),
         ("[orders]\nrolling_elements = 15\nbpfo = 6.2", "missing key"),
-        ("[elements]\nrolling_elements = -9\nelement_diameter = '8 mm'\npitch_diameter = '39 mm'\n"
-         "contact_angle = '0 deg'", "rolling_elements = -9 must be 1 or more"),
-        ("[elements]\nrolling_elements = 9\nelement_diameter = '0 mm'\npitch_diameter = '39 mm'\n"
-         "contact_angle = '0 deg'", "must be positive"),
-        ("[elements]\nrolling_elements = 9\nelement_diameter = 8\npitch_diameter = '39 mm'\n"
-         "contact_angle = '0 deg'", "has no unit"),
+        (
+            "[elements]\nrolling_elements = -9\nelement_diameter = '8 mm'\npitch_diameter = '39 mm'\n"
+            "contact_angle = '0 deg'",
+            "rolling_elements = -9 must be 1 or more",
+        ),
+        (
+            "[elements]\nrolling_elements = 9\nelement_diameter = '0 mm'\npitch_diameter = '39 mm'\n"
+            "contact_angle = '0 deg'",
+            "must be positive",
+        ),
+        (
+            "[elements]\nrolling_elements = 9\nelement_diameter = 8\npitch_diameter = '39 mm'\ncontact_angle = '0 deg'",
+            "has no unit",
+        ),
         ("[elements]\nrolling_elements = 9\nelement_diametre = '8 mm'", "did you mean"),
         ("", "exactly one"),
         (GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 3.6\nbpfi = 5.4\nbsf = 1.0\nftf = 0.4\n", "exactly one"),
         ("[elements", "not a valid TOML file"),
     ],
-)  # fmt: skip
+)
 def test_a_bad_file_is_wrong_use(table: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(f"title = 'mine'\nsource = 'a drawing'\n{table}\n")

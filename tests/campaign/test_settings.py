@@ -27,9 +27,13 @@ def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
     assert len(found) == 2 * 1 * 2 * 2 * 3
     assert [p["seed"] for p in found[:4]] == [7, 8, 9, 7]
     assert found[0] == {
-        "shaft_speed": "1 rpm", "load.radial": "3 kN", "contact.points_per_circle": 250, "contact.stiffness": "a",
-        "defect.kind": "outer", "seed": 7,
-    }  # fmt: skip
+        "shaft_speed": "1 rpm",
+        "load.radial": "3 kN",
+        "contact.points_per_circle": 250,
+        "contact.stiffness": "a",
+        "defect.kind": "outer",
+        "seed": 7,
+    }
     assert found[-1]["contact.stiffness"] == "b"
     assert found[-1]["model"] == "planar"
 

@@ -80,9 +80,12 @@ def test_the_message_names_the_format_of_the_file(two_channels: Path, capsys: py
 @pytest.mark.parametrize("stated", [["--band", "500", "3000"], ["--auto-band"]])
 @pytest.mark.parametrize("bearing", [["--elements", "9,7.94,39.04,0"], ["--orders", "3.58,5.42,2.36,0.398"]])
 def test_what_a_machines_file_states_is_registered_once(
-    stated: list[str], bearing: list[str], two_channels: Path, monkeypatch: pytest.MonkeyPatch,
+    stated: list[str],
+    bearing: list[str],
+    two_channels: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     """Band, dimensions and orders, by a machine's file or by options; what an option says goes over it."""
     monkeypatch.setenv("SRBVAL_HOME", str(two_channels.parent / "home"))
     options = ["--channel", "data[1]", *RECORD[2:8], *bearing, *stated]

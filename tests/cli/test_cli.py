@@ -54,11 +54,14 @@ def test_simulate_then_analyse(capsys: pytest.CaptureFixture[str], tmp_path: Pat
 @pytest.mark.parametrize(
     ("scene", "status"),
     [
-        ('shaft_speed = "3000 rpm"\n[load]\nradial = "5 kN"\npath = "bearing"\n'
-         "[contact]\nstatic_friction = 0.02\ndynamic_friction = 0.02\n", "skidding"),
+        (
+            'shaft_speed = "3000 rpm"\n[load]\nradial = "5 kN"\npath = "bearing"\n'
+            "[contact]\nstatic_friction = 0.02\ndynamic_friction = 0.02\n",
+            "skidding",
+        ),
         ('[contact]\nradial_play = "0.2 mm"\n', "rollers-unloaded"),
     ],
-)  # fmt: skip
+)
 def test_what_a_bearing_does_is_no_failure(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: str, status: str
 ) -> None:
@@ -142,9 +145,14 @@ BAD = [
 
 @pytest.mark.parametrize(("arguments", "code", "message"), BAD, ids=[" ".join(a[0]) or "nothing" for a in BAD])
 def test_bad_input(
-    arguments: tuple[str, ...], code: int, message: str, capsys: pytest.CaptureFixture[str],
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, good_run: Path,
-) -> None:  # fmt: skip
+    arguments: tuple[str, ...],
+    code: int,
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    good_run: Path,
+) -> None:
     """One clear message, the right exit code, no file left behind."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.mat").write_text("this is no MATLAB file\n")
@@ -168,11 +176,17 @@ def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("command", "answer"), [
-    ("simulate --model impulse --defect outer --seconds 0.2", r"ok: .* BPFO 96\.76 Hz, BPFI 128\.07 Hz\."),
-    ("simulate --model planar --seconds 0.1 --rpm 300", r"ok: .* BPFO [\d.]+ Hz, BPFI [\d.]+ Hz\."),
-    ("plan rig --defect inner --question sideband-levels --tolerance 3dB", r"sideband-levels within 3 dB: \w+ \(.+"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("command", "answer"),
+    [
+        ("simulate --model impulse --defect outer --seconds 0.2", r"ok: .* BPFO 96\.76 Hz, BPFI 128\.07 Hz\."),
+        ("simulate --model planar --seconds 0.1 --rpm 300", r"ok: .* BPFO [\d.]+ Hz, BPFI [\d.]+ Hz\."),
+        (
+            "plan rig --defect inner --question sideband-levels --tolerance 3dB",
+            r"sideband-levels within 3 dB: \w+ \(.+",
+        ),
+    ],
+)
 def test_the_answer_is_the_last_line(command: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
     """And shows no object as Python writes it."""
     assert main(command.split()) == 0

@@ -35,18 +35,29 @@ class Odd(Exception):
 
 @pytest.mark.parametrize(
     ("error", "code"),
-    [(MemoryError(), INTERNAL), (RecursionError("too deep"), INTERNAL), (Odd(), INTERNAL), (KeyError("a"), INTERNAL),
-     (UnicodeEncodeError("ascii", "\udcff", 0, 1, "no"), INTERNAL), (NumericsError("why"), 4),
-     (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3),  # a worker's: the command's own output still has a reader
-     (KeyboardInterrupt(), 130), (OSError(errno.ENOSPC, "No space left on device"), 3),
-     (PermissionError(errno.EACCES, "no", "/a\nb"), 3)],
-)  # fmt: skip
+    [
+        (MemoryError(), INTERNAL),
+        (RecursionError("too deep"), INTERNAL),
+        (Odd(), INTERNAL),
+        (KeyError("a"), INTERNAL),
+        (UnicodeEncodeError("ascii", "\udcff", 0, 1, "no"), INTERNAL),
+        (NumericsError("why"), 4),
+        (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3),  # a worker's: the command's own output still has a reader
+        (KeyboardInterrupt(), 130),
+        (OSError(errno.ENOSPC, "No space left on device"), 3),
+        (PermissionError(errno.EACCES, "no", "/a\nb"), 3),
+    ],
+)
 @pytest.mark.parametrize("as_json", [True, False])
 @pytest.mark.usefixtures("no_alarm")
 def test_any_error_is_one_line(
-    error: BaseException, code: int, as_json: bool, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    code: int,
+    as_json: bool,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
-) -> None:  # fmt: skip
+) -> None:
     def fail(*_: Any) -> None:
         raise error
 

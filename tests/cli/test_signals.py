@@ -23,9 +23,14 @@ LONG = {
 def started(command: str, folder: Path) -> subprocess.Popen[str]:
     env = os.environ | {"SRBVAL_HOME": str(folder / "home")}
     return subprocess.Popen(
-        [*SRBVAL, *LONG[command]], cwd=folder, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [*SRBVAL, *LONG[command]],
+        cwd=folder,
+        env=env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         start_new_session=True,
-    )  # fmt: skip
+    )
 
 
 def children(group: int) -> list[int]:
@@ -74,9 +79,11 @@ def test_a_signal_leaves_nothing(command: str, number: signal.Signals, after_s: 
 def test_a_run_under_nohup_goes_on(tmp_path: Path) -> None:
     process = subprocess.Popen(
         [*SRBVAL, "simulate", "--model", "planar", "--seconds", "0.1", "-o", "out.h5"],
-        cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
         preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
-    )  # fmt: skip
+    )
     for _ in range(3):
         time.sleep(0.3)
         process.send_signal(signal.SIGHUP)

@@ -75,12 +75,25 @@ def write_uff(path: Path, other: np.ndarray, sensor: np.ndarray) -> None:
     pyuff = pytest.importorskip("pyuff")
     sets = [
         pyuff.prepare_58(
-            binary=0, func_type=1, rsp_node=node, rsp_dir=3, ref_node=1, ref_dir=0, data=samples, id1=name,
-            x=np.arange(COUNT) / FS_HZ, num_pts=COUNT, abscissa_spec_data_type=17, ordinate_spec_data_type=12,
-            ordinate_axis_units_lab="g", orddenom_spec_data_type=0, z_axis_spec_data_type=0, abscissa_spacing=1,
+            binary=0,
+            func_type=1,
+            rsp_node=node,
+            rsp_dir=3,
+            ref_node=1,
+            ref_dir=0,
+            data=samples,
+            id1=name,
+            x=np.arange(COUNT) / FS_HZ,
+            num_pts=COUNT,
+            abscissa_spec_data_type=17,
+            ordinate_spec_data_type=12,
+            ordinate_axis_units_lab="g",
+            orddenom_spec_data_type=0,
+            z_axis_spec_data_type=0,
+            abscissa_spacing=1,
         )
         for node, (name, samples) in enumerate((("acc NDE", other), ("acc DE", sensor)), 1)
-    ]  # fmt: skip
+    ]
     pyuff.UFF(str(path)).write_sets(sets, mode="overwrite")
 
 

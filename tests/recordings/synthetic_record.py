@@ -34,10 +34,19 @@ def write_synthetic_record(
     turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
     signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
     with new_hdf5(path) as file:
-        file.attrs.update({
-            "srbval_kind": "stand-in", "name": "SYNTHETIC", "fs_hz": FS_HZ, "unit": "m/s2", "bearing": DEFAULT_BEARING,
-            "state": state.value, "shaft_speed_hz": shaft_hz, "band_low_hz": 1400.0, "band_high_hz": 2800.0,
-        })  # fmt: skip
+        file.attrs.update(
+            {
+                "srbval_kind": "stand-in",
+                "name": "SYNTHETIC",
+                "fs_hz": FS_HZ,
+                "unit": "m/s2",
+                "bearing": DEFAULT_BEARING,
+                "state": state.value,
+                "shaft_speed_hz": shaft_hz,
+                "band_low_hz": 1400.0,
+                "band_high_hz": 2800.0,
+            }
+        )
         file.create_dataset("acceleration_m_s2", data=signal, **CHECKED)
 
 

@@ -25,9 +25,14 @@ def direct() -> Analysis:
     """The same samples without any file."""
     speed = stated_speed(SHAFT_HZ * 60, 1.0)
     made = Recording(
-        name="x", origin=Origin.MEASURED, channels={"a": record()[1] * G}, channel="a", fs_hz=FS_HZ, unit="m/s2",
+        name="x",
+        origin=Origin.MEASURED,
+        channels={"a": record()[1] * G},
+        channel="a",
+        fs_hz=FS_HZ,
+        unit="m/s2",
         speed=speed,
-    )  # fmt: skip
+    )
     return analyse(made, bearing=BEARING, band_hz=(1400.0, 2800.0))
 
 

@@ -23,9 +23,16 @@ from . import files
     ],
 )
 def test_cwru_by_its_number(
-    tmp_path: Path, name: str, number: str, rpm: int | None, fs_hz: float, channel: str, bearing: str, state: Fault,
+    tmp_path: Path,
+    name: str,
+    number: str,
+    rpm: int | None,
+    fs_hz: float,
+    channel: str,
+    bearing: str,
+    state: Fault,
     source: SpeedSource,
-) -> None:  # fmt: skip
+) -> None:
     r = load_recording(files.cwru(tmp_path / name, number, rpm=rpm))
     assert (r.fs_hz, r.channel, r.bearing, r.state) == (fs_hz, channel, bearing, state)
     assert r.band_hz == (500.0, 10000.0 if fs_hz > 40000 else 5500.0)

@@ -37,8 +37,12 @@ from tests.recordings.synthetic_record import write_synthetic_record
 from . import files
 
 INTERFACE_KEYS = {"file", "dataset", "state", "radial_kn", "axial_kn"} | {
-    "nominal_rpm", "fs_hz", "seconds", "sha256", "status",
-}  # fmt: skip
+    "nominal_rpm",
+    "fs_hz",
+    "seconds",
+    "sha256",
+    "status",
+}
 RIG, EXCERPT = "IR_727rpm_124.8kN_0kN.mat", "OR_353rpm_x.mat"
 
 
@@ -103,8 +107,9 @@ def test_a_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
     for result in (listing(), verify()):
         found = by_name(result.problems)
         assert {name: r.status for name, r in found.items()} == {
-            "s.h5": FileStatus.MISSING, "105.mat": FileStatus.TRUNCATED,
-        }  # fmt: skip
+            "s.h5": FileStatus.MISSING,
+            "105.mat": FileStatus.TRUNCATED,
+        }
 
 
 def test_rig_look_up_and_what_is_missing(folder: Path) -> None:

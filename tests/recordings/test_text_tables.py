@@ -56,7 +56,7 @@ def changed(at: int, *lines: str, table: list[str] = TABLE) -> list[str]:
         (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
         (["# fs = 1000", "# fs = 2000", *TABLE], r"says fs = 1000\.0 and 2000\.0"),
     ],
-)  # fmt: skip
+)
 def test_what_is_refused(tmp_path: Path, lines: list[str], said: str) -> None:
     with pytest.raises(DataError, match=said):
         read(tmp_path, lines)
@@ -103,13 +103,17 @@ def test_decimal_commas(tmp_path: Path, separator: str, header: bool) -> None:
         (["x,y", *(row.replace(".", ",") for row in TABLE)], "line 1 has 2 names for 4 columns"),
         (["x", *(row.replace(",", ";").replace(".", ",") for row in TABLE)], r"1 names for 2 columns\. Name each\.$"),
         (["12,34", "5,6", "7,08", *["1,1"] * 300], "line 3, '7,08', has decimal commas"),
-        ([*(f"{a:.4f};{b:.2f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1.234,56;0,1"],
-         "line 1, .* is in a table of both decimal commas and points, or with thousands separators"),
+        (
+            [*(f"{a:.4f};{b:.2f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1.234,56;0,1"],
+            "line 1, .* is in a table of both decimal commas and points, or with thousands separators",
+        ),
         ([f"{i % 7 + 1},{i:03d};{i % 5 + 1},{i:03d}" for i in range(100, 500)], "three digits after every comma"),
-        ([*(f"{a:.4f};{b:.4f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1,234,567;0,1"],
-         r"not finite \('1,234,567'\)"),
+        (
+            [*(f"{a:.4f};{b:.4f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1,234,567;0,1"],
+            r"not finite \('1,234,567'\)",
+        ),
     ],
-)  # fmt: skip
+)
 def test_commas_that_cannot_be_told(tmp_path: Path, rows: list[str], said: str) -> None:
     with pytest.raises(DataError, match=said):
         read(tmp_path, rows)

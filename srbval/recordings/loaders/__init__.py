@@ -14,9 +14,16 @@ HEAD_BYTES = 4096
 
 # The first that matches decides.
 FORMATS: tuple[FileFormat, ...] = (
-    arrays.NPY, arrays.NPZ, hdf5.FORMAT, arrays.MATLAB, signals.AUDIO, signals.TDMS, signals.UFF, arrays.TABLE,
+    arrays.NPY,
+    arrays.NPZ,
+    hdf5.FORMAT,
+    arrays.MATLAB,
+    signals.AUDIO,
+    signals.TDMS,
+    signals.UFF,
+    arrays.TABLE,
     text.FORMAT,
-)  # fmt: skip
+)
 
 
 def detect_format(path: Path) -> FileFormat:

@@ -182,9 +182,15 @@ def _table(
         with _WARNINGS, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             frame = pd.read_csv(
-                io.BytesIO(body.encode()), sep=separator or r"\s+", header=None, usecols=range(columns),
-                dtype=np.float64, index_col=False, na_filter=False, decimal="," if comma else ".",
-            )  # fmt: skip
+                io.BytesIO(body.encode()),
+                sep=separator or r"\s+",
+                header=None,
+                usecols=range(columns),
+                dtype=np.float64,
+                index_col=False,
+                na_filter=False,
+                decimal="," if comma else ".",
+            )
         table = frame.to_numpy(dtype=np.float64)
         wrong = [data[i] for i in np.flatnonzero(~np.isfinite(table).all(axis=1))]
     except Exception as error:  # the one border where a hostile file meets foreign code
