@@ -18,8 +18,9 @@ MANY = """\
 name = "many"
 outputs = ["summary", "statistics", "acceleration"]
 [scene]
-duration = "60 ms"
+duration = "1 s"
 settle = "0 s"
+model = "planar"
 [[axes]]
 kind = "grid"
 values = { shaft_speed = ["300 rpm", "500 rpm", "700 rpm", "900 rpm"], "defect.kind" = ["none", "outer", "inner"] }

@@ -17,7 +17,7 @@ from srbval.campaign.engines import DaskEngine, choose_engine
 from srbval.campaign.local import Job, LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from tests.campaign.campaigns import MIXED, content, run_small, six, small
+from tests.campaign.campaigns import MIXED, content, run_small, small
 from tests.campaign.command import MANY, Scheduler, running_scheduler, stand_in_for_slurm, start
 from tests.marked import marked, until
 
@@ -156,7 +156,7 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.CONNECT_S", "1 s")
     with pytest.raises(DataError, match="no Dask scheduler answers"):
-        run_campaign(six(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
+        run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
     environment = stand_in_for_slurm(tmp_path, sbatch=sbatch)
     options = ("--engine", "slurm", "--jobs", "1", "--wait", "0.5")
-    file = _many(tmp_path, "60 ms")
+    file = _many(tmp_path, "0.1 s")
     process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE, environment=environment)
     (line,) = _said(process)
     assert process.returncode == 3
@@ -221,7 +221,7 @@ def test_the_script_of_a_job(
 
 
 def _many(folder: Path, seconds: str) -> Path:
-    (folder / "many.toml").write_text(MANY.replace("60 ms", seconds))
+    (folder / "many.toml").write_text(MANY.replace("1 s", seconds))
     return folder / "many.toml"
 
 
@@ -235,7 +235,7 @@ def _said(process: subprocess.Popen[bytes]) -> list[str]:
 @pytest.mark.slow
 def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
     mark = {"SRBVAL_TEST": str(tmp_path)}
-    file = _many(tmp_path, "1 s")
+    file = _many(tmp_path, "4 s")
     with running_scheduler(tmp_path, environment=mark, scheduler_environment=mark) as scheduler:
         options = ("--engine", "dask", "--address", scheduler.address)
         process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE)
@@ -256,7 +256,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(local, "WorkerProcess", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
-        run_campaign(six(), tmp_path, engine=LocalProcesses(2))
+        run_campaign(small(), tmp_path, engine=LocalProcesses(2))
 
 
 DIES = "import os, sys\nif 'srbval.campaign.worker' in sys.orig_argv:\n    os.kill(os.getpid(), 9)\n"
@@ -275,5 +275,5 @@ def test_processes_that_never_get_ready(
     monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
     monkeypatch.setattr(local, "PREPARE_LIMIT_S", 3.0)
     with pytest.raises(NumericsError, match=said):
-        run_campaign(six(), tmp_path / "run", engine=LocalProcesses(2))
+        run_campaign(small(), tmp_path / "run", engine=LocalProcesses(2))
     assert "Traceback" not in capfd.readouterr().err

@@ -27,7 +27,7 @@ from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
-from tests.campaign.campaigns import content, damaged_names, good_results, resume, run_small, six
+from tests.campaign.campaigns import content, damaged_names, good_results, resume, run_small, small
 from tests.campaign.command import MANY, cluster, start
 from tests.marked import until
 
@@ -190,21 +190,21 @@ def test_two_campaigns_in_one_folder(folder: Path) -> None:
 def test_a_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(DataError, match="Not a directory"):
-        run_small(six(), tmp_path / "file" / "run")
+        run_small(small(), tmp_path / "file" / "run")
 
     def read_only(*_: Any, **__: Any) -> None:
         raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
     monkeypatch.setattr(Path, "mkdir", read_only)
     with pytest.raises(DataError, match=r"Read-only file system.*Choose another folder"):
-        run_small(six(), tmp_path / "run")
+        run_small(small(), tmp_path / "run")
 
 
 def test_a_disk_that_is_too_small_is_seen_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = type("usage", (), {"free": 1000})
     monkeypatch.setattr("srbval.campaign.run.shutil.disk_usage", lambda _: usage)
     with pytest.raises(DataError, match=r"6 results will take .* MB are free"):
-        run_small(six(), tmp_path)
+        run_small(small(), tmp_path)
 
 
 def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,10 +219,10 @@ def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(worker, "write_result", full)
     with pytest.raises(DataError, match=r"No space left on device.*2 of 6 cases of this run are safe.*same command"):
-        run_small(six(), tmp_path)
+        run_small(small(), tmp_path)
     assert (campaign_status(tmp_path).done, campaign_status(tmp_path).failed) == (2, ())
     monkeypatch.setattr(worker, "write_result", good)
-    assert run_small(six(), tmp_path).ran == 4
+    assert run_small(small(), tmp_path).ran == 4
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
@@ -257,7 +257,7 @@ def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
             yield
 
     with pytest.raises(KeyboardInterrupt):
-        run_campaign(six(), tmp_path, engine=Interrupted())
+        run_campaign(small(), tmp_path, engine=Interrupted())
     assert not list(tmp_path.rglob("*.srbval-part"))
 
 

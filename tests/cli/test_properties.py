@@ -34,7 +34,7 @@ from srbval.plan.questions import Question
 from srbval.storage.cache import cache_use
 from srbval.storage.installation import package_folder
 from srbval.studies.harness import study_names
-from tests.campaign.campaigns import run_small, six
+from tests.campaign.campaigns import run_small, small
 
 EXAMPLES = int(os.environ.get("SRBVAL_PROPERTIES", "1000"))
 GIVEN = 8  # an option that may be left out is given once in so many examples, those of `OFTEN` but once
@@ -246,7 +246,7 @@ def write_files() -> None:
     assert main(["data", "add", "records"]) == 0
     Path("records/b.npy").write_bytes(Path("records/a.npy").read_bytes())  # is now another one
     assert main(["simulate", "--model", "kinematic", "--seconds", "1", "--defect", "outer", "-o", "run.h5"]) == 0
-    run_small(six("impulse"), Path("done"))
+    run_small(small(), Path("done"))
     shutil.copytree("done", "damaged")
     next(Path("damaged").rglob("*.h5")).write_bytes(b"no result")
 

@@ -31,7 +31,7 @@ from srbval.recordings.registry import (
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.write import write_report
-from tests.campaign.campaigns import six
+from tests.campaign.campaigns import small
 from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files
@@ -250,7 +250,7 @@ def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
     with folder_lock(folder / "below" / "runs"):
-        write_cases(folder / "below" / "runs", six(), ())
+        write_cases(folder / "below" / "runs", small(), ())
     for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)
