@@ -108,7 +108,7 @@ def test_names_of_results_follow_the_content() -> None:
     def key(**changes: Any) -> str:
         return plan_cases(small(axes=[], **changes))[0].key
 
-    same = {"duration": "0.005 s", "settle_s": 0.0}
+    same = {"duration": "0.005 s", "settle_s": 0.0, "model": "planar"}
     assert key() == key(scene=same) == key(name="other", title="another", repeats=1)
     assert key() != key(scene=same | {"seed": 1})
     assert key() != key(outputs=["summary"])
