@@ -37,7 +37,7 @@ INLINE = {  # what a name may state in place of a file, with the units
 
 @dataclass(frozen=True, kw_only=True)
 class Ratings(Limited):
-    """The table `[ratings]` of a spherical roller bearing's file: what its catalogue says beside its dimensions."""
+    """The table `[ratings]` of a spherical roller bearing's file: ratings of its catalogue."""
 
     static_load_n: float = quantity("force", above=0)
     reference_rad_s: float = quantity("speed", above=0)
@@ -46,7 +46,7 @@ class Ratings(Limited):
         """Least equivalent load at which rollers do not skid, by SKF Rolling bearings, 2018, spherical roller bearings.
 
         0.003 C_0 up to 0.3 of the reference speed n_r, and 0.003 C_0 (1 + 2 sqrt(n / n_r - 0.3)) above; stated there
-        up to 2 n_r, taken on beyond.
+        up to 2 n_r, extrapolated beyond.
         """
         beyond = max(0.0, shaft_rad_s / self.reference_rad_s - 0.3)
         return 0.003 * self.static_load_n * (1 + 2 * math.sqrt(beyond))
@@ -57,8 +57,8 @@ class Bearing:
     """A rolling bearing.
 
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
-    simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
-    table, as `source` says. `ratings`: load and speed of its catalogue, where known. Its lines are looked for up to a
+    simulate, `elements` for others whose dimensions are known; if both are None, `orders` come from the published
+    table in `source`. `ratings`: load and speed of its catalogue, if known. Its lines are looked for up to a
     mean slip of the cage of `largest_slip`, a share of the cage's speed.
     """
 
@@ -128,7 +128,7 @@ def known_bearings() -> tuple[str, ...]:
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
-    """The known bearings whose name, title or source holds each word of `text`, in any case; all for an empty one."""
+    """Known bearings with each word of `text` in name, title or source, in any case; all for an empty text."""
     found = (load_bearing(name) for name in known_bearings())
     words = text.casefold().split()
     return tuple(b for b in found if all(w in f"{b.name} {b.title} {b.source}".casefold() for w in words))
@@ -152,7 +152,7 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     if known or text.endswith(".toml"):
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
         document = read_toml(path)
-        if isinstance(document.get("bearing"), dict):  # a machine's file holds it among other things
+        if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
             document = {"title": document.get("title")} | document["bearing"]
         document = {"source": path.name} | document  # a user's own file is its own source
         return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)

@@ -25,7 +25,7 @@ class SphericalRollerGeometry(Limited):
     as a radius does it give the printed fault frequencies. The barrel rollers carry the raceway's own
     profile radius: the paper models no difference in curvature. Only the slices model knows one:
     `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the
-    outer raceway's stays what it is, the inner arc's centre moves along the contact normal. Two geometries
+    outer raceway's stays as it is, the inner arc's centre moves along the contact normal. Two geometries
     of the same Table 1 are equal.
     """
 

@@ -127,7 +127,7 @@ class RollingElements(Limited):
         return self.element_diameter_m / self.pitch_diameter_m * math.cos(self.contact_angle_rad)
 
 
-_SCENE_NONE = "none"  # how scene files, campaigns and the command line say that there is no defect
+_SCENE_NONE = "none"  # the word for no defect in scene files, campaigns and on the command line
 
 
 class Fault(enum.StrEnum):

@@ -56,7 +56,7 @@ def _run(given: list[str]) -> int:
     with without_ctrl_c():  # half a second in which nobody could answer it
         from srbval.cli.arguments import parser, take_machine
 
-        importlib.import_module("srbval.cli.output")  # which says that it was interrupted
+        importlib.import_module("srbval.cli.output")  # which prints that it was interrupted
     options = parser().parse_args(given)
     if options.command is None:
         parser().print_help(sys.stderr)
@@ -100,7 +100,7 @@ def internal_error(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Ctrl-C, SIGTERM and SIGHUP, where they are not ignored (`nohup`), end the command once."""
+    """Ctrl-C, SIGTERM and SIGHUP end the command once, unless they are ignored (`nohup`)."""
     main_thread = threading.current_thread() is threading.main_thread()
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
@@ -120,7 +120,7 @@ def _ended_by_signals() -> Iterator[None]:
         raise raised[0]
 
     def again(lost: Any) -> None:
-        """Send a signal once more whose exception was raised where Python can only ignore it, as in a destructor."""
+        """Send a signal once more if Python could only ignore its exception, as in a destructor."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)

@@ -1,4 +1,4 @@
-"""The argument parser, made of ``commands.toml``, the one place where every command and option is named."""
+"""The argument parser, made of ``commands.toml``, which names every command and option."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from srbval.errors import ConfigurationError, nearest
 from srbval.storage.tables import parse_quantity
 
 Table = Mapping[str, Any]
-INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse says it
+INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse writes it
 
 
 class Parser(argparse.ArgumentParser):
@@ -37,7 +37,7 @@ class Parser(argparse.ArgumentParser):
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse here what is not known, where the command's own options are; or leave it to who knows more."""
+        """Refuse unknown words with the command's own options as suggestions, or leave them to the command."""
         found, unknown = super().parse_known_args(args, namespace)
         if self.takes_rest:
             found.rest, unknown = unknown, []
@@ -98,7 +98,7 @@ def take_machine(options: argparse.Namespace) -> None:
 
     given = {name for name, value in vars(options).items() if value}
     if options.command == "identify":
-        given.add("band")  # its own is that of the path
+        given.add("band")  # its own band belongs to the path
     for name, value in machine_options(options.machine).items():
         if not given & {name, BELONGS_TO.get(name, name)}:
             setattr(options, name, value)

@@ -43,7 +43,7 @@ COLUMNS = {
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run one of the actions; `verify` leaves with 1 where a file is changed, missing or truncated."""
+    """Run one of the actions; `verify` ends with 1 if a file is changed, missing or truncated."""
     result = _act(options)
     damaged = options.action == "verify" and any(r.status in DAMAGED for r in result.recordings)
     if options.action == "remove":
@@ -102,7 +102,7 @@ def _print(result: RegisterListing) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Why a file is not ok or what it leaves open, files of the same reason together, and the remedy."""
+    """Print the reason of each file that is not ok or leaves something open, by reason, and the remedy."""
     by_reason: dict[str, list[str]] = {}
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

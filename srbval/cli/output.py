@@ -32,8 +32,8 @@ def answer(
 ) -> int:
     """Answer a command: print the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
-    Returns the exit code, `code`; without a `status` the document has that of the code in `STATUS`. With ``--export``
-    the `tables` (lists of rows by name; without them all lists of rows in the document) are written to a file.
+    Returns the exit code, `code`; without a `status` the document has the one of the code in `STATUS`. With
+    ``--export`` the `tables` (lists of rows by name; without them all lists of rows in the document) are written to a file.
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
@@ -54,7 +54,7 @@ def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
 
 
 def export_file(text: str) -> str:
-    """The name of a file for tables, as an argument: CSV, or Excel where the library for it is there."""
+    """The name of a file for tables, as an argument: CSV, or Excel if its library is installed."""
     check_suffix(Path(text), "CSV or Excel", (".csv", ".xlsx"))
     if text.endswith(".xlsx") and find_spec("openpyxl") is None:
         raise MissingLibraryError("an Excel file", "openpyxl")
@@ -62,7 +62,7 @@ def export_file(text: str) -> str:
 
 
 def write_tables(path: Path, document: Mapping[str, Any]) -> None:
-    """Write all lists of rows, or where there are none the values: one sheet each, or one CSV file each.
+    """Write all lists of rows, or the values if there are none: one sheet each, or one CSV file each.
 
     The first CSV file has the name of `path`, the others that with the table's name added. Rows within rows become
     columns with a dot in their names; of a damaged file name, what no text file can hold becomes a question mark.
@@ -90,7 +90,7 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def print_failure(message: str, code: int, *, as_json: bool) -> None:
-    """Say what failed on standard error, and as JSON on standard output where that was asked for."""
+    """Print the failure on standard error, and as JSON on standard output if asked for."""
     print(f"srbval: {message}", file=sys.stderr)
     if as_json:
         print_json({"message": message, "exit_code": code}, status="failed")

@@ -18,10 +18,10 @@ def usable_cores() -> int:
 
 @contextlib.contextmanager
 def one_thread() -> Iterator[None]:
-    """Within, or in a function decorated with it, the libraries that are loaded use one thread.
+    """Limit the loaded libraries to one thread, within a block or a decorated function.
 
     Small products are quicker so: threads on a busy machine wait for each other, several times as long as they work.
-    The limit is the process's: where several threads are within, the last one to leave restores what was before.
+    The limit is the process's: if several threads are within, the last one to leave restores the former limit.
     """
     with _lock:
         _limits.append(_loaded().limit(limits=1))

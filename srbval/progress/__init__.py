@@ -1,7 +1,7 @@
 """Progress of work: one callback signature for the whole package, and its display on standard error.
 
 Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
-fraction of it that is done. `progress_display` makes such a callback, which shows what it is told: bars on a terminal,
+fraction of it that is done. `progress_display` makes such a callback, which shows the progress: bars on a terminal,
 plain lines elsewhere. All of them are safe to call from several threads.
 """
 
@@ -42,7 +42,7 @@ def prefixed(progress: Progress, title: str) -> Progress:
 
 
 def progress_display(stream: TextIO | None = None) -> "_Bars | _Lines":
-    """A `Progress` callback that shows what it is told, while its ``with`` block lasts.
+    """A `Progress` callback that shows the progress while its ``with`` block lasts.
 
     ``with progress_display() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless
     given; bars are drawn when it is a terminal, plain lines are written elsewhere. Its `message` shows one line of text

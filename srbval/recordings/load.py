@@ -39,10 +39,10 @@ def load_recording(
 ) -> Recording:
     """Load one measured file, simulated run or stand-in.
 
-    The format is recognised by the file's first bytes, the data set by its variables. The options decide what the
-    file leaves open and override what it says: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
-    that of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm], `rpm_tolerance_pct` how far
-    off it may be where it is only a set point [%]; `settings` hold these and everything else that can be stated.
+    The format is recognised by the file's first bytes, the data set by its variables. The options answer what the
+    file leaves open and override its own statements: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
+    of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm], `rpm_tolerance_pct` how far
+    off it may be if it is only a set point [%]; `settings` contain these and all other statements.
     Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
     impossible option. Does not estimate a speed from the vibration, and does not use the settings kept in the
     register (`registry.load_registered` does).

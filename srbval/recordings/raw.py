@@ -28,11 +28,11 @@ class RawFile:
     """Variables of a file under their own names; fields of nested structs are joined by dots.
 
     `variables` holds numeric arrays (any shape, as stored) and texts; `attributes` the root attributes
-    of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` what the file itself says of
+    of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` the file's statements about
     single variables.
     `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
     With `full_scale` the samples are shares of a full scale whose value the file does not state.
-    `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` if used.
+    `unusable` gives the reason for variables without samples in the file; they are NaN, and a `DataError` if used.
     """
 
     path: Path
@@ -83,7 +83,7 @@ class RawFile:
 
 
 def as_signal(values: Value, what: str) -> NDArray[np.float64]:
-    """Samples as a contiguous float64 vector, shape [n], a read-only view where they are stored so.
+    """Samples as a contiguous float64 vector, shape [n], a read-only view if they are stored so.
 
     NaN, infinity, absurdly large and complex values are refused; `what` names the samples in messages.
     """

@@ -1,6 +1,6 @@
 """Contents of a file as a recogniser understood them, before the user's settings decide what is still open.
 
-Units by what files write for them, and the sampling rate that a time column states: only where it is even within its
+Units by what files write for them, and the sampling rate that a time column states: only if it is even within its
 own digits and its unit is known.
 """
 
@@ -70,7 +70,7 @@ def known_unit(text: str) -> str | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """The name of a column and what stands there for a unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``."""
+    """The name of a column and its text for a unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``."""
     found = _IN_NAME.fullmatch(name)
     return (found[1], found[2] or found[3] or None) if found else (name, None)
 
@@ -159,8 +159,8 @@ def _unevenness(name: str, times: FloatArray, steps: FloatArray) -> str:
 class Channel:
     """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
 
-    `unit` is ``unknown`` where the data set is known to state none, None if the file should have stated one; the
-    samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, where the file states one.
+    `unit` is ``unknown`` if the data set is known to state none, None if the file should have stated one; the
+    samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, if the file states one.
     `whole_numbers` are those of a converter, or their shares of its full scale, of which nobody has stated what one is.
     """
 
@@ -196,8 +196,8 @@ class Channel:
 class Reading(SourceFacts):
     """Contents of a file. `channel` is None if the file leaves the choice open, as is `fs_hz`.
 
-    `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it. `rate_problem`
-    says why the rate is open, `time` what the times of the file say of it.
+    `speed_problem` is the reason not to trust the speed in the file; only a speed from the user resolves it.
+    `rate_problem` is the reason why the rate is open, `time` the meaning of the file's times.
     """
 
     channels: Mapping[str, Channel]
@@ -210,7 +210,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of the channels that may be analysed: those that are not a shaft speed."""
+        """Names of the channels that may be analysed: all that are not a shaft speed."""
         return tuple(name for name, channel in self.channels.items() if channel.unit not in SPEED_HZ)
 
     def all_cautions(self) -> tuple[str, ...]:

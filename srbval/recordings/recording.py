@@ -34,7 +34,7 @@ class ShaftSpeed:
     """Mean shaft speed of a record.
 
     `ci95_hz` is the half width of a 95 % interval [Hz] of the mean over this very record. `spread_hz` is the standard
-    deviation over the record and `drift_hz` the change from its first to its last quarter, where the speed was
+    deviation over the record and `drift_hz` the change from its first to its last quarter, if the speed was
     measured over the record, else None.
     """
 
@@ -57,8 +57,8 @@ class SpeedSignal:
 class SourceFacts:
     """Facts that the source of a record states; None if it does not. Loads in N, nominal speed in rpm.
 
-    `own_bearing`: the bearing that a simulated run carries, as far as its lines need it. `notes` say what was read from
-    where, `cautions` what may make the numbers wrong, each with a count.
+    `own_bearing`: the bearing that a simulated run carries, as far as its lines need it. `notes` give the source of
+    each fact, `cautions` what may make the numbers wrong, each with a count.
     """
 
     origin: Origin
@@ -82,8 +82,8 @@ class Recording(SourceFacts):
     `channels` maps a channel's name to its samples, float64, shape [n]. `unit` is that of the samples as
     stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
-    instead, to be rotated onto the sensor's direction. What the source does not say is None.
-    `speed_signal` is the signal whose mean is `speed`, where there is one; `band_hz` is the demodulation band that its
+    instead, to be rotated onto the sensor's direction. A fact that the source does not state is None.
+    `speed_signal` is the signal whose mean is `speed`, if there is one; `band_hz` is the demodulation band that its
     data set declares or the user stated. With `scale_missing` the samples are whole numbers of a converter whose scale
     in the unit given for them nobody has stated: `unit` is ``unknown`` then.
     """

@@ -21,7 +21,7 @@ CODE_ROUNDING = 0.01  # of a digital step
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
     """Clipped samples (at the limit of an integer type or converter, or piled up) and held ones, with their counts.
 
-    A constant signal has none: it is refused where it is analysed.
+    A constant signal has none: the analysis refuses it.
     """
     if samples.size < 2 or samples.min() == samples.max():
         return ()
@@ -56,7 +56,7 @@ def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray) -> float:
     """Length that runs of equal samples reach by chance less than `CHANCE` times in the record.
 
     Each run counts once, so that few long ones do not make long ones likely. Where the digits are coarse against the
-    changes from sample to sample (a slow signal, little noise), plateaus are natural and only very long ones told.
+    changes from sample to sample (a slow signal, little noise), plateaus are natural and only very long ones count.
     """
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:

@@ -51,9 +51,9 @@ class RecordingSettings:
     """Statements of the user about a record; None if nothing is stated.
 
     `channel` to analyse by name; sampling rate [Hz]; unit of the samples (see `reading.UNITS`) once they are multiplied
-    by `scale`; sensitivity of the sensor [mV/g] where that unit is V or mV; mean shaft speed [rpm], or the channel of
+    by `scale`; sensitivity of the sensor [mV/g] if that unit is V or mV; mean shaft speed [rpm], or the channel of
     the tachometer with its pulses per revolution of the shaft; state and bearing (a name or a TOML file), loads [kN];
-    demodulation band [Hz], or `auto_band`, where one is chosen on the record.
+    demodulation band [Hz], or `auto_band`, to choose one on the record.
     With `rpm_tolerance_pct` [%] the speed is a set point that the shaft keeps within it (95 %), else a measured one.
     Raises `ConfigurationError` for an impossible value.
     """
@@ -103,9 +103,9 @@ class RecordingSettings:
         return self != RecordingSettings()
 
     def over(self, stored: RecordingSettings) -> RecordingSettings:
-        """These settings, and the `stored` ones where these are not given."""
+        """These settings, and the `stored` ones if these are not given."""
         given = {key: value for key, value in vars(self).items() if value is not None}
-        if self.rpm is not None:  # a stored tolerance is that of the stored speed
+        if self.rpm is not None:  # a stored tolerance belongs to the stored speed
             given["rpm_tolerance_pct"] = self.rpm_tolerance_pct
         if self.band_hz or self.auto_band:  # one of them
             given |= {"band_hz": self.band_hz, "auto_band": self.auto_band}
@@ -150,7 +150,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
-    """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
+    """All channels, with unit, scale and sensitivity if they fit, state and bearing."""
     stated = {
         "unit": settings.unit,
         "factor": settings.scale,
@@ -184,7 +184,7 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
 
 
 def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None) -> tuple[ShaftSpeed, str]:
-    """The user's speed: a set point where a tolerance is given or it repeats the file's own, else a measured one."""
+    """The user's speed: a set point if a tolerance is given or it repeats the file's own, else a measured one."""
     if tolerance_pct is not None:
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
     if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:

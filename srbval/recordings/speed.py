@@ -1,4 +1,4 @@
-"""Shaft speed: stated, a set point, or from a tachometer, whose channel holds a speed or pulses."""
+"""Shaft speed: stated, a set point, or from a tachometer, whose channel contains a speed or pulses."""
 
 import dataclasses
 import math
@@ -30,7 +30,7 @@ AGREES = 0.1  # of the speed stated by the user: more is a wrong number of pulse
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a tachometer signal [Hz], sampled evenly at `rate_hz`, with its 95 % interval and drift.
 
-    The interval is that of the mean over this very signal: clocks (`SCALE_CI95`) and the sensor's noise. White noise
+    The interval belongs to the mean over this very signal: clocks (`SCALE_CI95`) and the sensor's noise. White noise
     has a sixth of the variance of the second differences. Where the sensor smooths its signal these hold none, but
     what is wrong with the angle at the two ends stays: the error of the times of whole revolutions (`turn_error_s`).
     How the shaft's speed varies meanwhile (`spread_hz`) is no error of it. Raises `DataError` for a signal that cannot
@@ -59,7 +59,7 @@ def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
     """White error of the times at which a sensor's signal completes a revolution [s]; 0 below `LEAST_TURNS` of them.
 
     What `speed_from_pulses` takes from its pulses: the second differences of the times of whole revolutions, variance
-    over 6. Too large where the shaft itself changes from one revolution to the next, too small where the sensor smooths
+    over 6. Too large if the shaft itself changes from one revolution to the next, too small if the sensor smooths
     over more than one.
     """
     turns = np.abs(np.concatenate(([0.0], np.cumsum((speed_hz[1:] + speed_hz[:-1]) / 2) / rate_hz)))
@@ -100,7 +100,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
     """`reading` with the speed that `channel` shows; what is wrong with it becomes its `speed_problem`.
 
     A channel in rpm, Hz or rad/s is a speed, any other one pulses. `rpm` is what the user states of the mean. The
-    channel's rate is that of the record where both have as many samples, unless the file says otherwise.
+    channel's rate is the record's if both have as many samples, unless the file states another one.
     """
     name, factor, problem = channel.variable or "", SPEED_HZ.get(channel.unit or ""), None
     main = reading.channels[reading.channel] if reading.channel is not None else channel
@@ -178,7 +178,7 @@ def pulse_times(samples: FloatArray) -> FloatArray:
     """
     middle = float(np.mean(np.quantile(samples, (SPIKES, 1 - SPIKES))))
     swing = 0.0
-    for _ in range(4):  # the levels are the medians of what lies below and above; spikes do not move them
+    for _ in range(4):  # the levels are the medians below and above; spikes do not move them
         below = samples < middle
         if not 0 < below.sum() < samples.size:
             raise DataError("a constant signal without pulses.")

@@ -27,7 +27,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 def recognise(raw: RawFile) -> Reading:
     """Files of this program first, then the first description that fits; any other file as plain named vectors.
 
-    Raises `DataError` if a file is of a known kind but damaged, or holds no vibration signal at all.
+    Raises `DataError` if a file is of a known kind but damaged, or contains no vibration signal at all.
     """
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = read_srbval_file(raw) or next((one for one in known if one is not None), None) or read_generic(raw)

@@ -145,9 +145,9 @@ class RecordRange:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedFile:
-    """A file the set should have; `url` and `sha256` where it can be downloaded.
+    """A file the set should have; `url` and `sha256` if it can be downloaded.
 
-    `used_for`: `fit` where something of the model was fitted to it, `withheld` where it was only looked at; None where
+    `used_for`: `fit` if something of the model was fitted to it, `withheld` if it was only looked at; None if
     the project has not opened it.
     """
 

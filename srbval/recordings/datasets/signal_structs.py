@@ -50,7 +50,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
     Other rigs export the same layout: only a file named as in this set is taken as one of its recordings, with its
     bearing and its choice of sensor. For others both stay open. A recording of the set whose sensors are arranged
-    differently leaves the sensor open; the one the user chooses is that of the tested bearing.
+    differently leaves the sensor open; the user's choice is the sensor of the tested bearing.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
@@ -103,7 +103,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> StructSignal | None:
     """The struct as a signal if its label is one of `labels`; sizes and factor are checked.
 
-    Without a stated factor the layout's rule holds: stored is SI.
+    Without a stated factor the layout's rule applies: stored is SI.
     """
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
@@ -132,7 +132,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
 def _sensors(
     raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, FloatArray], str | None]:
-    """Channels by sensor, and the one at the tested bearing where the layout is that of the description."""
+    """Channels by sensor, and the one at the tested bearing if the layout is the description's."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")

@@ -2,7 +2,7 @@
 
 The records of Case Western Reserve University (``X105_DE_time``, ``X105RPM``) state no sampling rate, label or unit.
 The record number in the variable names gives all three, from the data set's own list (`records` of the description);
-the file's name, where it states the same things, is checked against it.
+the file's name is checked against it if it states the same things.
 """
 
 import re
@@ -54,7 +54,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
     used = [rule for rule in description.channels if rule.name in channels]
     marked = [rule.name for rule in used if rule.analyse]
-    original = raw.attributes.get("copy_of")  # of a compact copy, as those that come with the program are
+    original = raw.attributes.get("copy_of")  # of a compact copy, such as the records that come with the program
     notes = [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
     notes += [rate.note] if rate.note else []
     notes += [f"compact copy of {printable(original, LONGEST_NOTE)}"] if isinstance(original, str) else []

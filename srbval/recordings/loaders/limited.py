@@ -1,7 +1,7 @@
 """Formats, each with its loader, which runs in a child process of limited computing time and memory.
 
 A few flipped bytes make a C library loop for ever, crash or take gigabytes. Computing time is limited, not time: a
-busy machine refuses nothing. Where the system lacks a limit (Windows, macOS for memory) the wait for an answer has one.
+busy machine refuses nothing. If the system lacks a limit (Windows, macOS for memory) the wait for an answer has one.
 """
 
 import atexit
@@ -31,7 +31,7 @@ _running: set[WorkerProcess] = set()
 class FileFormat:
     """A format: its name, how messages call it, whether the first bytes of a file show it, and its loader.
 
-    `read`, a function of a module, may raise anything, hang or crash. It runs in a process with limits, except where it
+    `read`, a function of a module, may raise anything, hang or crash. It runs in a process with limits, except if it
     is `trusted`. `kind` is what messages call a file. `library` is imported before the limits hold: the module, and the
     library's name to install it by. The contents may take `expansion` times the file's size.
     """
@@ -48,7 +48,7 @@ class FileFormat:
     def load(self, path: Path) -> RawFile:
         """Load the file at `path`; `DataError` if that fails or takes too much.
 
-        Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files
+        Any exception here, Ctrl-C included, ends the process that reads. If one dies that has read other files
         before, a new one tries again: one of those may be to blame.
         """
         if self.trusted:

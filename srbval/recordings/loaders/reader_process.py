@@ -60,7 +60,7 @@ def _read(request: Request) -> RawFile | DataError:
 
 
 def _limit(name: str, most: int) -> None:
-    """Limit this process where the system can."""
+    """Limit this process if the system can."""
     with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):
         import resource
 

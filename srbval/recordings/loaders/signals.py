@@ -34,7 +34,7 @@ _UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
 def load_audio(path: Path) -> RawFile:
     """Read all channels into ``data`` and the sampling rate into ``fs_hz``.
 
-    Whole numbers become shares of full scale, as the format defines them; what full scale is in volt no file says.
+    Whole numbers become shares of full scale, as the format defines them; no file states the full scale in volt.
     A header that claims more than there is, and a FLAC checksum that does not fit, are a `DataError`.
     """
     import soundfile
@@ -44,7 +44,7 @@ def load_audio(path: Path) -> RawFile:
         kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
         check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", PACKED)
         cautions: tuple[str, ...] = ()
-        # libsndfile reads what there is of a file shorter than its header says, and only logs it
+        # libsndfile reads a file that is shorter than its header states, and only logs it
         for name, claimed, there in ((m[1], int(m[2]), int(m[3])) for m in _SIZES.finditer(file.extra_info)):
             if there < claimed < NEVER_WRITTEN:
                 raise DataError(f"{path}: truncated: {name} has {there} of {claimed} bytes. Copy it again.")
@@ -81,10 +81,10 @@ def _check_md5(path: Path, file: Any, bits: int) -> None:
 
 
 def load_tdms(path: Path) -> RawFile:
-    """Read every numeric channel, scaled as its properties say, with its unit and rate.
+    """Read every numeric channel, scaled by its properties, with its unit and rate.
 
-    Channels are named ``group.channel``, or ``channel`` where there is one group. Other properties of the file that are
-    numbers or texts become attributes. A last segment that is shorter than its header says is a `DataError`.
+    Channels are named ``group.channel``, or ``channel`` if there is one group. Other properties of the file that are
+    numbers or texts become attributes. A last segment that is shorter than its header states is a `DataError`.
     """
     from nptdms import TdmsFile
 
@@ -118,8 +118,8 @@ def load_tdms(path: Path) -> RawFile:
 def load_uff(path: Path) -> RawFile:
     """Read the time signals: real ones of data sets 58 that are time responses or general functions.
 
-    Named by their first identification line, with node and direction where that names more than one. The unit is the
-    ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 says SI.
+    Named by their first identification line, with node and direction if that names more than one. The unit is the
+    ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 states SI.
     """
     import pyuff
 

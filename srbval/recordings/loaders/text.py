@@ -40,7 +40,7 @@ def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
     Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is kept as an
-    attribute. The header may have a second line, of units. Decimal commas are read where another separator leaves no
+    attribute. The header may have a second line, of units. Decimal commas are read if another separator leaves no
     doubt. Raises `DataError` for anything that is not a table of
     numbers, and for a table with blank lines between its rows, rows of another length, fields that are not finite
     numbers, unnamed columns or two of one name.
@@ -119,7 +119,7 @@ def _units(line: str, separator: str | None, columns: int) -> list[str]:
 
 @cache
 def _row(separator: str | None, columns: int | None = None) -> re.Pattern[str]:
-    """A row of so many numbers, or of any, without quotes; decimal commas where the separator is another one."""
+    """A row of so many numbers, or of any, without quotes; decimal commas if the separator is another one."""
     point, times = r"\." if separator == "," else "[.,]", "*" if columns is None else f"{{{columns - 1}}}"
     number = rf"[+-]?(?:\d++(?:{point}\d*+)?|{point}\d++)(?:[eE][+-]?\d++)?"
     if separator is None:

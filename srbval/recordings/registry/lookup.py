@@ -18,7 +18,7 @@ from srbval.recordings.speed import RPM_PER_HZ
 Registered = tuple[RegisteredRecording, ...]
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 RADIAL_KN = 124.8  # under which most of the rig's records were taken
-SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ, where no set point is known
+SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ if no set point is known
 
 
 def rig_recordings(
@@ -26,8 +26,8 @@ def rig_recordings(
 ) -> Registered:
     """Usable recordings of the rig, of all or of those `registered`, by state and nominal motor speed [rpm].
 
-    Full recordings come first, each content once; those that come with the program where none is registered of the same
-    state, load and speed.
+    Full recordings come first, each content once; the records that come with the program only if none is registered of
+    the same state, load and speed.
     """
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
@@ -66,7 +66,7 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
 
     The baseline that a faulted record is compared with. Of several the longest. Without a data set the rig is the
     folder, the bearing must be the same, and the mean speeds must agree to `SAME_SPEED`; a record without a speed has
-    none: nothing says that another one is comparable. Never the record itself.
+    none, because no other record is known to be comparable. Never the record itself.
     """
     if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
@@ -108,7 +108,7 @@ def load_entry(entry: RegisteredRecording) -> Recording:
 
 
 def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
-    """`load_recording` with `settings`, and with those of the register where these are not given.
+    """`load_recording` with `settings`, and with the register's if these are not given.
 
     A register that cannot be read counts as empty: the file itself can still be loaded.
     """
