@@ -33,7 +33,7 @@ def answer(
     """Answer a command: print the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
 
     Returns the exit code, `code`; without a `status` the document has the one of the code in `STATUS`. With
-    ``--export`` the `tables` (lists of rows by name; without them all lists of rows in the document) are written to a file.
+    ``--export`` the `tables` (lists of rows by name, by default all lists of rows in the document) go to a file.
     """
     if options.export:
         write_tables(Path(options.export), to_json(document) if tables is None else to_json(tables))
