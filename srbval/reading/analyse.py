@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis:
-    """What was read from one recording.
+    """Result of reading one recording.
 
-    `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the bearing's lines,
-    first harmonics from the joint fit; `search` says in which windows and at how many speeds they were looked for,
-    `windows` where each was [Hz]; `outside` is a family that stands out just outside them, where none was found inside;
-    `outside_speed` a speed that lines fit outside the tolerance of a set point, `findings` both in words; `summary`
-    says in sentences which lines were detected, and the findings.
+    `processed` has the arrays for figures (signal, envelope, envelope spectrum), `lines` the bearing's lines, whose
+    first harmonics come from the joint fit. `search` describes the search, `windows` are its windows [Hz] by line.
+    `outside` is a family that stands out just outside the windows if none was found inside, `outside_speed` a speed
+    outside the tolerance of the set point that lines fit; `findings` states both in words. `summary` lists the detected
+    lines and the findings.
     """
 
     recording: Recording
@@ -54,18 +54,18 @@ class Analysis:
     summary: str
 
     def line(self, name: str, harmonic: int = 1) -> Line:
-        """The line of that name and harmonic; `KeyError` if it was not looked for."""
+        """Line of this name and harmonic; `KeyError` if it was not searched."""
         for line in self.lines:
             if (line.name, line.harmonic) == (name, harmonic):
                 return line
         raise KeyError(f"{name}, harmonic {harmonic}")
 
     def line_of(self, fault: Fault) -> Line:
-        """The first harmonic of a fault's line."""
+        """First harmonic of a fault's line."""
         return self.line(fault.line or "")
 
     def to_frame(self) -> "pandas.DataFrame":
-        """The lines as a pandas table, one row each."""
+        """Pandas table of the lines."""
         import pandas
 
         return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
@@ -79,7 +79,7 @@ class Analysis:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
+        """Plain values for JSON in SI units, without the arrays; None for missing values."""
         return {
             "file": self.recording.file,
             "name": self.recording.name,
@@ -138,16 +138,14 @@ def analyse(
     choose_on_record: bool = False,
     healthy: Recording | None = None,
 ) -> Analysis:
-    """Read the fault lines of `bearing`, or of the one of that name or file, in `recording`.
+    """Read the fault lines of `bearing` (or its name or file) in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
-    whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
-    (`bands_of_record`), and every false-alarm probability counts the bands tried; a `healthy` record to compare with
-    holds that band too. A set point gives way to a speed estimated from the record within its tolerance, where that
-    knows more (see `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines
-    are read from its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
-    frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or impossible,
-    `DataError` where the record is constant or too short.
+    `speed`, `band_hz` [Hz] and `channel` override those of the recording. With `choose_on_record` the band is the whole
+    band or the most impulsive band of the record, whichever shows a fault's line more clearly (`bands_of_record`), and
+    false-alarm probabilities count the bands tried; a `healthy` record to compare with contains that band too. A set
+    point is replaced by a more certain speed estimated from the record within its tolerance (`speed_search.search`). A
+    speed signal is followed (`choose_tracking`), and all frequencies are those at the mean speed. Raises
+    `ConfigurationError` if speed or band are missing or impossible, `DataError` if the record is constant or too short.
     """
     bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed
@@ -157,15 +155,14 @@ def analyse(
         )
     if choose_on_record and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
-    bands: tuple[BandChoice, ...] = (
-        bands_of_record(
-            recording, bearing, known_speed, channel=channel, within_fs_hz=healthy.fs_hz if healthy else math.inf
-        )
-        if choose_on_record
-        else (declared_band(recording, band_hz, bearing),)
-    )
+    bands: tuple[BandChoice, ...]
+    if choose_on_record:
+        within_fs_hz = healthy.fs_hz if healthy else math.inf
+        bands = bands_of_record(recording, bearing, known_speed, channel=channel, within_fs_hz=within_fs_hz)
+    else:
+        bands = (declared_band(recording, band_hz, bearing),)
     tracking = choose_tracking(recording, bearing, known_speed)
-    if known_speed.spread_hz and not tracking.used:  # the mean of a part is any speed within the spread
+    if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
     readings = []
@@ -203,9 +200,9 @@ def analyse(
 
 
 def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:
-    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either.
+    """Bearing `given` by name or file, or else the recording's; `ConfigurationError` without either.
 
-    `largest_slip_pct` [%] replaces its own.
+    `largest_slip_pct` [%] replaces the bearing's value.
     """
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:

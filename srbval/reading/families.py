@@ -1,4 +1,4 @@
-"""A bearing's families of lines: where each is looked for, its placebos, and whether a peak is the line."""
+"""Families of a bearing's lines: their search windows, their placebos, and the probability that a peak is the line."""
 
 import math
 from dataclasses import dataclass
@@ -15,17 +15,16 @@ from srbval.signal import NORMAL_95, LineReading, Periodogram
 from srbval.signal.false_alarm import APART, fundamentals
 
 HARMONICS = 5
-# Sidebands of a found line that are taken as its own when a weaker line is read.
+# Sidebands that belong to a found line when a weaker line is read.
 OWN_SIDEBANDS = 3
-# Placebos are drawn up to this factor from a family's own frequency, an octave to either side.
+# Placebos are drawn up to this factor from a family's frequency, an octave to either side.
 PLACEBO_REACH = 2.0
-# A weaker line on one of these ratios of a stronger one's frequency is taken as part of it.
+# A weaker line at one of these ratios of a stronger line's frequency is taken as part of it.
 RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
-# Scale and degrees of freedom of Student's t for a line's deviation from kinematics by slip, as a share of it. Stated,
-# not estimated. A normal prior of this scale has no place for cages that slip by half a per cent: it would pass only
-# their strongest lines, and whatever is said of the slip of lines passed would be biased towards none. Ten degrees of
-# freedom give four scales fifteen times the odds of a normal prior; fewer would pass strong lines of other sources at
-# the window's edge, six scales off, as the rig's H 877 has one.
+# Scale and degrees of freedom of Student's t for the relative deviation of a line from kinematics by slip. Stated, not
+# estimated. A normal prior of this scale would pass only the strongest lines of cages that slip by half a per cent, and
+# so bias the slip of lines passed towards none. Ten degrees of freedom give four scales fifteen times the odds of a
+# normal prior; fewer would pass strong lines of other sources at the window's edge, six scales off (the rig's H 877).
 SLIP_SPREAD, SLIP_FREEDOM = 1.5e-3, 10
 
 
@@ -33,7 +32,7 @@ SLIP_SPREAD, SLIP_FREEDOM = 1.5e-3, 10
 class Family:
     """Lines of one cause at a shaft speed: `kinematic_hz`, its harmonics, and sidebands of each `sideband_hz` apart.
 
-    With a spacing of zero no sidebands are looked for; `sideband_name` is what joins the line's name, such as ``fr``.
+    With a spacing of zero no sidebands are read; `sideband_name` is added to the line's name, such as ``fr``.
     """
 
     name: str
@@ -43,9 +42,9 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Half width of the search window about a kinematic frequency, as a share of it: slip and the speed's interval.
+    """Relative half width of the search window about a kinematic frequency: slip and the speed's interval.
 
-    That of a nominal speed widens no window: several speeds are tried instead, see `speed_search`.
+    The interval of a nominal speed widens no window: several speeds are tried instead, see `speed_search`.
     """
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
@@ -56,13 +55,13 @@ def half_window_hz(frequency_hz: float, record: Periodogram, share: float) -> fl
 
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
-    """Highest frequency the readings of `bearing` need [Hz]."""
+    """Highest frequency needed to read the lines of `bearing` [Hz]."""
     highest = max(fault.line_order(bearing.orders) for fault in DEFECTS)
     return (HARMONICS * (1 + bearing.largest_slip) * highest + OWN_SIDEBANDS) * shaft_hz
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
-    """Race, roller and cage families at a shaft speed [Hz], the cage last."""
+    """Families of the races, the rollers and, last, the cage at a shaft speed [Hz]."""
     orders = bearing.orders
     faults = (
         Family(
@@ -77,12 +76,16 @@ def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
 
 
 def placebo_fundamentals(
-    family: Family, reading: LineReading, record: Periodogram, families: tuple[Family, ...], speed: ShaftSpeed,
+    family: Family,
+    reading: LineReading,
+    record: Periodogram,
+    families: tuple[Family, ...],
+    speed: ShaftSpeed,
     scale: float = 1.0,
-) -> FloatArray:  # fmt: skip
-    """Fundamentals [n] about that of `family` that mean nothing in this bearing, for `rank_among_placebos`.
+) -> FloatArray:
+    """Fundamentals [n] for `rank_among_placebos` about that of `family`: orders that mean nothing in this bearing.
 
-    Within `PLACEBO_REACH` of it and with all lines of `reading` below the record's limit: see `is_placebo_order`.
+    They are within `PLACEBO_REACH` of it, with all lines of `reading` below the record's limit; see `is_placebo_order`.
     """
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
@@ -94,10 +97,10 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Which fundamentals [n] mean nothing in this bearing.
+    """True for each fundamental [n] that means nothing in this bearing.
 
-    Those whose windows of half width `relative` share nothing with those about a harmonic of the shaft, a family, a
-    sideband of one, or a simple ratio of one.
+    Its window of relative half width `relative` does not overlap the windows about harmonics of the shaft, families,
+    their sidebands or their simple ratios.
     """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
@@ -113,18 +116,18 @@ def is_placebo_order(
 def identity_probability(
     reading: LineReading, centre_hz: float, speed_ci95: float, other_chance: float, largest_slip: float
 ) -> float:
-    """Probability that the peak of `reading`, looked for about `centre_hz`, is the line and not another source's.
+    """Probability that the peak of `reading`, searched about `centre_hz`, is the line and not another source's.
 
     The line's relative deviation d has Student's t distribution of scale s, s^2 = SLIP_SPREAD^2 + u^2 with the standard
-    uncertainty u of reading and speed (`speed_ci95`, relative), within the window; that of what is not the line is
-    uniform over its half width w::
+    uncertainty u of reading and speed (`speed_ci95`, relative), within the window; that of another source is uniform
+    over the half width w::
 
         odds = [t(d / s) / s / its share within the window] 2 w / B(p)
 
-    with B(p) = -e p ln p, the least Bayes factor in favour of another source's peak that is left by its chance p to be
-    as strong, `other_chance` (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from
-    p = 1/e). Line and other peak are equally likely before. Where the cage may slip by more than `LARGEST_SLIP`, half
-    of the difference to `largest_slip` joins s as a further standard uncertainty.
+    with B(p) = -e p ln p, the least Bayes factor in favour of another source whose peak is as strong with the chance p,
+    `other_chance` (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e).
+    Both are equally likely beforehand. If the cage may slip by more than `LARGEST_SLIP`, half of the difference to
+    `largest_slip` is a further standard uncertainty in s.
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

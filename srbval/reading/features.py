@@ -1,4 +1,4 @@
-"""Scalar features of one analysed channel: RMS, peak, crest, kurtosis, and the velocity that severity is judged by."""
+"""Scalar features of one analysed channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity."""
 
 import math
 from dataclasses import dataclass
@@ -12,15 +12,15 @@ from srbval.signal import kurtosis
 ACCELERATION, MM = "m/s2", 1e3
 HIGHEST_HZ = 1000.0
 SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for machines slower than 600 rpm, else 10 Hz
-LEAST_PERIODS = 10  # of the lowest frequency in the record: below, its amplitude means nothing
+LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude to mean something
 
 
 @dataclass(frozen=True, kw_only=True)
 class Features:
-    """Of the channel analysed, without its mean, in the recording's `unit`; `crest` and `kurtosis` have none.
+    """Features of the channel analysed, without its mean, in the recording's `unit`.
 
-    `band_rms` is the RMS within the demodulation band. `velocity_rms_mm_s` is the RMS of velocity within
-    `velocity_band_hz`; None where `velocity_missing` says why.
+    `crest` and `kurtosis` have no unit. `band_rms` is the RMS within the demodulation band, `velocity_rms_mm_s` the RMS
+    of velocity within `velocity_band_hz`; None for the reason `velocity_missing`.
     """
 
     unit: str
@@ -35,7 +35,7 @@ class Features:
 
 
 def features_of(analysis: Analysis) -> Features:
-    """The features of an analysed record."""
+    """Compute the features of an analysed record."""
     recording, done = analysis.recording, analysis.processed
     signal = done.scale * (done.whole - done.whole.mean())
     rms, peak = float(np.std(signal)), float(np.abs(signal).max())
@@ -63,8 +63,8 @@ def features_of(analysis: Analysis) -> Features:
 def velocity_rms(acceleration: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
     """RMS of the velocity within a band [m/s] of an acceleration [m/s2], shape [n].
 
-    Each component's amplitude over its angular frequency, V(f) = A(f) / (2 pi f), summed by Parseval's theorem under a
-    Hann window, whose mean square is divided out; so no constant of integration drifts.
+    Each component V(f) = A(f) / (2 pi f) is summed by Parseval's theorem under a Hann window, whose mean square is
+    divided out; so no constant of integration drifts.
     """
     window = np.hanning(acceleration.size)
     spectrum = np.fft.rfft(window * (acceleration - acceleration.mean()))

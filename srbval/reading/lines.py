@@ -1,15 +1,15 @@
 """The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
-The strongest family is read first. Its harmonics and sidebands are masked before the next is read, and a weaker line
-on a simple ratio of a stronger one is marked as explained by it: in several bearings three times BPFO lies within one
-per cent of twice BPFI.
+The strongest family is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at
+a simple ratio of a stronger line is marked as explained by it: in several bearings three times BPFO is within one per
+cent of twice BPFI.
 """
 
 import enum
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,21 +32,17 @@ from srbval.signal.comb import FALSE_ALARM, SIDE_LOBE_BINS
 from srbval.signal.false_alarm import COMBS, joint_false_alarm, rank_among_placebos
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
-# A peak less probably the line than this is taken for another's, and is nobody's baseline.
+# A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
 LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
-# What else explains a peak, or the lack of one; a multiple of a stronger line is named itself.
+# Other explanations of a peak, or of no peak, beside multiples of a stronger line, which are named.
 SHAFT, NO_PEAK, OWN_LINE = "a harmonic of the shaft", "a stronger line beside the window", "its line is not detected"
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
-# What a line takes over from its reading.
-_AS_READ = (
-    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "comb_false_alarm", "detected",
-    "isolated", "covered", "resolution_hz", "sideband_hz", "sideband_ci95_hz",
-)  # fmt: skip
+_AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
 
 class NotDetected(enum.StrEnum):
-    """Why a line is not counted as detected."""
+    """Reason why a line is not detected."""
 
     OUT_OF_REACH = "out of reach"
     HIDDEN = "hidden by the shaft"
@@ -60,25 +56,27 @@ class NotDetected(enum.StrEnum):
     MEANINGLESS = "meaningless"
 
 
-_BY_OTHER = {SHAFT: NotDetected.HIDDEN, OTHER_LINE: NotDetected.ANOTHER, NO_PEAK: NotDetected.FLANK,
-             OWN_LINE: NotDetected.OWN}  # fmt: skip
+_BY_OTHER = {
+    SHAFT: NotDetected.HIDDEN,
+    OTHER_LINE: NotDetected.ANOTHER,
+    NO_PEAK: NotDetected.FLANK,
+    OWN_LINE: NotDetected.OWN,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One line. `ci95_hz` is the reading's own 95 % half width; the speed's enters only the deviation's.
+    """One line of a bearing in a record.
 
-    `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
-    there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
-    its `noise_false_alarm`; the others are read one by one. `placebo_false_alarm` is a first harmonic's rank among the
-    record's placebos, `comb_false_alarm` that among whole combs (`rank_among_placebos`), None where there are too few;
-    `false_alarm` joins the three, None without a rank. A harmonic or sideband counts only with its own line.
-    `isolated` and `covered` are those of `LineReading`.
-    `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
-    the spacing of the sidebands fitted with the line, where some stood out.
-    `explained_by` names the stronger line whose frequency this one is a simple multiple of, or says what else stands
-    there; `identity_probability` is that of a first harmonic's peak being the line (`identity_probability`). Values are
-    None where the line is out of the record's reach or its whole window is covered.
+    `ci95_hz` is the 95 % half width of the reading; the uncertainty of the speed is part of the deviation's alone.
+    `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude there over
+    the squared envelope's mean. The first harmonic and its `noise_false_alarm` come from the joint fit of all; the
+    others are read one by one. `placebo_false_alarm` is the rank of a first harmonic among placebos, `comb_false_alarm`
+    its rank among whole combs (`rank_among_placebos`), None with too few; `false_alarm` joins the three. A harmonic or
+    sideband is detected only with its line. `isolated`, `covered`, `resolution_hz` and the sidebands' spacing are those
+    of `LineReading`. `explained_by` names a stronger line of which this line is a simple multiple, or another
+    explanation of the peak; `identity_probability` is the probability that the peak of a first harmonic is the line.
+    Values are None if the line is out of the record's reach or its whole window is covered.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -106,13 +104,13 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """`joint_false_alarm` of noise and placebos; None for a line without a rank: noise alone says too little."""
+        """`joint_false_alarm` of noise and placebos; None for a line without a rank."""
         noise, mixed, whole = self.noise_false_alarm, self.placebo_false_alarm, self.comb_false_alarm
         return None if noise is None or mixed is None or whole is None else joint_false_alarm(noise, mixed, whole)
 
     @property
     def not_detected(self) -> NotDetected | None:
-        """Why the line is not counted as detected; None where it is."""
+        """Reason why the line is not detected; None if it is."""
         if self.detected:
             return None
         if self.explained_by is not None:
@@ -128,58 +126,57 @@ class Line:
 
     @property
     def stands_out(self) -> bool:
-        """Whether a peak stands there that noise does not explain, whatever else may: detected or not."""
+        """True if there is a peak that noise does not explain, whether detected or explained otherwise."""
         noise = 1.0 if self.noise_false_alarm is None else self.noise_false_alarm
         return self.isolated and not self.covered and (self.snr or 0.0) > LEAST_SNR and noise < FALSE_ALARM
 
     def stated(self) -> "Line":
-        """The line as it is printed: an undetected one has no frequency, for some peak is always found."""
-        if self.detected:
-            return self
-        return replace(
-            self, found_hz=None, ci95_hz=None, deviation_pct=None, deviation_ci95_pct=None, sideband_hz=None,
-            sideband_ci95_hz=None,
-        )  # fmt: skip
+        """The line as printed: without a frequency if not detected, since some peak is always found."""
+        return self if self.detected else replace(self, **dict.fromkeys(_IF_DETECTED))
 
     @property
     def is_first(self) -> bool:
-        """Whether it is the first harmonic of a family and no sideband."""
+        """True for the first harmonic of a family, which is no sideband."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
     @property
     def detected_deviation_pct(self) -> float | None:
-        """The deviation from kinematics where the line was detected [%]."""
+        """Deviation from kinematics if the line is detected [%]."""
         return self.deviation_pct if self.detected else None
 
 
-LINE_KEYS = (
-    "kinematic_hz", "found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "snr", "depth", "detected",
-)  # fmt: skip
+_IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
+LINE_KEYS = ("kinematic_hz", *_IF_DETECTED[:4], "snr", "depth", "detected")
 
 
 def line_entry(line: Line | None) -> dict[str, Any]:
-    """A line as an entry of ``report.json`` states it: its name and main values, null where there is none."""
+    """Entry of ``report.json`` for a line: its name and main values, null without a line."""
     values = {key: getattr(line, key, None) for key in LINE_KEYS}
     return {"line": line and line.name} | values | {"detected": line is not None and line.detected}
 
 
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
-    """First harmonics of the race and roller lines that were detected, the deepest first."""
+    """First harmonics of the race and roller lines detected, the deepest first."""
     shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
 def read_lines(
-    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, brief: bool = False,
+    record: Periodogram,
+    bearing: Bearing,
+    speed: ShaftSpeed,
+    *,
+    scale: float = 1.0,
+    brief: bool = False,
     combs: int = COMBS,
-) -> tuple[Line, ...]:  # fmt: skip
-    """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
+) -> tuple[Line, ...]:
+    """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    With a nominal speed the first detected line also settles the scale of the others, which stand there too but for
-    slip. Each family is ranked among `combs` placebos of the record it is read in. The cage line is read by itself: its
-    harmonics coincide with every other line's. A family that cannot be read (out of reach, hidden by the shaft) leaves
-    one line without values. With `brief` only first harmonics are read, and only those are ranked that noise does not
-    explain: what is detected is the same.
+    With a nominal speed the first detected line also settles the scale of the others. Each family is ranked among
+    `combs` placebos of the record in which it is read. The cage line is read by itself, since its harmonics coincide
+    with those of every other line. A family that cannot be read (out of reach, hidden by the shaft) leaves one line
+    without values. With `brief` only first harmonics are read, and ranked if noise does not explain them; the same
+    lines are detected.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -189,20 +186,24 @@ def read_lines(
     bare = record
 
     def read_all(record: Periodogram, waiting: Sequence[Family]) -> dict[Family, LineReading]:
-        """Those that are in the record's reach, as read."""
+        """Readings of the families in the record's reach."""
         readings = {}
         for family in waiting:
             centre = scale * family.kinematic_hz
             reading = read_comb(
-                record, centre, half_window_hz(centre, record, share), harmonics=HARMONICS,
-                sideband_hz=family.sideband_hz, period_s=1 / speed.value_hz,
-            )  # fmt: skip
+                record,
+                centre,
+                half_window_hz(centre, record, share),
+                harmonics=HARMONICS,
+                sideband_hz=family.sideband_hz,
+                period_s=1 / speed.value_hz,
+            )
             if reading is not None:
                 readings[family] = reading
         return readings
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add the lines of a reading, its first harmonic ranked and explained; whether the family shows."""
+        """Add the lines of a reading, its first harmonic ranked and explained; returns whether the family shows."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -216,7 +217,7 @@ def read_lines(
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)
             chance = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
-            # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
+            # In a simulated record (the shaft is prescribed) there is no other machine.
             if speed.source is not SpeedSource.PRESCRIBED:
                 speed_ci95 = speed.ci95_hz / speed.value_hz
                 identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
@@ -254,9 +255,9 @@ def read_lines(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """The line with what the highest peak in its window is, where that is not its own and above the noise.
+    """Explain the highest peak in the window of an undetected line, if it is above the noise and not its own.
 
-    A harmonic of the shaft, masked in `bare` already, or a line of the `stronger` ones, masked in `record`.
+    It is a harmonic of the shaft, masked in `bare`, or belongs to a `stronger` line, masked in `record`.
     """
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
@@ -276,7 +277,7 @@ def _with_cover(
 
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
-    """What a stronger line's frequency has to be multiplied by to be this one's, such as ``3/2 BPFO``."""
+    """Ratio of this line's frequency to a stronger line's, such as ``3/2 BPFO``; None without such a line."""
     for other, (up, down) in itertools.product(stronger, RATIOS):
         expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
         margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
@@ -286,7 +287,7 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
 
 
 def _without(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
-    """The record with the harmonics of a found line, and their sidebands, masked."""
+    """Mask the harmonics of a found line, and their sidebands, in the record."""
     number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
     side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
     centre = number * reading.found_hz + side * family.sideband_hz
@@ -297,10 +298,10 @@ def _without(record: Periodogram, family: Family, reading: LineReading) -> Perio
 def _lines_of(
     family: Family, first: Line, reading: LineReading, record: Periodogram, scale: float, speed: ShaftSpeed, brief: bool
 ) -> list[Line]:
-    """A family's first harmonic, the others, and the sidebands; without them where `brief`."""
+    """First harmonic of a family, the other harmonics and the sidebands; the first alone if `brief`."""
     shows = first.detected
-    # A comb at half its frequency would make it but a second harmonic. Not a roller's line: a roller strikes both races
-    # per revolution, so its own rate is half its line.
+    # With a comb at half its frequency it would be a second harmonic. Not for a roller's line: a roller strikes both
+    # races per revolution, so its rate is half its line.
     if shows and first.name in RACE_LINES:
         half = peak_snr(record, 0.5 * reading.found_hz, record.bin_hz + 2 * reading.ci95_hz)
         if half is not None and half > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
@@ -309,10 +310,9 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
+        """Read a single line at its distance from the found fundamental, or else about its kinematic frequency.
 
-        It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the
-        noise.
+        It slips with its fundamental, so `number` times the interval of the fundamental is added.
         """
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
@@ -340,7 +340,7 @@ def _lines_of(
 
 
 def _without_own_line(line: Line) -> Line:
-    """A harmonic or sideband of a line that was not detected: it may be anything's."""
+    """A harmonic or sideband of a line that was not detected is not detected either."""
     return replace(line, detected=False, explained_by=OWN_LINE) if line.detected else line
 
 
@@ -356,19 +356,19 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """How clearly a race or roller line shows, to choose among bands: -log of its false-alarm probability, then S/N."""
+    """Clearness of the best race or roller line, to choose a band: -log of its false-alarm probability, then S/N."""
     firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, SHAFT))
     chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
     return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
 
 
 def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
-    """The lines with their false-alarm probabilities corrected for the trials made, and detected by these.
+    """Correct the false-alarm probabilities of the lines for the trials made, and detect the lines by these.
 
-    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
-    high for bands that overlap. `trials_of_rank`, where they differ, are those that chose by the lines themselves: a
-    band that was chosen without regard to any comb is no trial of a rank among combs in that same band. A harmonic or
-    sideband counts only with its own line.
+    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials, too
+    high for bands that overlap. `trials_of_rank` counts the trials that chose by the lines themselves, if it differs: a
+    band chosen without regard to any comb is no trial of a rank among combs. A harmonic or sideband is detected only
+    with its line.
     """
     if trials == 1:
         return lines

@@ -1,12 +1,12 @@
-"""Power locked to a fault: what of a record's power in a band repeats with the passages of its defect.
+"""Power locked to a fault: the part of a record's power in a band that repeats with the passages of its defect.
 
 The squared envelope in the band, over the shaft's angle, is averaged over the phase of the passage; its mean less its
-quiet level (`srbval.signal.locked`) is the power that the fault adds there. It needs no healthy record, and neither
-another mounting's background nor a tone counts. A band narrower than two spacings of the line hardly shows it.
+quiet level (`srbval.signal.locked`) is the power that the fault adds. No healthy record is needed, and neither the
+background nor a tone counts. A band narrower than two spacings of the line hardly shows it.
 
-The rig's records have lines at whole multiples of BPFO that are no fault's, high and narrow, in faulty bearings others
-than in healthy ones (`PASSAGE_LINES`). What makes them is not known. In the records with a fault at 877 rpm they make
-most of what the third octave about 1585 Hz has more than the healthy record's.
+The rig's records have high and narrow lines at whole multiples of BPFO that belong to no fault, other ones in faulty
+than in healthy bearings (`PASSAGE_LINES`). Their cause is not known. In the records with a fault at 877 rpm they make
+most of the increase over the healthy record in the third octave about 1585 Hz.
 """
 
 import math
@@ -24,11 +24,11 @@ from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
 
-Band = TypeVar("Band", str, float)  # what bands are called
-SPACINGS = 2  # of the line that a band holds at least: a modulation shows between two of its lines
+Band = TypeVar("Band", str, float)  # name of a band
+SPACINGS = 2  # least width of a band in spacings of the line: a modulation shows between two lines
 PASSAGE_LINES = {False: (15, 30), True: (12, 24)}  # multiples of BPFO, by whether the bearing is healthy
-SLIP = 0.004  # relative: so far from pure rolling a line is looked for
-HALF_OCTAVE = 10**0.15  # of the band that a line is read in: passages stay short in it
+SLIP = 0.004  # largest relative distance of a line from pure rolling
+HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passages stay short in it
 
 
 def locked_powers(
@@ -57,9 +57,9 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """The recording less its `PASSAGE_LINES` in that range, each with one amplitude over all of it.
+    """Remove the `PASSAGE_LINES` in a range from the recording, each with one amplitude over all of it.
 
-    With a fault's `found_order` they are read where the fault is quiet (`steady_tone`).
+    With a fault's `found_order` they are read between its passages (`steady_tone`).
     """
     speed = _speed(recording)
     course = choose_tracking(recording, bearing, speed).course
@@ -76,7 +76,7 @@ def without_passage_lines(
 def _line(
     signal: FloatArray, fs_hz: float, tone: FloatArray, near_hz: float, turns: FloatArray, found_order: float | None
 ) -> FloatArray:
-    """The line near the phase `tone` [n, in periods], as it stands in the signal."""
+    """The line near the phase `tone` [n, in periods] in the signal."""
     band_hz = (near_hz / HALF_OCTAVE, near_hz * HALF_OCTAVE)
     kept = drop_ends(tone, fs_hz, end_s(band_hz)).size
     first = (signal.size - kept) // 2

@@ -1,6 +1,6 @@
-"""The one chain from a recording to the periodogram of its envelope, the same for measured and simulated records.
+"""The chain from a recording to the periodogram of its envelope, the same for measured and simulated records.
 
-Which band is demodulated, whether the shaft's course is followed, filter and envelope, periodogram.
+It chooses the band, follows the shaft's course if there is one, and computes filter, envelope and periodogram.
 """
 
 import functools
@@ -36,41 +36,41 @@ from srbval.signal import (
 )
 from srbval.signal.envelope import END_PERIODS
 
-# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated signals and for the rig's.
+# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: the best bands for the simulated signals and for the rig's.
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
 RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
-# Shorter records do not resolve a line from the neighbouring harmonics of the shaft: of 60 records of noise at 12 kHz
-# 11 show a BPFO line in four revolutions, 7 in six, 3 in seven, none in eight.
+# Shorter records do not resolve a line from the neighbouring harmonics of the shaft: 11 of 60 records of noise at 12
+# kHz show a BPFO line in four revolutions, 7 in six, 3 in seven, none in eight.
 LEAST_REVOLUTIONS = 8
-# A band must hold this many harmonics of the higher race line in its envelope.
+# Harmonics of the higher race line that the envelope of a band must contain.
 HARMONICS_HELD = 3
-SAME_SIZE = 0.01  # a bearing larger by less than this keeps the paper's band
+SAME_SIZE = 0.01  # a bearing larger by a smaller share keeps the paper's band
 # The whole band, as shares of the sampling rate.
 WHOLE_BAND = (0.01, 0.47)
-HIGHEST_EDGE = 0.499  # of a band that another record is to hold too, the same
-# Signals are normalised, so every amplitude is in standard deviations of the whole record.
+HIGHEST_EDGE = 0.499  # the same, of a band that another record must contain too
+# Signals are normalised: amplitudes are in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 # Share of the record that the speed signal must cover.
 LEAST_COVERAGE = 0.98
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9
-# Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
-# wider masks would grow together and hide every line.
+# Largest width of the mask of a shaft harmonic, as a share of its frequency: with a nominal speed wider masks would
+# join and hide every line.
 LARGEST_MASK_SHARE = 5e-4
-# Parts of the whole band, at most, whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by the log
-# score of the diagnoses with one rig left out in turn (-0.66, -0.60, -0.61).
+# Largest number of parts of the whole band whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by
+# the log score of the diagnoses with each rig left out (-0.66, -0.60, -0.61).
 WHITENED_BANDS = 4
-# Noise alone exceeds so many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
+# Noise alone exceeds this many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
 CLIP = 12.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """Whether the shaft's `course` was followed, and why (not): then it turns at exactly `mean_hz` in the spectra.
+    """The shaft's `course` if it is followed, and why (not); spectra then have the constant speed `mean_hz`.
 
-    `drift_bins` is how far the fault line of the highest order moves in the record, None without a speed signal.
+    `drift_bins` is the shift of the race line of the higher order within the record, None without a speed signal.
     """
 
     why: str
@@ -80,7 +80,7 @@ class Tracking:
 
     @property
     def used(self) -> bool:
-        """Are the spectra those of even shaft angles?"""
+        """True if the spectra are those of even shaft angles."""
         return self.course is not None
 
 
@@ -91,9 +91,9 @@ NOT_TRACKED = Tracking(why="no order tracking: not asked for")
 class Processed:
     """A record after the chain, without the `end_s` [s] at either end that the filter spoils.
 
-    `whole`, [n] at `fs_hz`, is the rotated, normalised signal with its ends; `squared`, [m] at `squared_fs_hz`, its
-    squared envelope in the band at a rate that holds it, which lines are read from: at even shaft angles where
-    `tracking` was used. `scale` is the standard deviation that was divided by, in the recording's unit.
+    `whole`, [n] at `fs_hz`, is the rotated, normalised signal with its ends. `squared`, [m] at the lower rate
+    `squared_fs_hz`, is its squared envelope in the band, from which lines are read; at even shaft angles if `tracking`
+    is used. `scale` is the standard deviation of the signal in the recording's unit.
     """
 
     whole: FloatArray
@@ -117,27 +117,27 @@ class Processed:
 
     @functools.cached_property
     def filtered(self) -> FloatArray:
-        """The signal band-passed, [n], in time."""
+        """The band-passed signal over time, [n]."""
         return drop_ends(self._analytic.real, self.fs_hz, self.end_s)
 
     @functools.cached_property
     def envelope(self) -> FloatArray:
-        """The Hilbert modulus of that, [n], in time: the paper's envelope."""
+        """Its Hilbert modulus over time, [n]: the paper's envelope."""
         return drop_ends(np.abs(self._analytic), self.fs_hz, self.end_s)
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope` [`UNIT`], at even shaft angles where these were followed."""
+        """Amplitude spectrum of `envelope` in standard deviations, at even shaft angles if these were followed."""
         return amplitude_spectrum(tracked(self.envelope, self.fs_hz, self.end_s, self.tracking), self.fs_hz)
 
     @property
     def seconds(self) -> float:
-        """Duration of what is left [s]."""
+        """Duration without the ends [s]."""
         return self.squared.size / self.squared_fs_hz
 
     @property
     def chain(self) -> str:
-        """Filter, band and envelope in a few words."""
+        """Band and filter in words."""
         low, high = self.band_hz
         return f"{low:g} to {high:g} Hz, {self.band_filter.label}; {self.end_s:.3g} s dropped at each end"
 
@@ -174,10 +174,9 @@ def process(
 
 
 def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
-    """Follow the speed signal wherever there is one, or say why not.
+    """Follow the speed signal if there is one for the whole record, whose mean is `speed`; otherwise say why not.
 
-    Needs a speed signal over the whole record that `speed` is the mean of. Raises `DataError` for one in which the
-    shaft stops.
+    Raises `DataError` if the shaft stops in it.
     """
     signal = recording.speed_signal
     if signal is None or speed is not recording.speed or speed.source not in MEASURED_SPEEDS:
@@ -196,14 +195,14 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
 
 
 def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Tracking) -> FloatArray:
-    """`samples` [n], the first at `start_s`, at even shaft angles where `tracking` has a course, else as they are."""
+    """Resample `samples` [n], the first at `start_s`, at even shaft angles if `tracking` has a course."""
     if tracking.course is None:
         return samples
     return tracking.course.resample(samples, fs_hz, start_s, tracking.mean_hz)
 
 
 def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
-    """The channel to analyse, or the two axes rotated onto the sensor's direction, [n], in the recording's unit."""
+    """Signal to analyse, [n] in the recording's unit: a channel, or two axes rotated onto the sensor's direction."""
     name = channel if channel is not None else recording.channel
     if name is not None:
         if name not in recording.channels:
@@ -215,9 +214,9 @@ def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class BandChoice:
-    """The band [Hz], who chose it, and how many bands were tried on the record itself: 1 where none was.
+    """A band [Hz], the origin of the choice, and the number of bands tried on the record (1 if none).
 
-    `chosen_by_line`: of how many of them the lines themselves decided, which is a trial of ranks among combs too.
+    `chosen_by_line` counts the bands among which the lines decided: also trials of ranks among combs.
     """
 
     band_hz: tuple[float, float]
@@ -232,9 +231,9 @@ def declared_band(
     """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
     A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.similar_parts`), so
-    the paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
-    unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
-    what that costs). `ConfigurationError` asks for it instead.
+    the paper's band is scaled with the `bearing`; a smaller one's line shows in the paper's band. For an unknown
+    machine `ConfigurationError` asks for a band, since a band chosen on the record that it judges finds lines in noise
+    (`auto_band` chooses one and counts the trials).
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
@@ -245,7 +244,7 @@ def declared_band(
     if size is not None and size > 1 + SAME_SIZE:
         low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
         return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
-    own = recording.dataset is None and recording.origin is Origin.MEASURED  # a like bearing in another machine
+    own = recording.dataset is None and recording.origin is Origin.MEASURED  # the same bearing in another machine
     if simulated or (recording.bearing == RIG_BEARING and not own):
         return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")
     raise ConfigurationError(
@@ -255,15 +254,18 @@ def declared_band(
 
 
 def bands_of_record(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None,
+    recording: Recording,
+    bearing: Bearing,
+    speed: ShaftSpeed,
+    *,
+    channel: str | None = None,
     within_fs_hz: float = math.inf,
-) -> tuple[BandChoice, ...]:  # fmt: skip
-    """The whole band and the most impulsive one of the record itself, of which the lines decide (`clearness`).
+) -> tuple[BandChoice, ...]:
+    """The whole band and the most impulsive band of the record, between which the lines decide (`clearness`).
 
-    Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive; and in the whole band
-    loud machinery can hide a resonance. Every band tried counts as a trial. The whole band alone where no other fits
-    (`kurtogram`): a short record, or a low sampling rate for the speed. A record sampled at `within_fs_hz` [Hz] holds
-    both bands too.
+    A knock on the housing can make a band the most impulsive, and loud machinery can hide a resonance in the whole
+    band. Every band tried counts as a trial. Only the whole band is returned if no other fits (`kurtogram`), in a short
+    record or at a low sampling rate for the speed. A record sampled at `within_fs_hz` [Hz] contains both bands too.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, channel=channel, within_fs_hz=fs_hz)
@@ -283,25 +285,31 @@ def bands_of_record(
 
 
 def band_kurtogram(
-    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None,
+    recording: Recording,
+    bearing: Bearing,
+    speed: ShaftSpeed,
+    *,
+    channel: str | None = None,
     within_fs_hz: float = math.inf,
-) -> Kurtogram:  # fmt: skip
-    """Kurtogram of the signal that is analysed, of bands wide enough for `HARMONICS_HELD` of the race lines.
+) -> Kurtogram:
+    """Kurtogram of the signal to analyse, of bands wide enough for `HARMONICS_HELD` harmonics of the race lines.
 
-    Wide enough too for the filter's ends (`end_s`) to leave `LEAST_REVOLUTIONS` of the record, and of bands alone that
-    a record sampled at `within_fs_hz` [Hz] holds as well.
+    The bands are also wide enough for the filter's ends (`end_s`) to leave `LEAST_REVOLUTIONS` of the record, and
+    within reach of a record sampled at `within_fs_hz` [Hz].
     """
     lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
     ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
     return kurtogram(
-        normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=max(lines_hz, ends_hz),
+        normalise(one_signal(recording, channel)),
+        recording.fs_hz,
+        least_width_hz=max(lines_hz, ends_hz),
         highest_hz=HIGHEST_EDGE * within_fs_hz,
-    )  # fmt: skip
+    )
 
 
 def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """The periodogram of the squared envelope, with the harmonics of the shaft at `speed` masked."""
+    """Periodogram of the squared envelope, with the harmonics of the shaft at `speed` masked."""
     width_hz = processed.band_hz[1] - processed.band_hz[0]
     return Periodogram.of(
         processed.squared,
@@ -315,12 +323,11 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
 def whitened_bands(
     processed: Processed, bearing: Bearing, speed: ShaftSpeed, *, most: int = WHITENED_BANDS
 ) -> tuple[Periodogram, ...]:
-    """`periodogram_of` equal parts of the whole band, `most` at most, each wide enough for the bearing's lines.
+    """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
 
-    After cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
-    What a fault strikes in one part of the band is not drowned by the noise of the others where their spectra are
-    averaged. Some few knocks far above all others would make up combs of any order among themselves, but for the clip;
-    impacts of a fault come in hundreds, each of them little above it.
+    They are those of squared envelopes after cepstrum prewhitening, clipped at `CLIP` medians. In their mean a fault
+    that shows in one part of the band is not hidden by the noise of the others. Without the clip a few loud knocks
+    would form combs of any order; the hundreds of impacts of a fault are hardly above it.
     """
     low, high = (share * processed.fs_hz for share in WHOLE_BAND)
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

@@ -1,10 +1,9 @@
-"""Lines and shaft speed of a processed record: search windows are as wide as slip and speed require and never wider.
+"""Lines and shaft speed of a processed record, with search windows as wide as slip and speed require.
 
-A set point may be wrong by more than the width of a window. Then the shaft is looked for first, by its own harmonics
-and the sidebands of fault lines; where they do not show, lines are read about several speeds within the set point's
-tolerance, one window apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak
-correction). The tolerance binds: what the record shows of a speed outside it, or of a line outside all windows, is a
-finding from which nothing is taken over.
+A set point may be wrong by more than the width of a window. Then the shaft is searched first, by its harmonics and the
+sidebands of fault lines. If they do not show, lines are read about several speeds within the set point's tolerance, one
+window apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak correction). A speed
+outside the tolerance, or a line outside all windows, is a finding and is not used.
 """
 
 import itertools
@@ -29,40 +28,39 @@ SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 # Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
 SEARCH_SHARE = 0.1
-# Placebos for each speed tried: the least rank, times all speeds and the two bands that may be chosen from, stays below
+# Placebos for each speed tried: the least rank, times all speeds and the two bands to choose from, stays below
 # `comb.PLACEBO_FALSE_ALARM`.
 COMBS_PER_SPEED = 220
-# Every speed but the best is a placebo: the next best peak of the score may rise above the median score by no more than
-# this share of what the best does. Lines of other sources make up combs by chance, several about as good.
+# Every speed but the best is a placebo: the next best peak of the score may rise above the median by at most this share
+# of the best peak's rise. Lines of other sources form combs by chance, several about as good.
 RIVAL_SHARE = 0.5
 # Two speeds closer than this, in bins of the highest shaft order, are one.
 SAME_BINS = 2.0
-# -log p of one term counts no more than this: one strong line of another source must not outweigh all others.
+# Largest -log p of one term: one strong line of another source must not outweigh all others.
 LARGEST_NEG_LOG_P = 30.0
 # Effective number of averaged bins of the local noise estimate, a median of some 65 bins.
 NOISE_BINS = 30.0
 FALSE_ALARM = 1e-3
-# A term this far above the noise gives a frequency; fewer shaft terms leave too little to check the fit against.
+# Least power over noise of a term that gives a frequency, and least number of shaft terms for a fit.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
-# Least standard error of a peak's frequency, in bins: it is read by a parabola, and no shaft speed is constant.
+# Least standard error of a peak's frequency, in bins: it is read by a parabola, and shaft speeds are not constant.
 LEAST_PEAK_ERROR_BINS = 0.01
 # Share of the speed that the fit's scatter does not show: clocks of recorder and tachometer, drift within the record,
-# rounding of the measured value. No record of a set whose estimates are used had a part in it (MFPT, HIT-SM); it is
-# what the estimates are off on records whose speed is measured, by CWRU's integer rpm and the rig's tachometer. Each of
-# those left out in turn, the largest excess of the others covers 16 of 17: the rig's 2 s excerpt needs 6.5e-4 for
-# itself, the others 2.1e-4 at most (tests/reading/test_shaft_speed.py).
+# rounding of the measured value. It is the error of estimates on records whose speed is measured (CWRU's integer rpm,
+# the rig's tachometer). With each of those left out, the largest excess of the others covers 16 of 17: the rig's 2 s
+# excerpt needs 6.5e-4, the others 2.1e-4 at most (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
-# The shaft's comb in a whitened envelope: its lines, and the least score. Of 61 measured records the wrong combs
-# within `SEARCH_SHARE` reach 9.5, and all 26 above 12 whose speed is known otherwise are right to 0.2 %. Set on all.
+# The shaft's comb in a whitened envelope: its lines, and the least score. Wrong combs of 61 measured records within
+# `SEARCH_SHARE` reach 9.5; all 26 above 12 whose speed is known otherwise are right to 0.2 %.
 COMB_LINES, LEAST_COMB = 5, 12.0
-# Combs nearer than this are one shaft's, smeared: the interval reaches to the farthest one.
+# Combs nearer than this belong to one shaft: the interval reaches to the farthest of them.
 SMEAR = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """A family of lines outside the windows: like `name`'s if the shaft turned at `shaft_hz`, `off_pct` from the speed.
+    """A family of lines outside the windows, which would be `name`'s at a shaft speed of `shaft_hz`, `off_pct` away.
 
     `snr` is its first harmonic's power over the noise; its false-alarm probability counts the wide search.
     """
@@ -77,7 +75,7 @@ class OutsideFamily:
 
     @property
     def sentence(self) -> str:
-        """What it may mean, in words."""
+        """Its possible meaning in words."""
         to_check = {SpeedSource.TACHOMETER: "the tachometer (--pulses-per-rev) and ", SpeedSource.PRESCRIBED: ""}
         check = to_check.get(self.source, "the speed (--rpm, --rpm-tolerance) and ")
         return (
@@ -98,7 +96,7 @@ class OutsideSpeed:
 
     @property
     def sentence(self) -> str:
-        """What it is and what to do about it, in words."""
+        """The finding and its remedy in words."""
         return (
             f"The record's lines would fit a shaft at {60 * self.value_hz:,.1f} ± {60 * self.ci95_hz:.2g} rpm, outside "
             f"the stated {60 * self.stated_hz:g} rpm ± {self.tolerance_pct:.3g} %: not used. If the set point may be "
@@ -108,11 +106,11 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedSearch:
-    """The lines, the speed their deviations refer to, and how many speeds were tried (1 where it was known).
+    """The lines, the speed of their deviations, and the number of speeds tried (1 if it was known).
 
-    The false-alarm probabilities of `lines` are not yet corrected for `tried`, see `sidak_corrected`. `span` are the
-    lowest and highest share of the speed that lines were read about. `outside` and `outside_speed` are findings beyond
-    the windows and beyond the tolerance of a set point.
+    The false-alarm probabilities of `lines` are not corrected for `tried`, see `sidak_corrected`. `span` are the lowest
+    and highest share of the speed about which lines were read. `outside` and `outside_speed` are findings beyond the
+    windows and beyond the tolerance of a set point.
     """
 
     lines: tuple[Line, ...]
@@ -123,10 +121,7 @@ class SpeedSearch:
     outside_speed: OutsideSpeed | None = None
 
     def windows(self, bearing: Bearing, bin_hz: float) -> dict[str, tuple[float, float]]:
-        """Where each line was looked for [Hz], over all speeds tried, by name: from speed, geometry and slip.
-
-        No window is narrower than the record's resolution to either side, `bin_hz`.
-        """
+        """Search window of each line [Hz] over all speeds tried, at least `bin_hz`, the resolution, to a side."""
         share, (low, high) = window_share(bearing, self.speed), self.span
         windows = {}
         for family in families_of(bearing, self.speed.value_hz):
@@ -135,7 +130,7 @@ class SpeedSearch:
         return windows
 
     def description(self, bearing: Bearing, bin_hz: float) -> str:
-        """How the lines and the speed were looked for, in words; `bin_hz` is the record's resolution."""
+        """The search for lines and speed in words; `bin_hz` is the record's resolution."""
         share = window_share(bearing, self.speed)
         window = f"windows of {100 * share:.3g} % about each line ({100 * bearing.largest_slip:g} % for slip"
         window += ")" if share == bearing.largest_slip else ", the rest for the speed)"
@@ -151,10 +146,10 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or about a set point at the speed that the record shows within its tolerance.
 
-    A set point gives way to a speed estimated from the record, by shaft harmonics alone, in the band or in the whitened
-    whole, or with the sidebands of the line then found, where that knows more (`estimate_speed`, `speed_by_comb`) and
-    lies within the tolerance; one that contradicts it is a finding (`outside_speed`). A line outside all windows counts
-    only where its sidebands by themselves give the speed at which it is one, within the tolerance too.
+    A set point is replaced by a speed estimated from the record if that is more certain and within the tolerance:
+    estimated by shaft harmonics in the band or in the whitened whole, or with the sidebands of the line then found
+    (`estimate_speed`, `speed_by_comb`). An estimate that contradicts the set point is a finding (`outside_speed`). A
+    line outside all windows is used only if its sidebands give the speed, within the tolerance, at which it is a line.
     """
     if stated.source is not SpeedSource.NOMINAL:
         found = SpeedSearch(lines=_read(processed, bearing, stated), speed=stated)
@@ -164,7 +159,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
 
     def is_within(speed: ShaftSpeed | None) -> TypeGuard[ShaftSpeed]:
-        if speed is None or speed.ci95_hz >= stated.ci95_hz:  # knows no more than what is stated
+        if speed is None or speed.ci95_hz >= stated.ci95_hz:  # not more certain than the stated speed
             return False
         return abs(speed.value_hz - stated.value_hz) <= stated.ci95_hz
 
@@ -179,7 +174,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         outside, lines = _outside_family(processed, bearing, found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
-        # The sidebands belong to another shaft, or the line to another family than its place suggests.
+        # The sidebands belong to another shaft, or the line to another family than its frequency suggests.
         outside, refined = (outside, None) if is_within(refined) else (None, refined)
     if is_within(refined):
         outside = None
@@ -187,27 +182,29 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     fits = refined or fits
     if fits is None or abs(fits.value_hz - stated.value_hz) <= stated.ci95_hz + fits.ci95_hz:
         return replace(found, outside=outside)
-    if found.speed is not stated:  # two speeds that contradict each other: neither is sure
+    if found.speed is not stated:  # two speeds contradict each other: neither is certain
         found = _at_trial_speeds(processed, bearing, stated)
         outside = _outside_family(processed, bearing, found)[0]
     beyond = OutsideSpeed(
-        value_hz=fits.value_hz, ci95_hz=fits.ci95_hz, stated_hz=stated.value_hz,
+        value_hz=fits.value_hz,
+        ci95_hz=fits.ci95_hz,
+        stated_hz=stated.value_hz,
         tolerance_pct=100 * stated.ci95_hz / stated.value_hz,
-    )  # fmt: skip
+    )
     return replace(found, outside=outside, outside_speed=beyond)
 
 
 def _read(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Lines about `scale` times a speed, with deviations at that; shaft harmonics are masked at the scaled one."""
+    """Read the lines at `scale` times the speed; deviations refer to the speed, masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(COMBS, COMBS_PER_SPEED * tried)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 
 def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Lines about that trial speed of a set point at which the deepest fault line is detected, or else stands out."""
+    """Lines at the trial speed of a set point at which the deepest fault line is detected, or else stands out."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
@@ -224,10 +221,10 @@ def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed)
 def _outside_family(
     processed: Processed, bearing: Bearing, found: SpeedSearch
 ) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """The strongest family beyond its window, within `SEARCH_SHARE` of kinematic, where no fault line was detected.
+    """The strongest family beyond its window, within `SEARCH_SHARE` of kinematic, if no fault line was detected.
 
-    With it all lines about that scale. It must be detected, with at least two harmonics above `LEAST_SNR`, when
-    the shaft turns as it would have to.
+    Returned with all lines at its scale. It must be detected at the speed that it requires, with at least two harmonics
+    above `LEAST_SNR`.
     """
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
@@ -245,29 +242,32 @@ def _outside_family(
         there = _read(processed, bearing, found.speed, scale, brief=True)
         if any(x.detected for x in there if (x.name, x.harmonic) == (family.name, 1)):
             return OutsideFamily(
-                name=family.name, found_hz=reading.found_hz, off_pct=100 * (scale - 1), snr=reading.snr[0],
-                shaft_hz=scale * found.speed.value_hz, noise_false_alarm=reading.noise_false_alarm,
+                name=family.name,
+                found_hz=reading.found_hz,
+                off_pct=100 * (scale - 1),
+                snr=reading.snr[0],
+                shaft_hz=scale * found.speed.value_hz,
+                noise_false_alarm=reading.noise_false_alarm,
                 source=found.speed.source,
-            ), there  # fmt: skip
+            ), there
     return None, ()
 
 
 def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
-    """Shares of the nominal speed, `apart` from each other, itself first, whose windows cover its interval."""
+    """Shares of the nominal speed, 1 first and `apart` from each other, whose windows cover its interval."""
     steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
     return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 
 
 def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` one.
+    """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` speed.
 
-    First the speed, within `SEARCH_SHARE` of the nominal one whatever its interval, at which sidebands of the deepest
-    detected fault line and harmonics of the shaft stand out together most; then line and shaft jointly by least
-    squares through the peaks of all terms that stand out, the scatter about the fit widening the interval (Birge's
-    ratio), and `ALLOWANCE` for what scatter does not show. Cage slip moves the line and leaves the spacing of its
-    sidebands alone: no kinematics is used. None where noise would do as well or another speed nearly as well
-    (`RIVAL_SHARE`), or where fewer than four shaft terms show. It may lie outside the nominal speed's interval, or be
-    less certain: the caller decides. A drift within the record is averaged, not followed.
+    First the speed within `SEARCH_SHARE` of the nominal one is found at which sidebands of the deepest detected fault
+    line and harmonics of the shaft stand out most together. Then line and shaft are fitted by least squares through the
+    peaks of all terms that stand out; the scatter about the fit widens the interval (Birge's ratio), and so does
+    `ALLOWANCE`. No kinematics is used: cage slip moves the line, not the spacing of its sidebands. None if noise does
+    as well or another speed nearly as well (`RIVAL_SHARE`), or if fewer than four shaft terms show. The speed may be
+    outside the nominal speed's interval or less certain. A drift within the record is averaged.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
@@ -280,10 +280,10 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Shaft speed by the strongest comb of a whitened envelope within `SEARCH_SHARE` of a `nominal` one, or None.
+    """Shaft speed by the strongest comb of a whitened envelope within `SEARCH_SHARE` of a `nominal` speed, or None.
 
     For records whose band shows too few lines of the shaft for `estimate_speed`. The interval reaches to the farthest
-    comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; where one beyond it does, no speed is given.
+    comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; None if a comb beyond it does.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     combs = CombSpectrum.of([bare], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
@@ -299,9 +299,9 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
 
 def _terms(line_hz: float) -> list[tuple[int, int]]:
-    """Harmonics h of the fault line and shaft orders k of the lines at h times the one plus k times the other.
+    """Terms (h, k): lines at h times the fault line plus k times the shaft.
 
-    Harmonics of the shaft and, where there is a fault line, the sidebands of its harmonics.
+    They are the harmonics of the shaft and, if there is a fault line, the sidebands of its harmonics.
     """
     orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
     sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
@@ -309,7 +309,7 @@ def _terms(line_hz: float) -> list[tuple[int, int]]:
 
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
-    """The speed in the window with the largest joint -log p of all terms; None where noise or a rival reaches it."""
+    """Speed in the window with the largest joint -log p of all terms; None if noise or a rival reaches it."""
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
     score, used = np.zeros(speeds.size), 0
     for harmonic, order in _terms(line_hz):
@@ -333,7 +333,7 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
-    """Least squares through the peaks of all terms that stand out, for line and shaft together."""
+    """Fit line and shaft by least squares through the peaks of all terms that stand out."""
     whole = [(h, 0) for h in range(1, HARMONICS + 1)] if line_hz else []
     read = [(k, h, *p) for h, k in whole + _terms(line_hz) if (p := _peak(record, h * line_hz + k * shaft_hz))]
     order, harmonic, peak_hz, sigma = np.array(read, dtype=np.float64).reshape(-1, 4).T

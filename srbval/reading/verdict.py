@@ -1,10 +1,9 @@
-"""What the lines of one record say: the sum of both race lines, and which were detected, in a sentence.
+"""Conclusions from the lines of a record: the sum of both race lines, and the detected lines in a sentence.
 
 BPFO + BPFI = Z f_shaft, whatever the slip: a check on the shaft speed that needs no tachometer. Each roller passes the
 outer race at the cage's speed and the inner race at the shaft's less the cage's; the cage drops out of the sum (Randall
-2011, sect. 2.2.3). So slip cannot lower both lines, and a pair that does not add up was not taken at one and the same
-stated speed. Where the two lines come from two records, what the cage slips more in one than in the other stays in the
-sum.
+2011, sect. 2.2.3). So slip cannot lower both lines, and a pair that does not add up was not taken at one stated speed.
+If the two lines come from two records, the difference in slip between the records stays in the sum.
 """
 
 import math
@@ -18,10 +17,10 @@ from srbval.recordings import ShaftSpeed, SpeedSource
 
 @dataclass(frozen=True, kw_only=True)
 class Closure:
-    """The sum of both race lines of one record, which slip of the cage leaves unchanged.
+    """Sum of both race lines of one record, which slip of the cage does not change.
 
-    `sum_hz` - `expected_hz` therefore tests the speed (and the reading), not the slip; `ci95_pct` joins the
-    uncertainties of both lines and of the speed. Values are None, and `why` says so, unless both are read.
+    `sum_hz` - `expected_hz` tests the speed and the reading; `ci95_pct` joins the uncertainties of both lines and of
+    the speed. Values are None, for the reason `why`, unless both lines are detected.
     """
 
     expected_hz: float
@@ -36,11 +35,11 @@ class Closure:
 
 @dataclass(frozen=True, kw_only=True)
 class SumRule:
-    """One pair of race lines, as orders of the shaft speed each was taken at.
+    """One pair of race lines, as orders of the shaft speed of each.
 
-    `ci95` is the 95 % half width of their sum, None where the source states none. `stated_rpm` is the mean speed the
-    orders refer to. `slip_difference` is what the cage speeds of the two records differ by, in orders, where they are
-    known; it is taken off before `closed`.
+    `ci95` is the 95 % half width of their sum, None if the source states none. `stated_rpm` is the mean speed of the
+    orders. `slip_difference` is the difference of the cage speeds of two records, in orders; it is subtracted from the
+    sum for `closed`.
     """
 
     JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
@@ -61,7 +60,7 @@ class SumRule:
 
     @property
     def difference_pct(self) -> float:
-        """Sum against the number of rolling elements [%]."""
+        """Sum relative to the number of rolling elements [%]."""
         return 100 * (self.total / self.rolling_elements - 1)
 
     @property
@@ -71,7 +70,7 @@ class SumRule:
 
     @property
     def closed(self) -> bool | None:
-        """Whether the sum agrees within its uncertainty; None without one."""
+        """True if the sum agrees within its uncertainty; None without an uncertainty."""
         difference = self.total - self.slip_difference - self.rolling_elements
         return None if self.ci95 is None else bool(abs(difference) <= self.ci95)
 
@@ -103,7 +102,7 @@ def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> 
 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
-    """Which race or roller line was detected, how clearly, in a plain sentence: what that means is not said here."""
+    """The detected race and roller lines and their clearness in a sentence."""
     detected = detected_fault_lines(lines)
     if not detected:
         return "No race or rolling-element line detected."
