@@ -110,18 +110,18 @@ def study_page(
     name, prose = package.rpartition(".")[2], Prose(package)
 
     def section(results: StoredResults) -> Section:
-        result = results.get(name)
-        return prose.section(
-            *([missing(name)] if result is None else [origin_of(result), *blocks(prose, result.content)])
-        )
+        shown = blocks(prose, results[name].content) if name in results else ()
+        return prose.section(first_line(results, name), *shown)
 
-    return Page(
-        name=name,
-        place=place,
-        results=(name,),
-        section=section,
-        data=lambda results: data(results.content(name)) if name in results else {},
-    )
+    def own_data(results: StoredResults) -> Mapping[str, Any]:
+        return data(results[name].content) if name in results else {}
+
+    return Page(name=name, place=place, results=(name,), section=section, data=own_data)
+
+
+def first_line(results: StoredResults, name: str) -> Block:
+    """First line of a section that shows a stored result: its origin, or the command that computes it."""
+    return origin_of(results[name]) if name in results else missing(name)
 
 
 def origin_of(result: StoredResult) -> Paragraph:

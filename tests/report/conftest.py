@@ -1,9 +1,7 @@
-"""Two whole reports of the same short runs, with the rig's records and without; and a small one of synthetic arrays."""
+"""A whole report of short runs with the rig's records, and a small one of synthetic arrays with hostile texts."""
 
 import shlex
-from collections.abc import Iterable
 from datetime import UTC, datetime
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,22 +29,15 @@ from srbval.report.blocks import (
 )
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import findings as gathering
-from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
-from srbval.report.write import FORMATS, write_report
+from srbval.report.write import write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, SECONDS, TEXT, Made, with_hostile_names
+from .made import OPTIONS, SECONDS, Made
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
-
-
-def written(findings: Findings, folder: Path, command: str, formats: Iterable[str] = FORMATS) -> Made:
-    """The files of a report."""
-    report = assemble(findings, command=command, pages=pages())
-    return Made(findings, report, write_report(report, folder / "report", formats))
 
 
 @pytest.fixture(scope="session")
@@ -57,14 +48,8 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
         found = gathering.gather(seconds=SECONDS, pages=pages())
-        return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
-
-
-@pytest.fixture(scope="session")
-def hostile(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """The same report without its PDFs, in which every text that a file may bring is hostile."""
-    named, folder = with_hostile_names(with_rig.findings), tmp_path_factory.mktemp("hostile")
-    return written(named, folder, f"srbval report -o '{TEXT}'", ("html", "json"))  # the small report has a hostile PDF
+        report = assemble(found, command=shlex.join(["srbval", *OPTIONS]), pages=pages())
+        return Made(found, report, write_report(report, tmp_path_factory.mktemp("rig") / "report"))
 
 
 def view(origin: str = "measured", **changes: Any) -> Any:
@@ -75,10 +60,19 @@ def view(origin: str = "measured", **changes: Any) -> Any:
     line = SimpleNamespace(kinematic_hz=97.0)
     analysis = SimpleNamespace(line=lambda _: line, processed=SimpleNamespace(band_hz=(500.0, 1500.0)))
     given = {
-        "origin": Origin(origin), "shaft_hz": 11.833, "unit": "std. dev.", "window_s": (3.0, 3.2), "time_s": time + 3.0,
-        "acceleration": noise, "envelope": np.abs(noise), "frequency_hz": np.arange(10_000) * 0.1, "amplitude": height,
-        "power_hz": np.arange(1, 500) * 20.0, "power_db": 10 * np.log10(rng.random(499)), "analysis": analysis,
-    }  # fmt: skip
+        "origin": Origin(origin),
+        "shaft_hz": 11.833,
+        "unit": "std. dev.",
+        "window_s": (3.0, 3.2),
+        "time_s": time + 3.0,
+        "acceleration": noise,
+        "envelope": np.abs(noise),
+        "frequency_hz": np.arange(10_000) * 0.1,
+        "amplitude": height,
+        "power_hz": np.arange(1, 500) * 20.0,
+        "power_db": 10 * np.log10(rng.random(499)),
+        "analysis": analysis,
+    }
     return SimpleNamespace(**given | changes)
 
 
@@ -93,13 +87,21 @@ def spectrum(record: Any) -> SpectrumView:
 def panels() -> tuple[Figure, ...]:
     """A simulated and a stand-in panel."""
     stand_in = Figure(
-        id="fig11b", label="Figure 11b", caption="Acceleration.", alt="Noise without bursts, 195 ms long",
-        draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"), synthetic=True,
-    )  # fmt: skip
+        id="fig11b",
+        label="Figure 11b",
+        caption="Acceleration.",
+        alt="Noise without bursts, 195 ms long",
+        draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
+        synthetic=True,
+    )
     model = Figure(
-        id="fig12a", label="Figure 12a", caption="Envelope spectrum.", alt="Six lines at BPFO's harmonics",
-        draw=spectrum_panel(spectrum(view("simulated")), top=33.6), wide=False,
-    )  # fmt: skip
+        id="fig12a",
+        label="Figure 12a",
+        caption="Envelope spectrum.",
+        alt="Six lines at BPFO's harmonics",
+        draw=spectrum_panel(spectrum(view("simulated")), top=33.6),
+        wide=False,
+    )
     return stand_in, model
 
 
@@ -108,7 +110,9 @@ def table() -> Table:
     """A table with intervals, badges, tones, notes, a missing and a hostile value."""
     model = Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997")
     return Table(
-        id="table6", label="Table 6", caption="Fault frequencies.",
+        id="table6",
+        label="Table 6",
+        caption="Fault frequencies.",
         columns=(
             Column(title="Defect"),
             Column(title="Kinematic", unit="Hz", format=".2f"),
@@ -125,7 +129,7 @@ def table() -> Table:
             )
         ),
         notes=("Deviation from **kinematics**.",),
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="session")
@@ -142,7 +146,9 @@ def report(panels: tuple[Figure, ...], table: Table) -> Report:
     )
     grid = FigureGrid(figures=panels[:1], columns=2, caption="One panel.")
     return Report(
-        title="Model against rig", subtitle="A test", generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
+        title="Model against rig",
+        subtitle="A test",
+        generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
         verdict=VerdictBox(tone=Tone.GOOD, headline="Within **0.25 %**.", points=("One.", "Two.")),
         sections=(
             Section(id="text", title="Text " + HOSTILE, blocks=blocks),
@@ -150,4 +156,4 @@ def report(panels: tuple[Figure, ...], table: Table) -> Report:
             Section(id="pictures", title="Pictures", blocks=(grid, panels[1])),
         ),
         data={"table6": [{"defect": "outer", "model_hz": np.float64(96.998), "rig_hz": float("nan")}]},
-    )  # fmt: skip
+    )

@@ -20,8 +20,13 @@ TREND = "353 rpm less 877 rpm"
 
 def verdict(scene: str, endpoint: str, answer: str, error: float = 0.1234, **more: Any) -> dict[str, Any]:
     return {
-        "scene": scene, "endpoint": endpoint, "verdict": answer, "error_pct": error, "u_pct": 0.05, "reversed_by": []
-    } | more  # fmt: skip
+        "scene": scene,
+        "endpoint": endpoint,
+        "verdict": answer,
+        "error_pct": error,
+        "u_pct": 0.05,
+        "reversed_by": [],
+    } | more
 
 
 def test_the_headline_names_each_scene_at_the_fastest_speed_and_its_change() -> None:

@@ -20,9 +20,11 @@ SCALOGRAM_COLUMNS = [
     f"magnitude_at_{f:.4g}_hz" for f in np.geomspace(20, 4000, 110)[np.linspace(0, 109, 40).round().astype(int)]
 ]
 IMAGE = Scalogram(
-    time_s=np.linspace(0, 0.2, 2048), frequency_hz=np.geomspace(20, 4000, 200),
-    amplitude=np.random.default_rng(3).random((200, 2048)), edge_s=np.full(200, 0.01),
-)  # fmt: skip
+    time_s=np.linspace(0, 0.2, 2048),
+    frequency_hz=np.geomspace(20, 4000, 200),
+    amplitude=np.random.default_rng(3).random((200, 2048)),
+    edge_s=np.full(200, 0.01),
+)
 DRAWERS = {
     "acceleration": lambda record, title: acceleration_panel(record, limit=6.0, title=title, period=("1/BPFO", 0.01)),
     "spectrum": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title),

@@ -23,9 +23,13 @@ def test_tall_peaks_are_named_by_what_they_are():
         height[round(10 * hz)] = tall
     height[round(10 * 500.0)] = 0.3  # below a third of the tallest
     found = tall_peaks(
-        frequency, height, 600.0, shaft_hz=11.833, marked_hz=[128.04, 256.08],
+        frequency,
+        height,
+        600.0,
+        shaft_hz=11.833,
+        marked_hz=[128.04, 256.08],
         orders={"fr": 1.0, "BPFO": 8.1794, "BPFI": 10.8206, "FTF": 0.4305},
-    )  # fmt: skip
+    )
     assert {round(hz, 1): name for name, hz, _ in found} == {round(hz, 1): n for hz, n in peaks.items() if n}
     assert [tall for _, _, tall in found] == sorted((tall for _, _, tall in found), reverse=True)
 

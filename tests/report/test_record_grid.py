@@ -38,10 +38,15 @@ def outer_race(fs_hz: float, seconds: float, rpm: float, *, strength: float = 1.
     step = np.arange(round(0.02 * fs_hz))
     ringing = np.exp(-0.015 * step) * np.sin(0.6 * np.pi * step)
     return Recording(
-        name="made for the test", origin=Origin.MEASURED, fs_hz=fs_hz, unit="m/s2", channel="x", bearing=BEARING.name,
+        name="made for the test",
+        origin=Origin.MEASURED,
+        fs_hz=fs_hz,
+        unit="m/s2",
+        channel="x",
+        bearing=BEARING.name,
         channels={"x": samples + scipy.signal.fftconvolve(hits, ringing)[: samples.size]},
         speed=stated_speed(rpm, min(1.0, 0.02 * rpm)),
-    )  # fmt: skip
+    )
 
 
 def gathered(recording: Recording, healthy: Recording | None = None) -> UserRecord:

@@ -55,10 +55,16 @@ def test_what_does_not_fit_together_is_refused():
 @pytest.mark.parametrize(
     ("value", "spec", "shown"),
     [
-        (96.7949, ".2f", "96.79"), (-1.004, "+.2f", "-1.00"), (-0.0001, "+.2f", "0.00"), (None, ".2f", "–"),
-        (float("inf"), ".2f", "–"), (True, "", "yes"), ("text", ".2f", "text"), (12, "", "12"),
+        (96.7949, ".2f", "96.79"),
+        (-1.004, "+.2f", "-1.00"),
+        (-0.0001, "+.2f", "0.00"),
+        (None, ".2f", "–"),
+        (float("inf"), ".2f", "–"),
+        (True, "", "yes"),
+        ("text", ".2f", "text"),
+        (12, "", "12"),
     ],
-)  # fmt: skip
+)
 def test_values_are_shown_as_their_column_says(value, spec, shown):
     assert format_value(value, spec) == shown
 
@@ -74,12 +80,18 @@ def test_an_interval_is_shown_with_its_value_and_never_with_a_missing_one():
     [
         ("a **b** `c`", (("text", "a "), ("strong", "b"), ("text", " "), ("code", "c"))),
         ("2 * 3 ** 4 ` 5", (("text", "2 * 3 ** 4 ` 5"),)),
-        ("+0.15 ± 0.21 % at 877 rpm, 2 m/s² in 1400 to 2800 Hz; 3 members, `2 m`", (
-            ("text", "+0.15\u00a0±\u00a00.21\u00a0% at 877\u00a0rpm, 2\u00a0m/s² in 1400 to 2800\u00a0Hz; 3 members, "),
-            ("code", "2 m"),
-        )),
+        (
+            "+0.15 ± 0.21 % at 877 rpm, 2 m/s² in 1400 to 2800 Hz; 3 members, `2 m`",
+            (
+                (
+                    "text",
+                    "+0.15\u00a0±\u00a00.21\u00a0% at 877\u00a0rpm, 2\u00a0m/s² in 1400 to 2800\u00a0Hz; 3 members, ",
+                ),
+                ("code", "2 m"),
+            ),
+        ),
     ],
-)  # fmt: skip
+)
 def test_markers_mark_and_no_line_ends_within_a_quantity(text, runs):
     assert spans(text) == runs
 

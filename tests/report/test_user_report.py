@@ -4,6 +4,7 @@ import dataclasses
 import functools
 import json
 import re
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ import pytest
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.diagnosis.fault_verdict import Finding
-from srbval.diagnosis.records import RecordRequest
+from srbval.diagnosis.records import FailedFile, RecordRequest
+from srbval.errors import DataError
 from srbval.reading.lines import NotDetected
 from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed
@@ -21,10 +23,12 @@ from srbval.report.findings.records import first_lines
 from srbval.report.findings.user_records import UserRecord, gather_user_records
 from srbval.report.reports import write_plot
 from srbval.report.sections.user_report import assemble_user_report
+from srbval.report.write import write_report
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_files import unpacked
 
 MOST_PAGES = 5
+HOSTILE = "<script>alert(1)</script> \"q\" 's' ../../x {{ 7*7 }} {x} *a* **b** `c` & \x00" + "A" * 500
 
 
 def faulted(**changes):
@@ -146,3 +150,13 @@ def test_one_picture_in_each_format(suffix: str, start: bytes, tmp_path: Path) -
     write_plot(own, path)
     assert path.read_bytes().startswith(start)
     assert [found.name for found in tmp_path.iterdir()] == [path.name]
+
+
+def test_hostile_names_of_files_and_channels_are_shown_as_they_are(tmp_path: Path) -> None:
+    own = gathered(faulted(name=HOSTILE, channel="x"), healthy=healthy())
+    failed = (FailedFile(file=HOSTILE, error=DataError(HOSTILE)),)
+    report = assemble_user_report((*own, *own), command=f"srbval report {HOSTILE}", provenance={}, failed=failed)
+    page = write_report(report, tmp_path, ("html",))["html"].read_text(encoding="utf-8")
+    assert page.count("<script>") == 1, "the page's own"
+    text = unescape(re.sub(r"<[^>]*>", "", re.sub(r"<(script|style)>.*?</\1>", "", page, flags=re.DOTALL)))
+    assert text.count(HOSTILE.replace("\x00", "\ufffd")) >= 4

@@ -8,6 +8,7 @@ from srbval.comparison.vocabulary import Verdict
 from srbval.report.blocks import Badge, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
+from srbval.report.pages import first_line
 from srbval.report.prose import Prose
 
 if TYPE_CHECKING:
@@ -82,6 +83,7 @@ def cage_ratio_section(findings: Findings) -> Section:
     stated = stated_verdicts(findings)
     tolerance = {"limit_pct": TOLERANCE.limit_pct, "reason": TOLERANCE.reason, "source": TOLERANCE.source}
     return TEXTS.section(
+        first_line(findings.results, "inputs"),
         TEXTS.listing("reasons", **tolerance),
         TEXTS.table(
             "verdicts",

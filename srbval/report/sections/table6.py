@@ -6,6 +6,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.report.blocks import Badge, Section, Table, Tone
 from srbval.report.findings.findings import Findings
+from srbval.report.pages import first_line
 from srbval.report.prose import Prose
 
 TEXTS = Prose("srbval.report", "texts/table6.md")
@@ -26,6 +27,7 @@ def table6_section(findings: Findings) -> Section:
     rows = findings.frame("table6")
     rows["name"] = [f"{Fault(row['defect']).code} ({row['line']})" for _, row in rows.iterrows()]
     return TEXTS.section(
+        first_line(findings.results, "inputs"),
         _at_paper(rows[rows["rig_source"] == "published"], findings),
         _at_rig(rows[rows["rig_source"] == "measured"], findings),
         TEXTS.paragraph("how-to-read"),

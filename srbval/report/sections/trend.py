@@ -51,19 +51,15 @@ def trend_points(trend: Trend) -> Iterator[str]:
 def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
     first, has_velocity = one.first_alarm, one.points[0].velocity_rms_mm_s is not None
     marks = ["; dashed, the limits"] * bool(one.limits) + ["; dotted, the first alarm"] * (first is not None)
-    return TEXTS.figure(
-        "levels",
-        levels_panel(one),
-        id=name,
-        channel=f"Channel {one.channel}. " if one.channel else "",
-        of_channel=f" of channel {one.channel}" if one.channel else "",
-        baseline=trend.baseline,
-        records=len(one.points),
-        names=", ".join(level for level in one.reference if level != RMS),
-        marks="".join(marks),
-        below="velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
-        alarm="no alarm" if first is None else f"first alarm at {one.points[first].time_text}",
-    )
+    words: dict[str, Any] = {
+        "channel": f"Channel {one.channel}. " if one.channel else "",
+        "of_channel": f" of channel {one.channel}" if one.channel else "",
+        "names": ", ".join(level for level in one.reference if level != RMS),
+        "below": "velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
+        "alarm": "no alarm" if first is None else f"first alarm at {one.points[first].time_text}",
+    }
+    counts: dict[str, Any] = {"baseline": trend.baseline, "records": len(one.points)}
+    return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **counts, **words)
 
 
 def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from srbval.bearing import Fault
 from srbval.diagnosis.fault_verdict import Finding
@@ -24,6 +25,7 @@ from srbval.report.plain import literal
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
 from srbval.report.sections.user_texts import (
+    HEALTHY,
     TEXTS,
     baseline_items,
     fact_items,
@@ -104,32 +106,25 @@ def assemble_user_report(
 
 def _verdict(record: UserRecord) -> VerdictBox:
     verdict = record.verdict
-    return VerdictBox(
-        tone=TONES[verdict.finding],
-        headline=literal(verdict.headline),
-        points=tuple(points_of_one(record)),
-        figure=_spectrum(record, ""),
-    )
+    points, figure = tuple(points_of_one(record)), _spectrum(record, "")
+    return VerdictBox(tone=TONES[verdict.finding], headline=literal(verdict.headline), points=points, figure=figure)
 
 
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
     """The verdict on all `summaries`; `bars` are names and probabilities of the measured records."""
-    alarms = {row["alarm"] for row in summaries}
-    shown = bars[:MOST_BARS]
+    alarms, shown = {row["alarm"] for row in summaries}, bars[:MOST_BARS]
     highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
-    figure = TEXTS.figure(
-        "probabilities",
-        probabilities_plot(shown),
-        first=f": the first {len(shown)} of {len(bars)}" if len(bars) > len(shown) else "",
-        shown=", ".join(f"{name} {state} {100 * share:.0f} %" for name, (state, share) in highest),
-    )
+    words: dict[str, Any] = {
+        "first": f": the first {len(shown)} of {len(bars)}" if len(bars) > len(shown) else "",
+        "shown": ", ".join(f"{name} {state} {100 * share:.0f} %" for name, (state, share) in highest),
+    }
     return VerdictBox(
         tone=next(tone for alarm, tone in ALARM_TONES.items() if alarm in alarms),
         headline=headline_of_all(summaries),
         points=tuple(points_of_all(summaries, failed)),
-        figure=figure if shown else None,
+        figure=TEXTS.figure("probabilities", probabilities_plot(shown), **words) if shown else None,
     )
 
 
@@ -143,16 +138,12 @@ def _failure(failed: FailedFile) -> str:
 
 
 def _overview(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sections: int) -> Table:
-    rows = [
-        {
-            **row,
-            "recording": name,
-            "state_tone": ALARM_TONES[row["alarm"]],
-            "probability": None if row["probability"] is None else 100 * row["probability"],
-        }
-        for name, row in zip(names, summaries, strict=True)
-    ]
-    return TEXTS.table("overview-table", rows, sections=sections)
+    frame = pd.DataFrame(summaries).assign(recording=names)
+    frame["state_tone"], frame["probability"] = (
+        frame["alarm"].map(ALARM_TONES),
+        100 * frame["probability"].astype(float),
+    )
+    return TEXTS.table("overview-table", frame, sections=sections)
 
 
 def _of_record(record: UserRecord, number: int, title: str) -> Section:
@@ -234,16 +225,13 @@ def _band(record: UserRecord, suffix: str) -> Figure:
     top = max(float(np.nanmax(one.power_db)) for one in records.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
-    return TEXTS.figure(
-        "band",
-        plot,
-        id=f"band-figure{suffix}",
-        badge=badge_of(record.analysis),
-        resolution_hz=SEGMENT_HZ,
-        healthy=" Dashed grey: the healthy record." if view.healthy else "",
-        low_hz=low_hz,
-        high_hz=high_hz,
-    )
+    words: dict[str, Any] = {
+        "low_hz": low_hz,
+        "high_hz": high_hz,
+        "resolution_hz": SEGMENT_HZ,
+        "healthy": HEALTHY if view.healthy else "",
+    }
+    return TEXTS.figure("band", plot, id=f"band-figure{suffix}", badge=badge_of(record.analysis), **words)
 
 
 def _times(record: UserRecord, suffix: str) -> Block:
@@ -255,25 +243,20 @@ def _times(record: UserRecord, suffix: str) -> Block:
     limit = HEAD_ROOM * max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for *_, one in sides)
     period = (f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None
     inches = WIDE if len(sides) == 1 else HALF
-    panels = [
-        TEXTS.figure(
-            "time",
-            acceleration_panel(one, limit=limit, title=title, inches=inches, period=period),
-            id=f"time-figure{key}{suffix}",
-            badge=badge_of(one.analysis),
-            wide=False,
-            title=title.capitalize(),
-        )
-        for title, key, one in sides
-    ]
+    panels = []
+    for title, key, one in sides:
+        plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
+        words: dict[str, Any] = {
+            "id": f"time-figure{key}{suffix}",
+            "badge": badge_of(one.analysis),
+            "title": title.capitalize(),
+        }
+        panels.append(TEXTS.figure("time", plot, wide=False, **words))
     start, stop = view.record.window_s
+    same_axes = ", on the same axes" if view.healthy else ""
+    bar = f" {TEXTS.text('period', name=marked.name)}" if marked else ""
     return TEXTS.grid(
-        "grid-time",
-        panels,
-        columns=len(panels),
-        window_ms=1e3 * (stop - start),
-        axes=", on the same axes" if view.healthy else "",
-        period=f" {TEXTS.text('period', name=marked.name)}" if marked else "",
+        "grid-time", panels, columns=len(panels), window_ms=1e3 * (stop - start), axes=same_axes, period=bar
     )
 
 
@@ -283,20 +266,13 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     rows = [_beside(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions = ", with what the bearing's dimensions leave open of it" if model.open_cage else ""
     yield model_paragraph(model)
-    yield TEXTS.table(
-        "model-table", rows, id=f"model-table{suffix}", shaft_hz=model.view.shaft_hz, open_cage=of_dimensions
-    )
+    shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
+    yield TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
     title, top = f"{model.state.label}, envelope spectrum", LABEL_ROOM * highest_of(model.view, end_hz)
-    yield TEXTS.figure(
-        "model-figure",
-        spectrum_panel(view, top=top, title=title),
-        id=f"model-figure{suffix}",
-        badge=badge_of(model.view.analysis),
-        low_hz=low_hz,
-        high_hz=high_hz,
-        state=model.state.label,
-    )
+    words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "state": model.state.label}
+    words |= {"id": f"model-figure{suffix}", "badge": badge_of(model.view.analysis)}
+    yield TEXTS.figure("model-figure", spectrum_panel(view, top=top, title=title), **words)
 
 
 def _beside(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:

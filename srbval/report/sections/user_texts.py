@@ -23,6 +23,7 @@ SPEED_WORDS = {
     "nominal": "nominal, not measured",
     "prescribed": "prescribed",
 }
+HEALTHY = " Dashed grey: the healthy record."
 Row = Mapping[str, Any]
 
 
@@ -68,23 +69,13 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 def fact_items(analysis: Analysis) -> tuple[str, ...]:
     """Record, shaft speed, band and search windows."""
     recording, speed, (low_hz, high_hz) = analysis.recording, analysis.speed, analysis.processed.band_hz
-    return TEXTS.items(
-        "facts",
-        file=(recording.file or recording.name).split("/")[-1],
-        origin=recording.origin.value,
-        declared=f", declared {recording.state.label}" if recording.state else "",
-        channel=f", channel {recording.channel}" if recording.channel else "",
-        seconds=recording.seconds,
-        fs_hz=recording.fs_hz,
-        unit=recording.unit,
-        rpm=60 * speed.value_hz,
-        rpm_ci95=60 * speed.ci95_hz,
-        source=SPEED_WORDS[speed.source.value],
-        low_hz=low_hz,
-        high_hz=high_hz,
-        why=analysis.band.why,
-        search=analysis.search,
-    )
+    given = {name: getattr(recording, name) for name in ("seconds", "fs_hz", "unit")}
+    given |= {"file": (recording.file or recording.name).split("/")[-1], "origin": recording.origin.value}
+    given |= {"declared": f", declared {recording.state.label}" if recording.state else ""}
+    given |= {"channel": f", channel {recording.channel}" if recording.channel else ""}
+    given |= {"rpm": 60 * speed.value_hz, "rpm_ci95": 60 * speed.ci95_hz, "source": SPEED_WORDS[speed.source.value]}
+    given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
+    return TEXTS.items("facts", **given)
 
 
 def unseen_reason(line: Line, **limits: float) -> str:
@@ -112,14 +103,11 @@ def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
 def model_paragraph(model: ModelSide) -> Paragraph:
     """Which model was run with which defect, and what the bearing's dimensions leave open."""
     opened = f"{TEXTS.text('open-cage', angle_deg=model.open_cage.angle_deg)} " if model.open_cage else ""
-    return TEXTS.paragraph(
-        "model",
-        model=model.run.scene.model,
-        scene="" if model.open_cage else f", scene `{model.base}`",
-        defect=f"a defect of the {model.state.label}" if model.state.line else "no defect",
-        load=" and load" if model.stated_load else "; the record states no load, so the scene's own was taken",
-        open_cage=opened,
-    )
+    scene = "" if model.open_cage else f", scene `{model.base}`"
+    defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
+    load = " and load" if model.stated_load else "; the record states no load, so the scene's own was taken"
+    words = {"scene": scene, "defect": defect, "load": load, "open_cage": opened}
+    return TEXTS.paragraph("model", model=model.run.scene.model, **words)
 
 
 def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
@@ -139,7 +127,7 @@ def spectrum_words(record: UserRecord) -> dict[str, Any]:
     sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
     return {
         "marked": f", with harmonics{sidebands} of {marked.name}" if marked else "",
-        "healthy": " Dashed grey: the healthy record." if view.healthy else "",
+        "healthy": HEALTHY if view.healthy else "",
         "end_hz": view.end_hz,
         "detected": ", ".join(dict.fromkeys(name for name, *_ in view.record.peaks)) or "none",
     }
