@@ -1,16 +1,16 @@
 """``srbval study``: list and run the studies; ``bench`` and ``stability`` are two of them."""
 
 import argparse
-from typing import Any
 
 from srbval.cli.arguments import Parser
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
 from srbval.progress import prefixed, progress_display
 from srbval.progress.tables import text_rows
+from srbval.storage.behaviour import reference_fingerprint
 from srbval.storage.content_store import stored_results
-from srbval.storage.stored_result import newest_result
-from srbval.studies.harness import load_study, make_result, pages, study_names
+from srbval.studies.evidence import result_states
+from srbval.studies.harness import load_study, make_result, study_names
 
 UNSOUND = 1
 MORE = "Every row: --all, --export FILE, --json"
@@ -50,15 +50,11 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    of_page = {page.name: page for page in pages()}
-    rows = [_about(name, of_page[name].results if name in of_page else (name,)) for name in study_names()]
-    shown = {"study": "name", "question": "question", "minutes": "minutes", "stored": "made_utc", "stale": "stale"}
-    return answer(options, {"studies": rows}, text_rows(rows, shown))
-
-
-def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
-    study, result = load_study(name), newest_result(results[0]) if results else None
-    return {
-        "name": name, "question": study.question, "minutes": study.minutes, "results": results,
-        "made_utc": result and result.made_utc, "stale": result and result.stale,
-    }  # fmt: skip
+    states = {state.name: state for state in result_states(reference_fingerprint())}
+    rows = []
+    for name in study_names():
+        study, state = load_study(name), states[name]
+        asked = {"name": name, "question": study.question, "kind": study.kind.value, "minutes": study.minutes}
+        rows.append(asked | {"made_utc": state.made_utc, "stale": state.why})
+    shown = {one: one for one in ("question", "kind", "minutes", "stale")}
+    return answer(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))

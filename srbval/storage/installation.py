@@ -50,16 +50,27 @@ class MissingLibraryError(ConfigurationError):
         super().__init__(f"{what} needs {' and '.join(libraries)}, not installed: {pip_command(*libraries)}")
 
 
+def is_source_tree() -> bool:
+    """True if the package lies in its repository, False for an installed copy."""
+    return (package_folder().parent / ".git").exists()
+
+
 def git_revision() -> str | None:
-    """Short git revision of the source tree, marked where it was changed since; None for an installed copy."""
-    root = package_folder().parent
-    if not (root / ".git").exists():
+    """Short git revision of the source tree, marked if anything but ``reports`` has changed since; None if installed.
+
+    Stored results are written one after another, so that a change of ``reports`` alone does not mark the later ones.
+    """
+    if not is_source_tree():
         return None
+
+    def git(*words: str) -> str:
+        root = str(package_folder().parent)
+        command = ["git", "-C", root, *words]
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+
     try:
-        text = subprocess.run(
-            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
-            capture_output=True, text=True, timeout=10, check=True,
-        ).stdout.strip()  # fmt: skip
+        revision = git("rev-parse", "--short=12", "HEAD")
+        changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)reports")
     except (OSError, subprocess.SubprocessError):
         return None
-    return text or None
+    return f"{revision}-dirty" if changed else revision

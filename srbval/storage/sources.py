@@ -1,12 +1,11 @@
-"""What a result was computed by: a hash of every source file that the code which computes it depends on.
+"""Hashes of source files: of all that a module depends on, and of what the files in one folder do.
 
-The files follow from the imports, from module to module within the package, those within functions included. So
-nobody keeps a list of them, and a result is out of date exactly when something changed that may have changed it.
-Imports for type checkers alone do not count.
+The sources of a module follow from its imports, from module to module within the package, imports within functions
+included; imports for type checkers alone do not count. Their hash names what is cached. The hash of a folder tells
+whether a study still does what computed its stored result.
 """
 
 import ast
-import gc
 import hashlib
 import itertools
 import re
@@ -25,6 +24,8 @@ STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.M
 FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
+SHOWING = ("page", "figure")
+_NAMES = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
@@ -41,20 +42,18 @@ def content_version(*modules: str, package: Path = PACKAGE, lazy: bool = True) -
 
 
 @cache
-def sources_sha256(module: str, package: Path = PACKAGE) -> str:
-    """Hash of what the sources that `module` depends on do, 64 hexadecimal digits.
+def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
+    """Hash of what the modules and TOML files in a `folder` do, 64 hexadecimal digits.
 
-    Other than `content_version` it stays the same where docstrings, comments or the formatting change and where code
-    moves to another file: it is that of all top-level statements, in no order, with the names that they import but not
-    with the modules that these come from.
+    Docstrings, comments, formatting, the order of statements, names that begin with an underscore, and the place of
+    what is imported do not count; nor do the modules in `SHOWING`, which show a result and do not compute it.
     """
-    collects = gc.isenabled()
-    gc.disable()  # syntax trees are millions of objects without a cycle
-    try:
-        statements = [one for source in sources_of(module, package=package) for one in _statements(source, package)]
-    finally:
-        if collects:
-            gc.enable()
+    statements = [
+        one
+        for path in sorted(folder.iterdir())
+        if path.suffix in (".py", ".toml") and path.stem not in SHOWING
+        for one in _statements(path, package)
+    ]
     return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 
@@ -152,5 +151,7 @@ def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
             words.append(f"end of {name}" if value else "")
         elif isinstance(value, str) and value.startswith(inner):  # a module that may move
             words.append(value.partition(":")[2])
+        elif name in _NAMES and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):
+            words.append("_")
         elif value is not None:
             words.append(repr(value))

@@ -1,101 +1,118 @@
-"""Results of studies, which take minutes or hours: JSON files that say what they depend on.
+"""Results of studies, which take minutes: JSON files that state their origin and what they depend on.
 
-A study's result is the file ``NAME.json``, in the repository's ``reports`` or, newer, in the user's cache. It says on
-which machine it was made, when, from which revision, by which command, and by which sources from which data.
+A result is the file ``NAME.json`` in the repository's ``reports`` or, newer, in the user's cache. It is one of three
+kinds. *Evidence* can be computed from what the repository contains, and only evidence can be stale. A *recorded* result
+rests on data sets that do not come with the program. A *document* belongs to one revision, as a prediction made before
+a comparison does, and is never computed again.
 """
 
-import re
+import enum
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
+from srbval.storage.behaviour import Fingerprint, changed_parts, fingerprint_of, reference_fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
-from srbval.storage.files import file_sha256
-from srbval.storage.installation import shipped_folder
+from srbval.storage.installation import package_folder, shipped_folder
 from srbval.storage.json_files import read_json
-from srbval.storage.sources import sources_sha256
+from srbval.storage.sources import code_sha256
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 MOST_BYTES = 2**26  # the longest there are have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
 DIRTY = "-dirty"  # end of the revision of a changed working tree
-SHIPPED_INPUT = re.compile(r"(reports|data_manifest)/[\w./-]+")
+
+
+class ResultKind(enum.StrEnum):
+    """What a stored result rests on, see the module."""
+
+    EVIDENCE = "evidence"
+    RECORDED = "recorded"
+    DOCUMENT = "document"
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResult:
-    """A result file: where it lies and what is in it."""
+    """A result file: its path and its content."""
 
     path: Path
     content: dict[str, Any]
 
     @property
     def made_utc(self) -> str:
-        """When it was made, ISO 8601."""
+        """When it was computed, ISO 8601."""
         return str(self.content["made_utc"])
 
     @property
+    def kind(self) -> ResultKind:
+        """What it rests on."""
+        if "computed_once" in self.content:
+            return ResultKind.DOCUMENT
+        return ResultKind(self.content.get("evidence_kind", ResultKind.EVIDENCE))
+
+    @property
     def origin(self) -> dict[str, Any]:
-        """Date, revision, command and machine, as the report states them."""
+        """Kind, date, revision, command, machine and duration, as the report states them."""
         machine = self.content.get("machine", {})
         return {
+            "kind": self.kind.value,
             "made_utc": self.made_utc,
             "git_revision": self.content.get("git_revision"),
             "command": self.content.get("command"),
             "processor": machine.get("processor"),
             "usable_cores": machine.get("usable_cores"),
+            "minutes": self.content.get("minutes"),
             "file": self.path.name,
         }
 
-    @cached_property
+    @property
     def stale(self) -> str | None:
-        """Why the result no longer holds, as far as the program alone can tell; None where it does.
+        """Why it no longer holds if the program behaves as its reference fingerprint; None if it holds."""
+        return self.why_stale(reference_fingerprint())
 
-        Inputs that come with the program (``reports/...``, ``data_manifest/...``) are compared with the files, others
-        are taken for unchanged. A result that says why it is `computed_once`, a prediction before a comparison or its
-        outcome, is a document of its revision: later sources do not change it, and what they would compute of records
-        that are known by now is not that test.
+    def why_stale(self, now: Fingerprint) -> str | None:
+        """Why it no longer holds for a program whose fingerprint is `now`; None if it holds.
+
+        Evidence is stale if it was computed from a changed working tree, if its study does something else by now, or
+        if a number differs in the fingerprint of a part on which it depends. Other kinds are never stale.
         """
-        stated = self.content.get
-        revision, module, known = stated("git_revision"), stated("computed_by"), stated("inputs_sha256")
+        if self.kind is not ResultKind.EVIDENCE:
+            return None
+        revision, folder = self.content.get("git_revision"), package_folder() / "studies" / self.path.stem
         if isinstance(revision, str) and revision.endswith(DIRTY):
             return f"it was computed from a changed working tree, {revision}"
-        if not stated("computed_once"):
-            if not (isinstance(module, str) and isinstance(known, dict) and isinstance(stated("sources_sha256"), str)):
-                return "it does not say by which sources it was computed"
-            try:
-                if sources_sha256(module) != stated("sources_sha256"):
-                    return f"the sources of {module} have changed since"
-            except ModuleNotFoundError:
-                return f"the module that computed it, {module}, is no more"
-        inputs = known if isinstance(known, dict) else {}
-        changed = [name for name in inputs if SHIPPED_INPUT.fullmatch(name) and _shipped_sha256(name) != inputs[name]]
-        return f"its input {changed[0]} has changed since" if changed else None
+        if not (folder / "study.py").is_file():
+            return f"no study is called {self.path.stem} any more"
+        if code_sha256(folder) != self.content.get("code_sha256"):
+            return f"the study {self.path.stem} computes something else by now"
+        try:
+            then = fingerprint_of(self.content.get("fingerprint"))
+        except ValueError:
+            return "it does not state the fingerprint of the program that computed it"
+        for part, names in changed_parts(then, now, then).items():
+            return f"the program's part {part} behaves differently: {names[0]}{_and_more(names)}"
+        return None
+
+
+def _and_more(names: list[str]) -> str:
+    return f" and {len(names) - 1} more" if len(names) > 1 else ""
 
 
 def newest_result(name: str) -> StoredResult | None:
     """The newest result of this name in the user's cache, the repository or the installed package."""
     folders = (cache_folder(RESULTS), shipped_folder(REPORTS))
-    found = [result for folder in folders if (result := _read(folder / f"{name}.json", name)) is not None]
+    found = [result for folder in folders if (result := read_result(folder / f"{name}.json")) is not None]
     return max(found, key=lambda result: result.made_utc, default=None)
 
 
-def _shipped_sha256(name: str) -> str:
-    folder, _, rest = name.partition("/")
-    try:
-        return file_sha256(shipped_folder(folder) / rest)
-    except DataError:
-        return ""
-
-
-def _read(path: Path, name: str) -> StoredResult | None:
-    """A result file; None where there is none, or none that this version can read."""
+def read_result(path: Path) -> StoredResult | None:
+    """A result file; None if there is none, or none that this version can read."""
     try:
         content = read_json(path, MOST_BYTES)
     except DataError:
         return None
-    fits = isinstance(content, dict) and content.get("kind") == name and content.get("schema_version") == SCHEMA_VERSION
+    fits = isinstance(content, dict) and content.get("kind") == path.stem
+    fits = fits and content.get("schema_version") in (2, SCHEMA_VERSION)
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None

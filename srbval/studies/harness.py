@@ -6,6 +6,7 @@ import argparse
 import importlib
 import json
 import sys
+import time
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,12 +19,13 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.processes.about_machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
+from srbval.storage.behaviour import Fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.files import check_suffix, file_sha256
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
-from srbval.storage.sources import sources_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, StoredResult
+from srbval.storage.sources import code_sha256
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, ResultKind, StoredResult
 from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
@@ -54,24 +56,31 @@ class StudyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A question that takes minutes or hours to answer, and whose answer is stored: what its ``study.toml`` says.
+    """A question that takes minutes to answer and whose answer is stored: the content of its ``study.toml``.
 
-    `minutes` is about what it takes on two cores; `parts`: parts of the program's behaviour that its numbers depend on.
-    `options`: its own, as arguments stand in the commands' file; what
-    they leave out is a constant of ``study.py``, on which the result depends.
+    `minutes` is the duration on two cores. `kind`: what the result rests on. `parts`: the parts of the program that the
+    result depends on, as `srbval.check.fingerprint` names them. `options`: its own, as in the commands' file.
     """
 
     name: str
     question: str
     minutes: float
-    kind: str = "evidence"
+    kind: ResultKind = ResultKind.EVIDENCE
     parts: tuple[str, ...] = ()
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def add_options(self, parser: argparse.ArgumentParser) -> None:
-        """Add them to a parser that knows the types of `srbval.cli.arguments`; the options of all are there already."""
+        """Add its options to a parser that knows the types of `srbval.cli.arguments`."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
+
+    def defaults(self) -> dict[str, Any]:
+        """Its options by name, with their default values."""
+        parser = argparse.ArgumentParser()
+        for kind in TYPES:
+            parser.register("type", kind, lambda value: value)  # values from Python are what they are
+        self.add_options(parser)
+        return vars(parser.parse_args([]))
 
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
@@ -113,11 +122,8 @@ def run_study(
     `output` names a file to store to in place of the user's cache, `jobs` the runs at a time (default: one per core).
     Raises `ConfigurationError` for an unknown study or option, and what the study raises.
     """
-    study, parser = load_study(name), argparse.ArgumentParser()
-    for kind in TYPES:
-        parser.register("type", kind, lambda value: value)  # values from Python are what they are
-    study.add_options(parser)
-    known = vars(parser.parse_args([]))
+    study = load_study(name)
+    known = study.defaults()
     unknown = [option for option in options if option not in known]
     if unknown:
         raise ConfigurationError(f"study {name} has no option {unknown[0]!r}. It has: {', '.join(known) or 'none'}.")
@@ -130,66 +136,80 @@ def make_result(
 ) -> tuple[StudyResult, dict[str, Any]]:
     """Run a study and store its result; returns it, and what was stored or would have been.
 
-    The revision of the program is the one at the beginning: a study may take hours. `options.output` names a file to
-    store to in place of the user's cache.
+    `options.output` names a file to store to in place of the user's cache. A result without a name is stored only if a
+    file is named for it. Raises `DataError` for a file in ``reports`` if the working tree was changed.
     """
-    if options.output:
-        check_suffix(Path(options.output), "JSON", (".json",))
+    from srbval.check.fingerprint import fingerprint
+
+    study, path = load_study(name), Path(options.output) if options.output else None
+    if path is not None:
+        check_suffix(path, "JSON", (".json",))
     revision = git_revision()
-    found = load_study(name).run(options, progress)
-    content: dict[str, Any] = {"machine": this_machine()} | to_json(found.content)
-    if options.output or found.name:
-        stored = store_result(
-            found.name or name, content, computed_by=f"srbval.studies.{name}.study", inputs=found.inputs,
-            command=command, revision=revision, path=Path(options.output) if options.output else None,
-        )  # fmt: skip
-        print(f"stored: {stored.path}", file=sys.stderr)
-        return found, stored.content | {"file": stored.path}
-    return found, stamped(found.name or name, content, command=command, revision=revision)
+    if path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path):
+        raise DataError(
+            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
+            "this result again; commit the changes first."
+        )
+    started = time.perf_counter()
+    found = study.run(options, progress)
+    stated: dict[str, Any] = {"command": command, "revision": revision, "minutes": (time.perf_counter() - started) / 60}
+    if path is None and found.name is None:
+        return found, stamped(study, found, **stated)
+    stored = store_result(study, found, behaviour=fingerprint(*study.parts, progress=progress), path=path, **stated)
+    print(f"stored: {stored.path}", file=sys.stderr)
+    return found, stored.content | {"file": stored.path}
+
+
+def run_and_store(
+    study: Study,
+    options: argparse.Namespace,
+    progress: Progress,
+    *,
+    command: str,
+    revision: str | None,
+    behaviour: Fingerprint,
+    folder: Path | None,
+) -> tuple[StudyResult, StoredResult]:
+    """Run a study and store its complete result in `folder`, by default the user's cache.
+
+    `behaviour` is the fingerprint of the program and `revision` its revision, both read before the study began.
+    """
+    started = time.perf_counter()
+    found = study.run(options, progress)
+    minutes = (time.perf_counter() - started) / 60
+    path = None if folder is None else folder / f"{study.name}.json"
+    stated: dict[str, Any] = {"command": command, "revision": revision, "minutes": minutes}
+    return found, store_result(study, found, behaviour=behaviour, path=path, **stated)
 
 
 def store_result(
-    name: str,
-    content: Mapping[str, Any],
-    *,
-    computed_by: str,
-    inputs: Mapping[str, str] | None = None,
-    command: str,
-    revision: str | None,
-    path: Path | None = None,
+    study: Study, found: StudyResult, *, behaviour: Fingerprint, path: Path | None = None, **stated: Any
 ) -> StoredResult:
-    """Write `content` with its origin to `path`, by default to the user's cache.
+    """Write what was `found` with its origin to `path`, by default to the user's cache.
 
-    `computed_by`: the module whose sources it depends on; `inputs`: SHA-256 of the data that were read, by name;
-    `command`: what computed it; `revision`: that of the program when that began. Raises `DataError` where the file
-    cannot be written, and for a `path` in the repository's ``reports`` where the working tree was changed: the result
-    is kept in the cache then, and does not come with the program.
+    Of the fingerprint `behaviour` the study's own parts are kept. Raises `DataError` if the file cannot be written.
     """
-    stamped_content = stamped(name, {
-        "computed_by": computed_by, "sources_sha256": sources_sha256(computed_by), "inputs_sha256": dict(inputs or {}),
-        **content,
-    }, command=command, revision=revision)  # fmt: skip
-    cached = cache_folder(RESULTS) / f"{name}.json"
-    refused = path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path)
-    stored = StoredResult(path=cached if path is None or refused else path, content=stamped_content)
-    write_json(stored.path, stored.content, rows_text)
-    if refused:
-        raise DataError(
-            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
-            f"this result again. It is kept as {cached}; commit the changes and compute it again."
-        )
+    name = study.name
+    content = stamped(study, found, **stated) | {
+        "code_sha256": code_sha256(FOLDER / name), "fingerprint": {part: dict(behaviour[part]) for part in study.parts},
+    }  # fmt: skip
+    stored = StoredResult(path=path or cache_folder(RESULTS) / f"{name}.json", content=content)
+    write_json(stored.path, content, rows_text)
     return stored
 
 
-def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
-    """`result` with its kind, the date, the `command` that made it and the `revision` read when that began."""
+def stamped(study: Study, found: StudyResult, *, command: str, revision: str | None, minutes: float) -> dict[str, Any]:
+    """What was found with its kind, the date, the `command` and the `revision` that computed it, and the machine."""
     return {
         "schema_version": SCHEMA_VERSION,
-        "kind": kind,
+        "kind": study.name,
+        "evidence_kind": study.kind.value,
         "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
         "git_revision": revision,
         "command": command,
-        **result,
+        "minutes": round(minutes, 2),
+        "machine": this_machine(),
+        **to_json(found.content),
     }
 
 

@@ -1,0 +1,226 @@
+"""The fingerprint of the program's behaviour: what short probes of each part compute.
+
+A part is what a stored result may depend on: a model, the reading of lines, the naming of faults, the path to the
+sensor, the comparison of model and rig. The probe of a part runs it on bundled scenes, of which 12 to 50 ms are
+simulated, or on the recordings that come with the program, and returns some tens of numbers. Fingerprints are
+compared number by number within a tolerance, see `srbval.storage.behaviour`. So a change of a docstring, of a name or
+of the layout leaves the fingerprint as it is; a changed constant of a model does not.
+
+Rollers that rattle (scenes with play) double a difference every 2 ms: such scenes are run from rest for 12 ms, in which
+rounding, 1e-16, grows to 1e-13. Scenes without play are run for 50 ms.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_bearing
+from srbval.comparison.cage_means import cage_means
+from srbval.comparison.cage_readings import cage_readings
+from srbval.diagnosis.diagnose import diagnose
+from srbval.models.run import Run
+from srbval.models.sensor import along_sensor, band_rms
+from srbval.models.simulate import Step, simulate
+from srbval.path import amplitudes
+from srbval.path.identify import Pair, identify
+from srbval.processes.machine import usable_cores
+from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import Recording, load_recording
+from srbval.scene import BANDS_HZ, Scene, load_scene
+from srbval.storage.behaviour import Value
+from srbval.storage.installation import package_folder, shipped_folder
+from srbval.storage.tables import read_toml
+
+Values = dict[str, Value]
+RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
+STATES = (Fault.HEALTHY, *DEFECTS)
+IMPULSE_S = 1.0  # of the record that a path is identified with
+SEPARATOR = ": "
+
+
+def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, Values]:
+    """The numbers of these parts (all of them if none is named), by part and name; some 20 s with compiled kernels.
+
+    Raises `KeyError` for an unknown part, and what running a scene or reading a shipped recording raises.
+    """
+    names = parts or tuple(PARTS)
+    probes = [PARTS[name] for name in names]
+    found = []
+    with ThreadPoolExecutor(jobs or usable_cores()) as pool:
+        for done, values in enumerate(pool.map(lambda probe: probe(), probes), start=1):
+            found.append(values)
+            progress("probe the program's behaviour", done / len(probes))
+    return dict(zip(names, found, strict=True))
+
+
+def _of_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
+    """The probe scenes of a model by name: every state and roller fit that it knows."""
+    for fit in axes.get("fits", ("play",)):
+        seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
+        for state in axes.get("states", STATES):
+            yield (
+                f"{base} {fit} {state}",
+                load_scene(
+                    base,
+                    {
+                        "model": model,
+                        "duration_s": seconds,
+                        "settle_s": 0.0,
+                        "defect": {"kind": state.scene_word},
+                        "contact": {"roller_fit": fit},
+                        **axes.get("changes", {}),
+                    },
+                ),
+            )
+
+
+def _numbers_of_run(run: Run) -> Values:
+    """Cage, load, power, displacement and vibration of a run, its status, and the error that its step leaves."""
+    along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
+    found: Values = {
+        "status": run.status.value,
+        "cage_ratio": run.cage_ratio,
+        "load_share": run.roller_load_share,
+        "drive_power_w": run.drive_power_w,
+        "ring_y_m": float(run.displacement_m[:, 1].mean()),
+        "sensor_rms_m_s2": float(along.std()),
+        "axial_rms_m_s2": float(run.acceleration_m_s2[:, 2].std()),
+        "across_rms_m_s2": float(run.acceleration_m_s2[:, 0].std()),
+    }
+    for name, band_hz in BANDS_HZ.items():
+        found[f"rms {name} Hz_m_s2"] = band_rms(along, fs_hz, band_hz)
+    for estimate in run.step_error.estimates if run.step_error else ():
+        found[f"step error of {estimate.of}"] = round(estimate.error, 9)
+    return found
+
+
+def _of_model(model: str, base: str, **axes: Any) -> Values:
+    """What the probe scenes of a model give."""
+    step = axes.get("step", Step.UNCHECKED)
+    return {
+        f"{scene}{SEPARATOR}{name}": value
+        for scene, made in _of_scenes(model, base, **axes)
+        for name, value in _numbers_of_run(simulate(made, step=step)).items()
+    }
+
+
+def _full() -> Values:
+    """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
+    found = _of_model("full", "paper", fits=("play", "printed"))
+    for solver in ("ode1", "ode2", "ode4", "imex1", "ros2"):
+        changes = {"solver": {"name": solver, "step_s": 1 / 245760}}
+        values = _of_model(
+            "full", "paper", fits=("printed",), states=(Fault.OUTER,), changes=changes, seconds=RATTLING_S
+        )
+        found |= {f"{solver} {name}": value for name, value in values.items()}
+    checked = _of_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
+    return found | {f"checked {name}": value for name, value in checked.items()}
+
+
+def _slices() -> Values:
+    """The laminated contact: the rig's scene, and at the speed of the slow records."""
+    slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
+    values = _of_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
+    return _of_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
+
+
+@cache
+def _shipped() -> tuple[Analysis, ...]:
+    """The recordings that come with the program, analysed."""
+    bearing = load_bearing(DEFAULT_BEARING)
+    return tuple(analyse(one, bearing=bearing) for one in _recordings())
+
+
+@cache
+def _recordings() -> tuple[Recording, ...]:
+    folder = shipped_folder("data_manifest") / "rig_excerpts"
+    return tuple(load_recording(path) for path in sorted(folder.glob("*.h5")))
+
+
+def _reading() -> Values:
+    """First harmonics of every shipped recording: where, how surely, how far above the noise."""
+    found: Values = {}
+    for analysis in _shipped():
+        for line in (one for one in analysis.lines if one.harmonic == 1):
+            name = f"{analysis.recording.name} {line.name}"
+            numbers = {"hz": line.found_hz, "ci95": line.ci95_hz, "snr": line.snr, "false_alarm_p": line.false_alarm}
+            found |= {f"{name}{SEPARATOR}{key}": math.nan if one is None else one for key, one in numbers.items()}
+            found[f"{name}{SEPARATOR}detected"] = str(line.detected)
+        found[f"{analysis.recording.name}{SEPARATOR}shaft_hz"] = analysis.speed.value_hz
+    return found
+
+
+def _diagnosis() -> Values:
+    """Class and probabilities of every shipped recording by itself."""
+    found: Values = {}
+    for analysis in _shipped():
+        made = diagnose(analysis)
+        found[f"{analysis.recording.name}{SEPARATOR}called"] = made.state
+        found |= {f"{analysis.recording.name}{SEPARATOR}{name}_p": share for name, share in made.probabilities.items()}
+    return found
+
+
+def _path() -> Values:
+    """Amplitudes of the shipped recordings; the path between one of them and a run of the impulse model."""
+    bearing, found = load_bearing(DEFAULT_BEARING), Values()
+    for analysis in _shipped():
+        record, state = analysis.recording, analysis.recording.state
+        if state not in RACE_DEFECTS:
+            continue
+        order = bearing.orders.bpfo if state is Fault.OUTER else bearing.orders.bpfi
+        read = amplitudes.levels(record, None) | amplitudes.locked_levels(record, bearing, order)
+        read |= amplitudes.pattern(record, bearing, state, order)
+        found |= {f"{record.name}{SEPARATOR}{name}_db": one.value for name, one in read.items()}
+    record = next(one for one in _recordings() if one.name.startswith("OR_877"))
+    changes = {"model": "impulse", "duration_s": IMPULSE_S, "defect": {"kind": "outer"}}
+    made = identify(Pair(record=record, run=simulate(load_scene("rig", changes))), bearing=bearing)
+    gains = zip(made.path.frequency_hz, made.path.load, strict=True)
+    return found | {f"path {hz:.0f} Hz{SEPARATOR}gain": float(f"{gain:.9g}") for hz, gain in gains}
+
+
+def _comparison() -> Values:
+    """Cage ratios of the shipped recordings, their means by speed, and the ranges of the uncertain inputs."""
+    readings, found = cage_readings(_recordings(), load_bearing(DEFAULT_BEARING)), Values()
+    for one in readings:
+        found |= {f"{one.record}{SEPARATOR}ratio": one.ratio, f"{one.record}{SEPARATOR}u": one.reading_u}
+    means = cage_means(readings)
+    found |= {f"mean at {rpm:g} rpm": float(mean) for rpm, mean in zip(means.rpm, means.means, strict=True)}
+    found |= {f"spread at {rpm:g} rpm": float(of.std()) for rpm, of in zip(means.rpm, means.draws.T, strict=True)}
+    for file in ("comparison/budget.toml", "scene/rig_inputs.toml"):
+        numbers = list(_numbers_in(read_toml(package_folder() / file)))
+        found[f"{file}{SEPARATOR}numbers"] = len(numbers)
+        found[f"{file}{SEPARATOR}sum"] = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
+    return found
+
+
+def _numbers_in(table: Any) -> Iterator[float]:
+    """Every number of a nested table, in its order."""
+    if isinstance(table, Mapping):
+        table = table.values()
+    if isinstance(table, int | float):
+        yield float(table)
+    elif not isinstance(table, str) and hasattr(table, "__iter__"):
+        for value in table:
+            yield from _numbers_in(value)
+
+
+PARTS: Mapping[str, Callable[[], Values]] = {
+    "full": _full,
+    "slices": _slices,
+    "line": lambda: _of_model("line", "paper", fits=("play", "printed"), states=(Fault.HEALTHY, *RACE_DEFECTS)),
+    "planar": lambda: _of_model("planar", "paper"),
+    "impulse": lambda: _of_model("impulse", "paper") | _of_model("kinematic", "paper"),
+    "oil": lambda: _of_model("slices", "rig-oil", states=(Fault.HEALTHY,)),
+    "reading": _reading,
+    "diagnosis": _diagnosis,
+    "path": _path,
+    "comparison": _comparison,
+}
+"""Parts of the program by the function that probes each."""
