@@ -132,7 +132,7 @@ def origin_of(result: StoredResult) -> Paragraph:
     """
     origin = result.origin
     text = STORED.text(
-        kind_of(result),
+        result.kind.value,
         made_utc=result.made_utc,
         machine=_machine(origin),
         revision=origin["git_revision"] or "unknown (installed copy)",
@@ -140,11 +140,6 @@ def origin_of(result: StoredResult) -> Paragraph:
         data_sets=data_sets_of(result.content),
     )
     return Paragraph(text if result.stale is None else f"{text} {STORED.text('stale', why=result.stale)}")
-
-
-def kind_of(result: StoredResult) -> str:
-    """Kind of a stored result: evidence, recorded or document."""
-    return "document" if "computed_once" in result.content else str(result.content.get("evidence_kind", "evidence"))
 
 
 def data_sets_of(content: Mapping[str, Any]) -> str:
