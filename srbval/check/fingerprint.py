@@ -145,15 +145,20 @@ def _recordings() -> tuple[Recording, ...]:
 
 
 def _reading() -> Values:
-    """First harmonics of every shipped recording: where, how surely, how far above the noise."""
+    """First harmonics of every shipped recording: where, how surely, how far above the noise; those that are detected.
+
+    What fits noise best depends on the last digits of a library, so that an undetected line has no numbers.
+    """
     found: Values = {}
     for analysis in _shipped():
+        record = analysis.recording.name
         for line in (one for one in analysis.lines if one.harmonic == 1):
-            name = f"{analysis.recording.name} {line.name}"
-            numbers = {"hz": line.found_hz, "ci95": line.ci95_hz, "snr": line.snr, "false_alarm_p": line.false_alarm}
-            found |= {f"{name}{SEPARATOR}{key}": math.nan if one is None else one for key, one in numbers.items()}
-            found[f"{name}{SEPARATOR}detected"] = str(line.detected)
-        found[f"{analysis.recording.name}{SEPARATOR}shaft_hz"] = analysis.speed.value_hz
+            name = f"{record} {line.name}{SEPARATOR}"
+            found |= {f"{name}detected": str(line.detected), f"{name}kinematic_hz": line.kinematic_hz}
+            if line.detected:
+                numbers = {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
+                found |= {f"{name}{key}": math.nan if one is None else one for key, one in numbers.items()}
+        found[f"{record}{SEPARATOR}shaft_hz"] = analysis.speed.value_hz
     return found
 
 

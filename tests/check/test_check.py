@@ -1,101 +1,120 @@
-"""A fresh run lies within every tolerance, and what must be caught is caught."""
+"""The check compares the behaviour of now with its reference, and names the evidence that no longer holds."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from srbval.check.check import CheckResult, ReferenceQuantity, read_reference, reference_path, run_check
-from srbval.check.quantities import GROUPS
+from srbval.check import check, fingerprint
+from srbval.check.check import differences, run_check, stale_evidence, write_reference
+from srbval.errors import ConfigurationError
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene, load_scene
+from srbval.storage.behaviour import Fingerprint, reference_fingerprint
+from srbval.storage.json_files import write_json
 
-REFERENCE = read_reference(reference_path())
 TEN_MICROMETRES = 1e-5
+NOW: Fingerprint = {
+    "full": {"outer: cage_ratio": 0.43, "outer: status": "ok"}, "reading": {"H: hz": 97.0, "H: snr": math.nan},
+}  # fmt: skip
 
 
-def failed(result: CheckResult) -> set[str]:
-    return {check.name for check in result.checks if not check.ok}
+@pytest.fixture(autouse=True)
+def forget_recordings() -> Iterator[None]:
+    yield
+    reference_fingerprint.cache_clear()
 
 
-def changed(contact: dict[str, float] | None = None, solver: str | None = None) -> Scene:
-    base = paper_scene()
-    base = replace(base, contact=replace(base.contact, **(contact or {})))
-    return replace(base, solver=replace(base.solver, name=solver or base.solver.name))
-
-
-@pytest.fixture
-def without_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
-
-
-@pytest.mark.usefixtures("without_recordings")
-def test_what_needs_no_run_is_within_every_tolerance() -> None:
-    """The runs too: `srbval check`, which `.ci/run` has behind the tests."""
-    result = run_check(REFERENCE, groups=["kinematics", "statics", "rig"])
-    assert failed(result) == set()
-    assert set(result.skipped) == {"rig_order_outer", "rig_order_inner"}
-
-
-@pytest.mark.recordings
-def test_the_rigs_lines_are_within_their_tolerance(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
-    result = run_check(REFERENCE, groups=["rig"])
-    assert result.ok
-    assert not result.skipped
-
-
-@pytest.mark.parametrize("factor", [0.98, 1.02])
-def test_contact_stiffness_off_by_two_per_cent_is_caught(factor: float) -> None:
-    stiffness = factor * paper_scene().contact.stiffness_n_m
-    assert "static_roller_share_play" in failed(
-        run_check(REFERENCE, base=changed({"stiffness_n_m": stiffness}), groups=["statics"])
-    )
+def failed(*parts: str) -> set[str]:
+    return {one.name for one in run_check(*parts).checks if not one.ok}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [0.9, pytest.param(1.1, marks=pytest.mark.long_form)])
-def test_dynamic_friction_off_by_ten_per_cent_is_caught(factor: float) -> None:
-    friction = factor * paper_scene().contact.dynamic_friction
-    found = failed(run_check(REFERENCE, base=changed({"dynamic_friction": friction}), groups=["runs"]))
-    assert {f"slip_power_w_{name}" for name in ("healthy", "outer", "inner", "outer_printed")} <= found
+def test_the_program_behaves_as_its_reference_says() -> None:
+    """Parts that are cheap here; `srbval check`, which ends every landing, computes all of them."""
+    assert failed("reading", "diagnosis", "planar", "impulse", "comparison") == set()
+
+
+def off(changes: dict[str, Any]) -> Callable[..., Scene]:
+    def made(base: str, given: dict[str, Any]) -> Scene:
+        scene = load_scene(base, given)
+        return replace(scene, contact=replace(scene.contact, **changes))
+
+    return made
 
 
 @pytest.mark.slow
-def test_explicit_euler_is_caught() -> None:
-    found = failed(run_check(REFERENCE, base=changed(solver="ode1"), groups=["runs"]))
-    assert {"failed_runs", "slip_power_w_outer_printed", "band_rms_m_s2_outer_printed"} <= found
-
-
-@pytest.mark.parametrize(("p", "sign"), [(0.5, -1), (1.0, 1), (1.5, -1)])
-@pytest.mark.parametrize("race", ["outer_circle", "inner_circle"])
-def test_a_circle_ten_micrometres_off_is_caught(
-    race: str, p: float, sign: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("changes", [{"stiffness_n_m": 5e7 * (1 + 1e-4)}, {"dynamic_friction": 0.5 * (1 + 1e-4)}])
+def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(
+    changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(fingerprint, "load_scene", off(changes))
+    found = failed("full")
+    assert {"full: paper printed outer: cage_ratio", "full: paper printed outer: drive_power_w"} & found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("race", ["outer_circle", "inner_circle"])
+def test_a_circle_ten_micrometres_off_is_noticed(race: str, monkeypatch: pytest.MonkeyPatch) -> None:
     as_it_is: Callable[..., Circle] = getattr(parameters, race)
 
-    def off(geometry: object, at: float) -> Circle:
+    def moved(geometry: object, at: float) -> Circle:
         circle = as_it_is(geometry, at)
-        return circle._replace(radius_m=circle.radius_m + sign * TEN_MICROMETRES) if at == p else circle
+        return circle._replace(radius_m=circle.radius_m + TEN_MICROMETRES) if at == 1.0 else circle
 
-    monkeypatch.setattr(parameters, race, off)
-    assert failed(run_check(REFERENCE, groups=["statics"]))
-
-
-def test_a_quantity_without_a_reference_fails() -> None:
-    result = run_check({}, groups=["kinematics"])
-    assert failed(result) == {f"order_{name}" for name in ("bpfo", "bpfi", "bsf", "ftf")}
+    monkeypatch.setattr(parameters, race, moved)
+    assert failed("full")
 
 
-@pytest.mark.usefixtures("without_recordings")
-def test_a_quantity_that_nothing_computes_any_more_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    kinematics = {name: GROUPS[name] for name in ("kinematics",)}
-    monkeypatch.setattr("srbval.check.check.GROUPS", kinematics)
-    gone = ReferenceQuantity(name="gone", value=1.0, tolerance=0.1, unit="1", reason="was there once")
-    result = run_check({**REFERENCE, "gone": gone}, groups=["kinematics"])
-    assert "gone" in failed(result)
-    (check,) = [check for check in result.checks if check.name == "gone"]
-    assert math.isnan(check.value)
+def test_numbers_words_and_missing_quantities(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check, "fingerprint", lambda *_, **__: NOW)
+    monkeypatch.setattr(check, "shipped_results", list)
+    assert run_check(reference=NOW).ok
+    other = {"full": {"outer: cage_ratio": 0.4301, "outer: status": "skidding"}, "reading": {"gone: hz": 1.0}}
+    found = {one.name: one for one in run_check(reference=other).checks}
+    assert not any(one.ok for one in found.values())
+    assert found["full: outer: cage_ratio"].low < 0.4301 < found["full: outer: cage_ratio"].high < 0.43011
+    assert found["full: outer: status"].words == ("skidding", "ok")
+    assert math.isnan(found["reading: gone: hz"].value)
+    assert math.isnan(found["reading: H: hz"].low)
+    assert [one["name"] for one in differences(other, NOW)][:2] == ["full: outer: cage_ratio", "full: outer: status"]
+
+
+def test_an_unknown_part_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="part 'nothing' is not known"):
+        run_check("nothing")
+
+
+def test_only_evidence_of_another_behaviour_is_stale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A changed kernel constant makes the evidence stale that names the part, and nothing else."""
+    monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
+    monkeypatch.setattr("srbval.storage.stored_result.code_sha256", lambda _: "same")
+    origin = {
+        "schema_version": 3,
+        "made_utc": "2026-01-01T00:00:00+00:00",
+        "git_revision": "abc",
+        "code_sha256": "same",
+    }
+    for name, part in (("stability", "full"), ("reading", "reading")):
+        content = origin | {"kind": name, "fingerprint": {part: NOW[part]}}
+        write_json(tmp_path / f"{name}.json", content)
+    write_json(tmp_path / "naming.json", origin | {"kind": "naming", "evidence_kind": "recorded"})
+    assert stale_evidence(NOW) == ()
+    drifted = NOW | {"full": {**NOW["full"], "outer: cage_ratio": 0.43001}}
+    (one,) = stale_evidence(drifted)
+    assert one["file"] == "stability.json"
+    assert "part full behaves differently: outer: cage_ratio" in one["why"]
+
+
+def test_no_reference_is_made_of_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
+    with pytest.raises(ConfigurationError, match="nothing was replaced"):
+        write_reference({"full": {"outer: cage_ratio": math.nan}})
+    assert not list(tmp_path.iterdir())
+    write_reference(NOW)
+    monkeypatch.setattr("srbval.storage.behaviour.shipped_folder", lambda _: tmp_path)
+    assert differences(reference_fingerprint(), NOW) == []

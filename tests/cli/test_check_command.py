@@ -1,72 +1,101 @@
-"""`srbval check` on one quick group: what it prints, writes and returns."""
+"""`srbval check` and `srbval evidence` on a made-up fingerprint: what they print and return."""
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from srbval.check.quantities import GROUPS
+from srbval.check import check
 from srbval.cli import main
-from srbval.studies.harness import store_result
+from srbval.storage.behaviour import reference_fingerprint
+from srbval.storage.json_files import write_json
+from srbval.studies import evidence
+from srbval.studies.harness import Study, StudyResult, study_names
 
-ORDERS = {"order_bpfo": 8.1772, "order_bpfi": 10.8228, "order_bsf": 3.4678, "order_ftf": 0.4304}
+NOW = {"full": {"outer: cage_ratio": 0.43, "outer: status": "ok"}}
 
 
 @pytest.fixture
-def reference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A reference of the kinematic orders; nothing else is checked."""
-    monkeypatch.setattr("srbval.check.check.GROUPS", {"kinematics": GROUPS["kinematics"]})
-    rows = [{"name": n, "value": v, "tolerance": 1e-3, "unit": "1", "reason": "rounded"} for n, v in ORDERS.items()]
-    path = tmp_path / "reference.json"
-    path.write_text(json.dumps({"kind": "reference", "schema_version": 1, "quantities": rows}))
-    return path
+def reports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of reports with the reference of `NOW`, and a user's cache of its own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    folder = tmp_path / "reports"
+    folder.mkdir()
+    for module in (check, evidence):
+        monkeypatch.setattr(module, "fingerprint", lambda *_, **__: NOW)
+        monkeypatch.setattr(module, "shipped_folder", lambda _: folder)
+    for module in ("behaviour", "stored_result"):
+        monkeypatch.setattr(f"srbval.storage.{module}.shipped_folder", lambda _: folder)
+    write_json(folder / "fingerprint.json", {"schema_version": 1, "kind": "fingerprint", "parts": NOW})
+    reference_fingerprint.cache_clear()
+    return folder
 
 
-def drift(path: Path) -> None:
-    document = json.loads(path.read_text())
-    document["quantities"][0]["value"] = 8.5
-    path.write_text(json.dumps(document))
+def run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, Any]:
+    code = main([words[0], "--json", *words[1:]])
+    return code, json.loads(capsys.readouterr().out)
 
 
-def test_json(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", "--json", "--reference", str(reference)]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert document["status"] == "ok"
-    assert {check["name"] for check in document["checks"]} == set(ORDERS)
-    for check in document["checks"]:
-        assert {"name", "value", "low", "high", "unit", "ok"} <= set(check)
-        assert check["ok"] is (check["low"] <= check["value"] <= check["high"]) is True
+@pytest.mark.usefixtures("reports")
+def test_within_tolerance(capsys: pytest.CaptureFixture[str]) -> None:
+    code, document = run(["check"], capsys)
+    assert (code, document["status"], document["stale"]) == (0, "ok", [])
+    for one in document["checks"]:
+        assert {"name", "value", "low", "high", "unit", "ok"} <= set(one)
+        assert one["ok"] is (one["low"] <= one["value"] <= one["high"]) is True
+    assert main(["check"]) == 0
+    assert "no stored evidence is stale" in capsys.readouterr().out
 
 
-def test_stale_results_are_named_and_are_no_failure(
-    reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_drift_is_named_and_replaced_only_when_agreed(reports: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = reports / "fingerprint.json"
+    write_json(path, json.loads(path.read_text()) | {"parts": {"full": {"outer: cage_ratio": 0.5}}})
+    reference_fingerprint.cache_clear()
+    before = path.read_bytes()
+    assert main(["check"]) == 1
+    assert "full: outer: cage_ratio: 0.43 is not within 0.4999995 to 0.5000005" in capsys.readouterr().out
+    assert main(["check", "--update"]) == 1
+    assert "give --yes to replace it; 2 quantities differ" in capsys.readouterr().out
+    assert path.read_bytes() == before
+    assert main(["check", "--update", "--yes"]) == 0
+    assert "replaced" in capsys.readouterr().out
+    assert run(["check"], capsys)[1]["status"] == "ok"
+
+
+def test_stale_evidence_fails_the_check_and_is_computed_again(
+    reports: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One result whose sources are as they were, one whose sources are not, one of before sources were stored."""
-    monkeypatch.setattr("srbval.check.check.shipped_folder", lambda _: tmp_path / "reports")
-    origin = {"computed_by": "srbval.errors", "command": "x", "revision": "abc"}
-    for name in ("fresh", "changed"):
-        store_result(name, {}, path=tmp_path / "reports" / f"{name}.json", **origin)
-    changed = tmp_path / "reports" / "changed.json"
-    changed.write_text(changed.read_text().replace('"sources_sha256": "', '"sources_sha256": "0'))
-    (tmp_path / "reports" / "old.json").write_text('{"kind": "old"}')
-    assert main(["check", "--json", "--reference", str(reference)]) == 0
-    stale = json.loads(capsys.readouterr().out)["stale"]
-    assert [one["file"] for one in stale] == ["changed.json", "old.json"]
-    assert "sources of srbval.errors have changed" in stale[0]["why"]
-    assert main(["check", "--reference", str(reference)]) == 0
-    assert "note: reports/changed.json is stale" in capsys.readouterr().out
+    name = next(one for one in study_names() if one != "naming")
+    old = {"schema_version": 3, "kind": name, "made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc"}
+    write_json(reports / f"{name}.json", old)
+    code, document = run(["check"], capsys)
+    assert (code, document["status"]) == (1, "stale")
+    assert document["stale"][0]["file"] == f"{name}.json"
+    found = StudyResult(name=name, content={"rows": [1]}, text="")
+    monkeypatch.setattr(Study, "run", property(lambda _: lambda *_: found))
+    monkeypatch.setattr("srbval.studies.harness.load_study", lambda _: study)
+    study = Study(name=name, question="?", minutes=0.1, parts=("full",))
+    monkeypatch.setattr(evidence, "load_study", lambda _: study)
+    monkeypatch.setattr(evidence, "study_names", lambda: (name,))
+    monkeypatch.setattr(evidence, "git_revision", lambda: "def")
+    monkeypatch.setattr(evidence, "is_source_tree", lambda: True)
+    code, document = run(["evidence", name], capsys)
+    assert (code, document["status"]) == (0, "ok")
+    (result,) = document["results"]
+    assert {"name", "kind", "fresh", "why", "made_utc", "machine", "minutes"} <= set(result)
+    assert (result["name"], result["kind"], result["fresh"]) == (name, "evidence", True)
+    assert json.loads((reports / f"{name}.json").read_text())["rows"] == [1]
+    assert run(["check"], capsys)[0] == 0
+    code, document = run(["evidence", "--list"], capsys)
+    assert (code, document["results"][0]["fresh"]) == (0, True)
 
 
-def test_drift_is_said_and_replaced_only_when_agreed(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    drift(reference)
-    before = reference.read_bytes()
-    assert main(["check", "--reference", str(reference)]) == 1
-    assert "order_bpfo: 8.17723534 is not within 8.499 to 8.501 1; its tolerance: rounded" in capsys.readouterr().out
-    assert main(["check", "--update", "--reference", str(reference)]) == 1
-    shown = capsys.readouterr().out
-    assert all(text in shown for text in ("order_bpfo", "-322", "left as it was; give --yes to replace it"))
-    assert reference.read_bytes() == before
-    assert main(["check", "--update", "--yes", "--reference", str(reference)]) == 0
-    assert main(["check", "--reference", str(reference)]) == 0
-    assert main(["check", "--reference", str(reference.with_name("none.json"))]) == 3
-    assert "no such file" in capsys.readouterr().err
+@pytest.mark.usefixtures("reports")
+def test_a_result_on_recordings_that_do_not_ship_is_not_computed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study = Study(name="naming", question="?", minutes=1, kind=evidence.ResultKind.RECORDED)
+    monkeypatch.setattr(evidence, "load_study", lambda _: study)
+    assert main(["evidence", "naming"]) == 2
+    assert "rests on recordings that do not come with srbval" in capsys.readouterr().err

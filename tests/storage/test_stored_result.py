@@ -1,84 +1,84 @@
-"""Stored results: the newest one that can be read, wherever it lies; why one no longer holds."""
+"""Stored results: the newest one that can be read, wherever it lies; why evidence no longer holds."""
 
-from dataclasses import replace
+import math
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from srbval.errors import DataError
 from srbval.storage import stored_result
-from srbval.storage.files import file_sha256
-from srbval.storage.stored_result import StoredResult, newest_result
-from srbval.studies import harness
-from srbval.studies.harness import store_result
+from srbval.storage.behaviour import changed_parts, differing, fingerprint_of, same
+from srbval.storage.json_files import write_json
+from srbval.storage.stored_result import ResultKind, StoredResult, newest_result
 
-ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval study run waves", "revision": "abc"}
+NAME = "stability"
+NOW = {"full": {"outer: cage_ratio": 0.43, "outer: rms_m_s2": 2.0}, "reading": {"H: hz": 97.0}}
+CONTENT: dict[str, Any] = {
+    "schema_version": 3, "kind": NAME, "made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc",
+    "command": "srbval evidence", "minutes": 5.5, "machine": {"processor": "P", "usable_cores": 2},
+    "code_sha256": "own", "fingerprint": {"full": NOW["full"]},
+}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
-def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's cache, and a repository with an input."""
-    for module in (stored_result, harness):
-        monkeypatch.setattr(module, "cache_folder", lambda kind: tmp_path / "cache" / kind)
-        monkeypatch.setattr(module, "shipped_folder", lambda name: tmp_path / "repository" / name)
-    for name in ("reports", "data_manifest"):
-        (tmp_path / "repository" / name).mkdir(parents=True)
-    (tmp_path / "repository/data_manifest/a.csv").write_text("1")
-    return tmp_path
+def own_hash(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stored_result, "code_sha256", lambda _: "own")
 
 
-def stored(**changes: Any) -> StoredResult:
-    origin = {key: changes.pop(key, value) for key, value in ORIGIN.items()}
-    path, inputs = changes.pop("path", None), changes.pop("inputs", {})
-    return store_result("waves", {"cells": [1]} | changes, inputs=inputs, path=path, **origin)
+def result(**changes: Any) -> StoredResult:
+    return StoredResult(path=Path(f"{NAME}.json"), content=CONTENT | changes)
 
 
-def test_the_newest_is_found_with_its_origin(root: Path) -> None:
-    assert newest_result("waves") is None
-    machine = {"processor": "P", "usable_cores": 2}
-    assert stored(made_utc="2026-01-01T00:00:00+00:00", machine=machine).path == root / "cache/results/waves.json"
-    found = newest_result("waves")
-    assert found.content["cells"] == [1]
+def test_the_newest_is_found_with_its_origin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stored_result, "cache_folder", lambda _: tmp_path / "cache")
+    monkeypatch.setattr(stored_result, "shipped_folder", lambda _: tmp_path)
+    assert newest_result(NAME) is None
+    write_json(tmp_path / f"{NAME}.json", CONTENT)
+    (tmp_path / "cache").mkdir()
+    write_json(tmp_path / "cache" / f"{NAME}.json", CONTENT | {"made_utc": "2026-01-02T00:00:00+00:00"})
+    found = newest_result(NAME)
+    assert found is not None
+    assert found.path.parent.name == "cache"
     assert found.origin == {
-        "made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval study run waves",
-        "processor": "P", "usable_cores": 2, "file": "waves.json",
+        "kind": "evidence", "made_utc": "2026-01-02T00:00:00+00:00", "git_revision": "abc", "minutes": 5.5,
+        "command": "srbval evidence", "processor": "P", "usable_cores": 2, "file": f"{NAME}.json",
     }  # fmt: skip
-    stored(made_utc="2026-01-02T00:00:00+00:00", cells=[2], path=root / "repository/reports/waves.json")
-    assert newest_result("waves").content["cells"] == [2]  # type: ignore[union-attr]
-
-
-def test_a_result_holds_until_its_sources_or_inputs_change(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shipped = root / "repository/data_manifest/a.csv"
-    stored(inputs={"data_manifest/a.csv": file_sha256(shipped), "X_709rpm": "f00"})
-    result = newest_result("waves")
-    assert result.stale is None
-    shipped.write_text("2")
-    assert "data_manifest/a.csv" in (replace(result).stale or "")
-    once = StoredResult(path=result.path, content=result.content | {"computed_once": "blind"})
-    assert "data_manifest/a.csv" in (once.stale or "")  # what it is of must stay
-    shipped.write_text("1")
-    monkeypatch.setattr(stored_result, "sources_sha256", lambda _: "other")
-    assert "sources of srbval.errors" in (replace(result).stale or "")
-    assert replace(once).stale is None  # it documents one revision: the sources of a later one do not matter
+    write_json(tmp_path / "cache" / f"{NAME}.json", CONTENT | {"kind": "another"})
+    assert newest_result(NAME).path.parent == tmp_path  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize(
-    ("change", "why"),
+    ("changes", "why"),
     [
-        ({"sources_sha256": None}, "by which sources"), ({"inputs_sha256": []}, "by which sources"),
-        ({"git_revision": "abc-dirty"}, "changed working tree"), ({"computed_by": "srbval.nowhere"}, "no more"),
+        ({}, None),
+        ({"git_revision": "abc-dirty"}, "changed working tree"),
+        ({"code_sha256": "other"}, "computes something else"),
+        ({"fingerprint": None}, "does not state the fingerprint"),
+        ({"fingerprint": {"full": {**NOW["full"], "outer: rms_m_s2": 2.001}}}, "part full behaves differently"),
+        ({"fingerprint": {"full": {**NOW["full"], "gone": 1.0}}}, "gone"),
     ],
-)  # fmt: skip
-def test_a_result_of_unknown_origin_does_not_hold(change: dict[str, Any], why: str) -> None:
-    result = stored()
-    assert why in (replace(result, content=result.content | change).stale or "")
+)
+def test_evidence_is_stale_if_what_it_depends_on_has_changed(changes: dict[str, Any], why: str | None) -> None:
+    found = result(**changes).why_stale(NOW)
+    assert found is None if why is None else why in (found or "")
 
 
-def test_a_changed_working_tree_keeps_its_results_to_itself(root: Path) -> None:
-    path = root / "repository/reports/waves.json"
-    with pytest.raises(DataError, match=r"reports/waves\.json.*abc-dirty.*cache/results/waves\.json"):
-        stored(revision="abc-dirty", path=path)
-    assert not path.exists()
-    assert newest_result("waves").path == root / "cache/results/waves.json"  # type: ignore[union-attr]
-    assert stored(revision="abc-dirty", path=root / "elsewhere.json").path.exists()
+@pytest.mark.parametrize(
+    ("changes", "kind"), [({"evidence_kind": "recorded"}, "recorded"), ({"computed_once": "blind"}, "document")]
+)
+def test_other_kinds_are_never_stale(changes: dict[str, Any], kind: str) -> None:
+    found = result(**changes, code_sha256="other")
+    assert found.kind is ResultKind(kind)
+    assert found.why_stale({}) is None
+
+
+def test_values_agree_within_their_tolerance() -> None:
+    assert same("outer: rms_m_s2", 1e-12, 3e-11)  # rounding of a theoretical zero
+    assert same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-7))
+    assert not same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-5))
+    assert same("a", math.nan, math.nan)
+    assert not same("a", math.nan, 1.0)
+    assert not same("a: status", "ok", "skidding")
+    assert differing({"a": 1.0, "b": 2.0}, {"b": 2.1, "c": 3.0}) == ["b", "c", "a"]
+    assert changed_parts(NOW, NOW | {"reading": {}}, ["full"]) == {}
+    assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0
