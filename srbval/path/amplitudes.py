@@ -23,11 +23,10 @@ from srbval.reading.locked import locked_powers
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.scene import BANDS_HZ
+from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, power_density
 
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
-THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
-LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
 MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
@@ -37,6 +36,17 @@ HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
 NEAR_BINS, NOISE_BINS = 1.5, 40
 DB_OF_SHARE = 10 / math.log(10)  # a small relative change of a power, in dB
 TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise repeats exactly
+
+
+def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
+    """Edges of the third octaves (base ten) whose middles lie in a band, by their exact middles [Hz]."""
+    first, last = (10 * math.log10(one) for one in band_hz)
+    middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
+    return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
+
+
+THIRD_OCTAVES = {f"{hz:.0f} Hz": hz for hz in third_octaves(WHOLE_HZ)}
+LEVEL_BANDS = {f"{hz:.0f} Hz": edges for hz, edges in third_octaves(WHOLE_HZ).items()}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, stored_run
-from srbval.path.amplitudes import DB_OF_SHARE, SIDEBANDS, decibels, pattern
+from srbval.path.amplitudes import DB_OF_SHARE, SIDEBANDS, WHOLE_HZ, decibels, pattern, third_octaves
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import SPACINGS, locked_powers
@@ -44,8 +44,7 @@ from srbval.signal.locked import LockedMean
 if TYPE_CHECKING:
     import pandas as pd
 
-# The drives of the paper's rig have tones near 4 and 8 kHz at any speed; below 400 Hz its frame answers.
-BAND_HZ = (400.0, 3150.0)
+BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
 RATIOS = (0.1, 30.0)  # range of cross over load in which the ratio is searched
 WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of a ratio anywhere in that range
 RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
@@ -81,13 +80,6 @@ class Pair:
 
     record: Recording
     run: Run
-
-
-def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges of the third octaves whose middles lie in a band, by their middles [Hz]."""
-    first, last = (10 * math.log10(one) for one in band_hz)
-    middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
-    return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
 
 
 def identify(
