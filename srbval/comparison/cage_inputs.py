@@ -1,4 +1,4 @@
-"""What the published dimensions of a ball or roller bearing leave open of its cage ratio.
+"""Uncertainty of the cage ratio of a ball or roller bearing that is known by its published dimensions.
 
 The ratio is (1 - s) (1 - d / D cos(alpha)) / 2 with d and D the diameters of elements and pitch circle, contact angle
 alpha and slip s, by which the cage lags (as in `identity`). A deep groove ball bearing has no contact angle under a
@@ -40,7 +40,7 @@ def free_contact_angle_rad(clearance_m: FloatArray, groove_sum: FloatArray, ball
 
 
 def largest_clearance_m(elements: RollingElements) -> float:
-    """Of class C3 at the bore that the dimensions mean; in proportion to it beyond the table."""
+    """Largest clearance of class C3 at the bore that follows from the dimensions; in proportion beyond the table."""
     table = _ranges()["largest_clearance"]
     bore_mm = 1e3 * (elements.pitch_diameter_m - _ranges()["ball_diameters_to_bore"] * elements.element_diameter_m)
     return 1e-6 * next((um for most_mm, um in table if bore_mm <= most_mm), table[-1][1] * bore_mm / table[-1][0])
@@ -48,7 +48,7 @@ def largest_clearance_m(elements: RollingElements) -> float:
 
 @cache
 def cage_inputs(elements: RollingElements) -> CageInputs:
-    """What is open, drawn together (Latin hypercube, always the same draws)."""
+    """Shift and uncertainty by all uncertain dimensions, drawn together (Latin hypercube, always the same draws)."""
     from scipy.stats import t
     from scipy.stats.qmc import LatinHypercube
 

@@ -1,8 +1,8 @@
 """The mean cage ratio over the records of each speed, which differ by more than their readings: random effects.
 
-Mounting, load zone, temperature, the cage itself are others in each record. The ratios y are X m + b + e: effects m by
-the design X, b normal and independent of the standard deviation tau, e normal of the records' joint covariance, in
-which the tachometer's scale is one for all. The effects have flat priors, tau that of Jeffreys, the root of its Fisher
+Mounting, load zone, temperature and cage differ from record to record. The ratios y are X m + b + e: effects m by the
+design X, b normal and independent with standard deviation tau, e normal with the records' joint covariance, in which
+the tachometer's scale is common to all. The effects have flat priors, tau that of Jeffreys, the root of its Fisher
 information in the restricted likelihood (in meta-analysis: Bodnar et al. 2017, Stat. Med. 36, 378; with a design:
 Roever & Friede 2023, Comput. Methods Programs Biomed. 229, 107303; both quoted from memory, not checked). It has no
 scale to choose; where records scatter by far more than their readings, intervals are those of Student's t. Given tau
@@ -34,12 +34,12 @@ NEAREST, FARTHEST = 0.02, 50.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CageMeans:
-    """Mean cage ratio over the records of each nominal speed [rpm], rising, and how records scatter about it.
+    """Mean cage ratio over the records of each nominal speed [rpm], rising, and the records' scatter about it.
 
-    `between_u` is the standard deviation between records, the median of its distribution, and `between_ci95` its 95 %
-    interval; `draws` are of the means' joint distribution, [draws, speeds], `outer_less_inner` of how much higher it
-    is with a fault of the outer race than with one of the inner, [draws], None where no records show that; for the
-    means all records of a speed are alike.
+    `between_u` is the standard deviation between records (median of its distribution), `between_ci95` its 95 %
+    interval. `draws`, [draws, speeds], sample the joint distribution of the means, in which all records of a speed are
+    alike. `outer_less_inner`, [draws], samples the difference between faults of the outer and the inner race; None if
+    the records do not allow it.
     """
 
     rpm: tuple[float, ...]
@@ -52,7 +52,7 @@ class CageMeans:
 
 
 def covariance(readings: Sequence[CageReading]) -> FloatArray:
-    """Of the records' ratios by reading and speed, [records, records]: the tachometer's scale is common to all."""
+    """Covariance of the records' ratios by reading and speed, [records, records]; the tachometer's scale is shared."""
     per_speed = np.array([one.per_speed for one in readings])
     scale_u = SCALE_CI95 / NORMAL_95
     own = [one.reading_u**2 + max(one.speed_u**2 - (one.per_speed * scale_u) ** 2, 0.0) for one in readings]
@@ -60,7 +60,7 @@ def covariance(readings: Sequence[CageReading]) -> FloatArray:
 
 
 def cage_means(readings: Sequence[CageReading]) -> CageMeans:
-    """Of the records' ratios, by nominal speed; `DataError` where no speed has two records."""
+    """Means of the records' ratios by nominal speed; `DataError` if no speed has two records."""
     rpm, place = np.unique([one.nominal_rpm for one in readings], return_inverse=True)
     if len(readings) <= rpm.size:
         raise DataError(f"{len(readings)} records at {rpm.size} speeds show a cage ratio; two at one speed are needed.")
@@ -82,10 +82,10 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 
 
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
-    """Effects [records, effects] of the nominal speeds, rising, of a fault of a race, and how far the races are apart.
+    """Design [records, effects]: the nominal speeds, rising, a fault of a race, and outer less inner race.
 
-    The last is the difference of outer and inner race. A fault of either may shift the cage against records without,
-    which else would count as scatter between records; left out where there are none without.
+    A fault of either race may shift the cage against records without one, which would otherwise count as scatter
+    between records; this effect is left out if there are no records without.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)
@@ -103,7 +103,7 @@ class RandomEffects(NamedTuple):
 
 
 def random_effects(values: FloatArray, covariance: FloatArray, design: FloatArray) -> RandomEffects:
-    """Of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank, with fewer effects than n."""
+    """Random effects of `values` [n] with `covariance` [n, n] and a `design` [n, effects] of full rank, effects < n."""
     spread = float(np.std(values - design @ np.linalg.lstsq(design, values)[0]))
     tau = np.geomspace(NEAREST, FARTHEST, GRID) * max(spread, float(np.sqrt(np.diag(covariance).max())))
     inverse = np.linalg.inv(covariance + tau[:, None, None] ** 2 * np.eye(values.size))

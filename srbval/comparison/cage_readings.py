@@ -1,13 +1,12 @@
 """The cage ratio of every record of the rig.
 
-How a record is read does not depend on what it shows. Everything is followed over shaft angle; harmonics of the shaft
-count neither as line nor as noise. The comb of a race's fault stands in the squared envelope, of that band of `BANDS`
-in which its first harmonic is the highest over the noise. Rollers that pass leave a comb of BPFO in the vibration
-itself, tens of narrow lines up to `BANDS`' upper end, in a healthy bearing and in one with a roller's fault too; it
-counts where it is as improbable as a line has to be, by noise and by its rank among placebos (`rank_among_placebos`).
-The fault's comb says whose cage it is: where both agree within their intervals the more precise one is taken, else that
-of the fault. The other one is kept as a check. A comb of passages without a fault's may be another cage's of the shaft,
-which carries four such bearings of two rows.
+All records are read in the same way, over shaft angle; harmonics of the shaft count neither as line nor as noise. The
+comb of a race's fault is read in the squared envelope, in that band of `BANDS` in which its first harmonic is the
+highest over the noise. Passing rollers leave a comb of BPFO in the vibration itself, tens of narrow lines up to the
+upper end of `BANDS`, also in a healthy bearing and in one with a roller's fault; it counts if it is as improbable as a
+detected line, by noise and by its rank among placebos (`rank_among_placebos`). The fault's comb identifies the cage: if
+both combs agree within their intervals the more precise one is taken, else that of the fault, and the other is kept as
+a check. A comb of passages alone may belong to another cage of the shaft, which carries four bearings of two rows.
 """
 
 import math
@@ -40,10 +39,9 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 class CageReading:
     """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
 
-    That by reading is of the ratio in the long run, about which a cage that slips unevenly wanders within the record.
-    `per_speed` is the ratio's change per relative error of the shaft speed, -c where a comb of BPFO was read and 1 - c
-    where one of BPFI was. `read_from` names the comb, `band_hz` the band that it stands in. `check` is the same by the
-    record's other comb, where that shows.
+    `reading_u` refers to the long-run ratio, about which a cage that slips unevenly wanders within the record.
+    `per_speed` is the ratio's change per relative error of the shaft speed: -c by a comb of BPFO, 1 - c by one of BPFI.
+    `read_from` names the comb, `band_hz` its band. `check` is the reading of the record's other comb, if it is found.
     """
 
     record: str
@@ -60,13 +58,13 @@ class CageReading:
 
 
 def cage_readings(recordings: Iterable[Recording], bearing: Bearing) -> tuple[CageReading, ...]:
-    """Of each record, the slower first, that shows a comb; a record without a measured course of its speed does not."""
+    """Readings of the records that show a comb, the slower records first."""
     read = [one for recording in recordings if (one := cage_reading(recording, bearing)) is not None]
     return tuple(sorted(read, key=lambda one: (one.nominal_rpm, one.state, one.record)))
 
 
 def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
-    """Of one record; None where no comb shows, the record is short, or no course of the speed was measured."""
+    """Reading of one record; None if no comb is found, the record is short, or the course of its speed is unknown."""
     speed, state = recording.speed, recording.state
     if speed is None or state is None or speed.source not in MEASURED_SPEEDS:
         return None
@@ -85,7 +83,7 @@ def cage_reading(recording: Recording, bearing: Bearing) -> CageReading | None:
 
 
 def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """By the comb of the record's own fault in the squared envelope."""
+    """Reading by the comb of the record's own fault in the squared envelope."""
     family = next(f for f in families_of(bearing, speed.value_hz) if recording.state and f.name == recording.state.line)
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
@@ -106,7 +104,7 @@ def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trackin
 
 
 def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
-    """By the multiples of BPFO in the vibration: forced lines follow the shaft, so that no envelope is needed first."""
+    """Reading by the multiples of BPFO in the vibration: forced lines follow the shaft, so no envelope is needed."""
     band_hz = BANDS[-1]
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)

@@ -13,7 +13,7 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.tables import build, read_toml
 
-BAND = "band"
+BAND = ("band.low_hz", "band.high_hz")
 POINTS, LOG_POINTS = 3, 9  # values of one input tried alone
 
 
@@ -58,24 +58,23 @@ def drawn(inputs: Sequence[OpenInput], scene: Scene, shares: Sequence[float | No
 
     Raises `ConfigurationError` for an input that a scene does not have.
     """
-    band = dict(zip(("low_hz", "high_hz"), SIMULATED_BAND_HZ, strict=True))
-    for one, share in zip(inputs, shares, strict=True):
-        if share is None:
-            continue
+    band = dict(zip(BAND, SIMULATED_BAND_HZ, strict=True))
+    for one, share in ((one, share) for one, share in zip(inputs, shares, strict=True) if share is not None):
         value = one.value(share)
+        if of_reading(one):
+            band[one.keys[0]] = float(value)
+            continue
         for key in one.keys:
-            if key.startswith(f"{BAND}."):
-                band[key.removeprefix(f"{BAND}.")] = float(value)
-            else:
-                scene = _with(scene, key, value, one.relative)
+            scene = _with(scene, key, value, one.relative)
         for key, own in one.with_choice.get(str(value), {}).items():
             scene = _with(scene, key, own, relative=False)
-    return scene, (band["low_hz"], band["high_hz"])
+    low_hz, high_hz = band.values()
+    return scene, (low_hz, high_hz)
 
 
 def of_reading(one: OpenInput) -> bool:
     """True for the ends of the envelope's band, which belong to the reading, not to the scene; they stand last."""
-    return one.keys[0].startswith(f"{BAND}.")
+    return one.keys[0] in BAND
 
 
 def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
@@ -93,5 +92,4 @@ def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
 
 def open_inputs() -> tuple[OpenInput, ...]:
     """The inputs of the paper's scene."""
-    rows = enumerate(read_toml(BUDGET)["input"], start=1)
-    return tuple(build(OpenInput, row, f"{BUDGET.name} input {number}") for number, row in rows)
+    return tuple(build(OpenInput, row, f"{BUDGET.name} {row['name']}") for row in read_toml(BUDGET)["input"])

@@ -96,10 +96,3 @@ def published_rpm(state: Fault, motor_rpm: float) -> tuple[float, float]:
     lag_low, lag_high = low - slow, high - fast
     lag = lag_low + (lag_high - lag_low) * (motor_rpm - low) / (high - low)
     return motor_rpm - lag, abs(lag_high - lag_low) / 2
-
-
-def one_speed_reading(printed: Table6, bearing: Bearing) -> tuple[float, float]:
-    """Shaft speed [rpm] and deviation of the cage [%] if both of the paper's rig lines came from one speed."""
-    outer, inner = printed.of("outer").rig_hz, printed.of("inner").rig_hz
-    shaft_hz = (outer + inner) / bearing.rolling_elements
-    return 60 * shaft_hz, deviation_pct(outer, bearing.orders.bpfo * shaft_hz)

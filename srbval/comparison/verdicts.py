@@ -12,16 +12,10 @@ change that a finer run makes. `p_beyond` is the chance that E lies beyond the l
 
 If the truth lies on the limit either wrong verdict has at most the chance `risk`. The study `inputs` counts how often
 each verdict is given on simulated rigs, with the functions of this file.
-
-`joint_tests` tests all endpoints together. The errors of all endpoints have one distribution, by paired draws of the
-model and of the rig, which includes what inputs, tachometer and the scatter between records do to several of them.
-D^2 = E' C^-1 E with their covariance C is compared with the same of the draws about their mean, which are not normal
-if that scatter is estimated from few records. Holm's procedure adjusts the endpoints' own chances.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,8 +34,7 @@ SEED = 4
 Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the stored result ``inputs``
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Endpoint:
+class Endpoint(NamedTuple):
     """A difference of cage ratios: `weights` of the records' ratios in it, and draws of the rig's value [ratio]."""
 
     name: str
@@ -57,14 +50,14 @@ def endpoints(readings: Sequence[CageReading], means: CageMeans) -> Iterator[End
     speeds = np.array([[float(one.nominal_rpm == rpm) for rpm in means.rpm] for one in readings])
     slowest, fastest = means.rpm[0], means.rpm[-1]
     mean = np.linalg.pinv(speeds).round(12)
-    yield Endpoint(name=f"{fastest:g} rpm", weights=mean[-1], rig=means.draws[:, -1])
+    yield Endpoint(f"{fastest:g} rpm", mean[-1], means.draws[:, -1])
     if slowest < fastest:
-        name, trend = f"{slowest:g} less {fastest:g} rpm", means.draws[:, 0] - means.draws[:, -1]
-        yield Endpoint(name=name, weights=mean[0] - mean[-1], rig=trend)
+        trend = means.draws[:, 0] - means.draws[:, -1]
+        yield Endpoint(f"{slowest:g} less {fastest:g} rpm", mean[0] - mean[-1], trend)
     if means.outer_less_inner is not None:
         apart = np.linalg.pinv(race_design(readings))[-1].round(12)
         codes = " less ".join(race.code for race in RACE_DEFECTS)
-        yield Endpoint(name=codes, weights=apart, rig=means.outer_less_inner)
+        yield Endpoint(codes, apart, means.outer_less_inner)
 
 
 def verdicts(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> list[Row]:
@@ -148,8 +141,10 @@ def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> Flo
 def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
     """Test of all endpoints together for every scene: mean errors [% of the rig's ratio], D^2 and its chance `p`.
 
-    `p` is the chance of so large a D^2 if the model were right in all endpoints, `p_holm` that of each alone after
-    Holm.
+    The errors have one distribution, by paired draws of the model and of the rig, which includes what inputs,
+    tachometer and scatter between records do to several endpoints. D^2 = E' C^-1 E with their covariance C is compared
+    with the same of the draws about their mean, which are not normal if that scatter is estimated from few records.
+    `p` is the chance of so large a D^2 if the model were right, `p_holm` that of each endpoint alone after Holm.
     """
     means = cage_means(readings)
     of = list(endpoints(readings, means))

@@ -12,7 +12,7 @@ from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.comparison import Row, deviation_pct, rows_of
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
+from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
@@ -39,7 +39,6 @@ def compared_rows(
     comparisons = matrix.comparisons[matrix.comparisons["record"].isin(shown)]
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
-    rpm, cage_pct = one_speed_reading(printed, bearing)
     stored = found.results.content("inputs")
     rows = verdicts(found.cage_readings, stored)
     return {
@@ -54,7 +53,6 @@ def compared_rows(
         "matrix": rows_of(matrix.records),
         "speed_and_slip": (*matrix_rows(matrix.records, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
-        "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
         "recordings": tuple(registered),
         "recordings_not_used": [
             {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
