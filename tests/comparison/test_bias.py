@@ -51,9 +51,14 @@ def test_student_s_interval_over_records():
 def test_rows_are_pooled_by_kind_scene_and_use_and_never_across():
     unseen = row(99.0, "c", rig=QuantityValue(value=0.0, present=False))
     few = [row(1.0, "a"), row(3.0, "a"), row(-4.0, "b"), unseen, row(1.0, "a", kind=PRESENCE.kind)]
-    withheld, fit, paper, other = found_biases([
-        *few, row(8.0, "d", used_for="fit"), row(7.0, "a", scene="paper"), row(1.0, "a", kind=HARMONIC[3].kind),
-    ])  # fmt: skip
+    withheld, fit, paper, other = found_biases(
+        [
+            *few,
+            row(8.0, "d", used_for="fit"),
+            row(7.0, "a", scene="paper"),
+            row(1.0, "a", kind=HARMONIC[3].kind),
+        ]
+    )
     assert (withheld["scene"], withheld["used_for"], withheld["records"], withheld["pairs"]) == (
         "rig",
         "withheld",

@@ -50,10 +50,17 @@ def simulated(seed, state, ratio, *, shaft_hz=SHAFT_HZ, other_cage=0.0, jitter=0
     speed_hz = shaft_hz * (1 + drift * (np.linspace(0, 1, 1280) - 0.5))
     speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-4 * shaft_hz, source=SpeedSource.TACHOMETER)
     return Recording(
-        name=f"{state}_{seed}", origin=Origin.STAND_IN, channels={"a": signal}, channel="a", fs_hz=FS_HZ, unit="m/s2",
-        state=state, speed=speed, speed_signal=SpeedSignal(values_hz=speed_hz, rate_hz=1280 / SECONDS),
+        name=f"{state}_{seed}",
+        origin=Origin.STAND_IN,
+        channels={"a": signal},
+        channel="a",
+        fs_hz=FS_HZ,
+        unit="m/s2",
+        state=state,
+        speed=speed,
+        speed_signal=SpeedSignal(values_hz=speed_hz, rate_hz=1280 / SECONDS),
         nominal_rpm=60 * shaft_hz,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -132,8 +139,9 @@ def test_a_fault_that_shifts_one_race_is_no_scatter_between_records():
     one = replace(cage_reading(simulated(2, Fault.OUTER, 0.43), BEARING), reading_u=1e-5)
     read = [
         replace(one, state=state, nominal_rpm=rpm, ratio=0.43 * (1 + 0.002 * (state is Fault.OUTER) + off))
-        for rpm, off in ((353.0, 1e-4), (877.0, -1e-4)) for state in states
-    ]  # fmt: skip
+        for rpm, off in ((353.0, 1e-4), (877.0, -1e-4))
+        for state in states
+    ]
     apart = cage_means(read).outer_less_inner / 0.43
     assert apart.mean() == pytest.approx(0.002, rel=0.05)
     assert apart.std() < 0.0003

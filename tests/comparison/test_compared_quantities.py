@@ -32,17 +32,25 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2, sidebands=()):
 
     def line(name, harmonic, depth, shown=True):
         return Line(
-            name=name, harmonic=harmonic, kinematic_hz=108.2, found_hz=harmonic * found_hz, ci95_hz=0.01, snr=200.0,
-            depth=depth, detected=shown,
-        )  # fmt: skip
+            name=name,
+            harmonic=harmonic,
+            kinematic_hz=108.2,
+            found_hz=harmonic * found_hz,
+            ci95_hz=0.01,
+            snr=200.0,
+            depth=depth,
+            detected=shown,
+        )
 
     lines = [line("BPFI", 1, 1.0), line("BPFI", 2, depth_second, detected)]
     lines += [replace(line(name, 1, depth), **dict(sidebands)) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
     return SimpleNamespace(
-        lines=lines, line_of=lambda _: lines[0], speed=SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001),
+        lines=lines,
+        line_of=lambda _: lines[0],
+        speed=SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001),
         recording=SimpleNamespace(file="made", name="made"),
         bearing=SimpleNamespace(rolling_elements=19),
-    )  # fmt: skip
+    )
 
 
 def known(*effects):
@@ -125,9 +133,10 @@ def test_the_run_s_own_speed_gives_the_model_s_cage():
 
 def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):
     row = ComparedQuantity(
-        kind="depth", name="{line} depth",
+        kind="depth",
+        name="{line} depth",
         read=lambda analysis, fault: QuantityValue(value=20 * math.log10(analysis.line_of(fault).depth)),
-    )  # fmt: skip
+    )
     monkeypatch.setattr(compared_quantities, "COMPARED", (*COMPARED, row))
     found = rows(analysis(), analysis())["BPFI depth"]
     assert (found["kind"], found["unit"], found["error"]) == ("depth", "dB", 0.0)

@@ -45,9 +45,12 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
     turns = np.arange(int(FS_HZ * SECONDS)) * rig.speed.value_hz / FS_HZ
     orders = dataclasses.replace(BEARING.orders, bpfo=19 * CAGE, bpfi=19 * (1 - CAGE))
     made = dataclasses.replace(
-        recording, origin=Origin.SIMULATED, band_hz=recording.band_hz,
-        channels={"x": vibration(state, orders, turns, np.random.default_rng(99))}, channel="x",
-    )  # fmt: skip
+        recording,
+        origin=Origin.SIMULATED,
+        band_hz=recording.band_hz,
+        channels={"x": vibration(state, orders, turns, np.random.default_rng(99))},
+        channel="x",
+    )
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     case = SimpleNamespace(base="paper")
@@ -158,22 +161,11 @@ def test_healthy_cells_are_baselines_and_cost_no_run(matrix: Matrix, folder: Pat
     assert Fault.HEALTHY not in asked
 
 
-def test_faults_are_called_against_the_healthy_cell(matrix: Matrix) -> None:
-    calls = {Fault(state): call for state, call in matrix.records.set_index("state")["call"].items()}
-    assert calls[Fault.OUTER].risen is Fault.OUTER
-    assert calls[Fault.INNER].risen is Fault.INNER
-    assert calls[Fault.HEALTHY].risen is None
-
-
-@pytest.mark.parametrize("damaged", [False, True])
-def test_without_a_healthy_record_a_line_alone_cannot_tell(damaged: bool, tmp_path: Path) -> None:
-    for code in ("H", "OR") if damaged else ("OR",):
+def test_without_a_healthy_record_a_line_alone_does_not_name_a_fault(tmp_path: Path) -> None:
+    for code in ("H", "OR"):
         rig_file(tmp_path, code)
     add(tmp_path)
-    if damaged:
-        (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
-    found = build_matrix(
-        rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, effects={}, jobs=1
-    )
+    (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
+    found = build_matrix(rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, effects={}, jobs=1)
     (call,) = found.records["call"]
     assert (call.baseline, call.risen) == (None, None)

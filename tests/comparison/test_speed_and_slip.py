@@ -25,9 +25,15 @@ def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
     bpfo = BEARING.orders.bpfo * shaft_hz * cage
     found = bpfo if line == "BPFO" else (BEARING.orders.bpfo + BEARING.orders.bpfi) * shaft_hz - bpfo
     row = split_speed_and_slip(
-        line, BEARING, (found, 0.01), (speed * 710, 0.1), reference_rpm=710.0, record="made", origin="simulated",
+        line,
+        BEARING,
+        (found, 0.01),
+        (speed * 710, 0.1),
+        reference_rpm=710.0,
+        record="made",
+        origin="simulated",
         speed_source="tachometer",
-    )  # fmt: skip
+    )
     assert row["speed_pct"] == pytest.approx(100 * (speed - 1))
     assert row["cage_pct"] == pytest.approx(100 * (cage - 1), abs=EXACT_PCT)
     assert (1 + row["total_pct"] / 100) == pytest.approx((1 + row["speed_pct"] / 100) * (1 + row["slip_pct"] / 100))
@@ -65,8 +71,9 @@ def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
     records = [record(Fault.HEALTHY), record(Fault.OUTER), record(Fault.INNER), record(Fault.OUTER, detected=False)]
     rows = list(matrix_rows(pd.DataFrame(records), BEARING))
     assert [(r["record"], r["line"], r["origin"]) for r in rows] == [
-        ("outer", "BPFO", "measured"), ("inner", "BPFI", "measured"),
-    ]  # fmt: skip
+        ("outer", "BPFO", "measured"),
+        ("inner", "BPFI", "measured"),
+    ]
     assert [value for r in rows for value in (r["speed_pct"], r["slip_pct"])] == pytest.approx(
         [-2.0, 0.0] * 2, abs=EXACT_PCT
     )

@@ -36,9 +36,14 @@ def test_the_sum_is_blind_to_slip_sees_speed_and_closes_within_its_uncertainty()
     def pair(bpfo_hz: float, bpfi_hz: float, ci95: float | None = None) -> SumRule:
         """Both race lines of 19 rollers, read at 600 rpm."""
         return SumRule(
-            source="x", origin="measured", rolling_elements=19, bpfo_order=bpfo_hz / 10, bpfi_order=bpfi_hz / 10,
-            ci95=ci95, stated_rpm=600.0,
-        )  # fmt: skip
+            source="x",
+            origin="measured",
+            rolling_elements=19,
+            bpfo_order=bpfo_hz / 10,
+            bpfi_order=bpfi_hz / 10,
+            ci95=ci95,
+            stated_rpm=600.0,
+        )
 
     exact, slipped, slower = pair(81.0, 109.0), pair(80.0, 110.0), pair(80.19, 107.91)
     assert (exact.difference_pct, slipped.difference_pct) == pytest.approx((0.0, 0.0), abs=ROUNDING_PCT)

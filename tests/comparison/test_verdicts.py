@@ -26,12 +26,20 @@ def readings(slow_pct: float = 0.0, outer_pct: float = 0.0) -> list[CageReading]
     """Eight precise records, by how much the slow ones and those of the outer race are higher."""
     return [
         CageReading(
-            record=f"{state.code} {rpm:g}", state=state, nominal_rpm=rpm, shaft_rpm=rpm, reading_u=1e-6, speed_u=1e-6,
+            record=f"{state.code} {rpm:g}",
+            state=state,
+            nominal_rpm=rpm,
+            shaft_rpm=rpm,
+            reading_u=1e-6,
+            speed_u=1e-6,
             ratio=RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100),
-            per_speed=-RATIO, read_from="BPFO", band_hz=(1.0, 2.0),
+            per_speed=-RATIO,
+            read_from="BPFO",
+            band_hz=(1.0, 2.0),
         )
-        for rpm in SPEEDS for state in STATES
-    ]  # fmt: skip
+        for rpm in SPEEDS
+        for state in STATES
+    ]
 
 
 def variant(
@@ -57,11 +65,14 @@ def variant(
             for state, rpm in records
         ],
         "effects": [
-            {"name": name, "shares": shares,
-             "ratios": [ratios(rpm, by * np.array([-1.0, 0.0, 1.0])) for _, rpm in records]}
+            {
+                "name": name,
+                "shares": shares,
+                "ratios": [ratios(rpm, by * np.array([-1.0, 0.0, 1.0])) for _, rpm in records],
+            }
             for name, by in moved.items()
         ],
-    }  # fmt: skip
+    }
 
 
 def found(read: list[CageReading], *variants: dict[str, Any]) -> list[Row]:
@@ -71,10 +82,15 @@ def found(read: list[CageReading], *variants: dict[str, Any]) -> list[Row]:
 @pytest.mark.parametrize(
     ("off", "half", "answer"),
     [
-        (0.0, 0.1, Verdict.MET), (0.5, 0.1, Verdict.MET), (-0.5, 0.1, Verdict.MET), (1.0, 0.3, Verdict.NOT_RESOLVED),
-        (2.0, 0.1, Verdict.MISSED), (-2.0, 0.1, Verdict.MISSED), (0.0, 1.5, Verdict.NOT_RESOLVED),
+        (0.0, 0.1, Verdict.MET),
+        (0.5, 0.1, Verdict.MET),
+        (-0.5, 0.1, Verdict.MET),
+        (1.0, 0.3, Verdict.NOT_RESOLVED),
+        (2.0, 0.1, Verdict.MISSED),
+        (-2.0, 0.1, Verdict.MISSED),
+        (0.0, 1.5, Verdict.NOT_RESOLVED),
     ],
-)  # fmt: skip
+)
 def test_each_answer_is_reached_at_one_speed(off: float, half: float, answer: Verdict) -> None:
     one = found(readings(), variant(off * LIMIT, half_pct=half * LIMIT))[LEVEL]
     assert one["verdict"] == answer
