@@ -1,10 +1,10 @@
-"""The one place that names numba: how kernels are compiled, and the cache in which they are kept.
+"""Compilation of kernels by numba, and the cache that keeps them; no other module names numba.
 
 Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for stepping through and for coverage.
 
 Kernels are compiled into the cache by a process that then ends; runs only load them. A compiler's memory stays with its
-process: 430 MB where a run by itself needs 250. And a process of its own can be interrupted at any time, a compiler
-only between its kernels. Results do not depend on who compiled, see `kernel`.
+process: 430 MB, while a run needs 250. A separate process can be interrupted at any time, a compiler only between its
+kernels. Results do not depend on the process that compiled, see `kernel`.
 """
 
 from __future__ import annotations
@@ -38,9 +38,13 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
 # `_nrt`: without reference counting. `forceinline`: within the kernels that call it.
 OPTIONS: dict[str, Any] = {
-    "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False, "forceinline": True,
+    "nogil": True,
+    "fastmath": FAST_MATH,
+    "error_model": "numpy",
+    "_nrt": False,
+    "forceinline": True,
     "no_cfunc_wrapper": True,
-}  # fmt: skip
+}
 WITHOUT_KERNELS = ("kinematic", "impulse")
 RING, RATES = "ring", "rates"  # what a kernel does, see `kernels_of`
 OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
@@ -69,12 +73,11 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
-    """Let kernels call `function`: compiled with each of them. Called from Python it stays what it is.
+    """Let kernels call `function`, which is compiled with each of them; called from Python it stays plain.
 
-    A kernel's machine code calls no other function of ours. Otherwise it would carry weak copies of those, each
-    optimised for its place with its sums in an order of its own, and the linker would take whichever came into memory
-    first: the last digits of a run would depend on what its process had done before, and a rattling roller makes them
-    grow.
+    A kernel's machine code calls no other function of this package. Otherwise it would carry weak copies of them, each
+    optimised with its own order of sums, and the linker would take the copy that came into memory first: the last
+    digits of a run would depend on the history of its process, and a rattling roller makes them grow.
     """
     options = OPTIONS | {"no_cpython_wrapper": True} | more
     part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
@@ -82,7 +85,7 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """As `kernel_part`, but written out in its place before types are known: faster to compile where few places call.
+    """Like `kernel_part`, but inlined before types are known: faster to compile if few places call it.
 
     Called from Python, it is compiled then.
     """
@@ -92,10 +95,10 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @cache
 def load_numba() -> Any:
-    """Numba, set to use vectors of 512 bits where this processor has them.
+    """Import numba, set to use vectors of 512 bits if this processor has them.
 
-    By itself it prefers half of that, for programs that use vectors now and then. A kernel does little else, and a lane
-    group fills one: 0.84 to 0.93 of the time.
+    Its default is half of that, for programs that seldom use vectors. A lane group fills a vector of 512 bits: 0.84 to
+    0.93 of the time.
     """
     import numba.extending
     from llvmlite import binding
@@ -110,7 +113,7 @@ def load_numba() -> Any:
 def kernel_cache_folder() -> Path:
     """Folder of the compiled kernels of exactly this version of the kernels' sources, and of all that these import.
 
-    Numba looks only at a kernel's own file when it decides whether a cached one is still good, not at those it calls.
+    Numba checks only a kernel's own file, not the files it calls, when it decides if a cached kernel is valid.
     """
     package = package_folder()
     sources = (package / "models").rglob("*_kernel.py")
@@ -119,18 +122,18 @@ def kernel_cache_folder() -> Path:
 
 
 def is_compiled(*scenes: Scene) -> bool:
-    """Whether the kernels that `scenes` need are in the cache, or nothing is to be compiled."""
+    """True if the kernels that `scenes` need are in the cache, or nothing is to be compiled."""
     return not _missing(scenes)
 
 
 def precompile(*scenes: Scene, jobs: int | None = None) -> float:
-    """Make sure that the kernels that `scenes` need are in the cache before this process needs them; seconds it took.
+    """Compile the kernels that `scenes` need and that the cache lacks; returns the seconds it took.
 
-    Where another process compiles, this one waits and then looks again.
+    If another process compiles, this one waits and then checks again.
 
-    `jobs` processes compile at a time (default: one for each usable core), each its share of the kernels: neighbours
-    have functions in common. Nothing happens where they are there already, where numba is switched off, and within the
-    compiling process itself. If such a process fails, whatever is missing is compiled here when it is used.
+    `jobs` processes compile at a time (default: one for each usable core), each a share of the kernels. Nothing happens
+    if the cache has them, if numba is switched off, and within the compiling process itself. If such a process fails,
+    this process compiles the missing kernels when it uses them.
     """
     from filelock import FileLock
 
@@ -153,9 +156,9 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
 
 
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs: model, what the kernel does, cages, oil, free rollers.
+    """Names of the kernels that the scene's run needs: model, part, cages, oil, free rollers.
 
-    Of those with the full model's equations: their ``rates``, and the steps of the family of the scene's solver.
+    Models with the full model's equations need their ``rates``, and the steps of the family of the scene's solver.
     """
     if scene.model in WITHOUT_KERNELS or scene.solver.name not in METHODS:
         return []
@@ -174,9 +177,11 @@ def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
     """A process that compiles kernels; it ends when its input does, so it does not outlive this one."""
     return subprocess.Popen(
         [sys.executable, "-P", "-m", "srbval.models.precompile", *kernels],
-        env=os.environ | child_environment(), stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        env=os.environ | child_environment(),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
 
 
 def compile_in_this_process(scene: Scene) -> None:
@@ -185,9 +190,9 @@ def compile_in_this_process(scene: Scene) -> None:
 
 
 def _marker(kernel: str) -> Path:
-    """A file that stands in the cache when the kernel does, for this machine and installation.
+    """File that exists if the cache has the kernel for this machine and installation.
 
-    Numba keeps kernels by the path of their source: those of another environment are compiled, but not found from here.
+    Numba keeps kernels by the path of their source, so that kernels of another environment are not found from here.
     """
     digest = hashlib.sha256(f"{machine()} {package_folder()}".encode()).hexdigest()[:12]
     return kernel_cache_folder() / f"compiled-{kernel}-{digest}"
@@ -195,7 +200,7 @@ def _marker(kernel: str) -> Path:
 
 @cache
 def machine() -> str:
-    """What numbers depend on beside their sources: the processor, Python, libraries, settings of numba."""
+    """Processor, Python, libraries and settings of numba: numbers depend on them beside the sources."""
     from llvmlite import binding
 
     processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()

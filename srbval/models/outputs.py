@@ -1,4 +1,4 @@
-"""What a model hands over as it goes: stretches of output intervals, and the columns of their quantities.
+"""Outputs of a model in chunks of output intervals, and the columns of their quantities.
 
 `srbval.models.simulate.signals` gives the columns their names for users.
 """
@@ -51,7 +51,7 @@ class Outputs:
 def chunks(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
     """First interval, of so many `steps`, and length of each chunk.
 
-    One ends where settling does, details fall on a chunk's start.
+    A chunk ends with settling; details fall on a chunk's start.
     """
     length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:

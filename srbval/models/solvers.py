@@ -1,4 +1,4 @@
-"""Methods of time integration: what the kernels need of each, and what a user should know; `METHODS` by their names.
+"""Methods of time integration: their coefficients for the kernels and their properties; `METHODS` by name.
 
 Explicit Runge-Kutta methods of fixed step: the paper's ODE4 and the lower orders it rules out. Names follow the paper's
 simulation software: ode1 Euler, ode2 Heun, ode3 Bogacki & Shampine (1989), ode4 the classical method (Hairer, Norsett &
@@ -101,18 +101,26 @@ def explicit(name: str, title: str, order: int, a: list[list[float]], b: list[fl
     matrix, weights = _lower(len(b), a), np.array(b)
     numbers = (matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0, 0.0)
     return Method(
-        name=name, title=title, order=order, evaluations=len(b), implicit=False,
+        name=name,
+        title=title,
+        order=order,
+        evaluations=len(b),
+        implicit=False,
         coefficients=Coefficients(RUNGE_KUTTA, *numbers),
-    )  # fmt: skip
+    )
 
 
 def _leapfrog(name: str, title: str, b: list[float], before: float, gamma: float, ahead: float) -> Method:
     none = np.zeros((1, 1))
     numbers = (none, np.array(b), np.array([before]), none, np.ones(1), gamma, ahead, ONSET)
     return Method(
-        name=name, title=title, order=len(b), evaluations=1, implicit=True,
+        name=name,
+        title=title,
+        order=len(b),
+        evaluations=1,
+        implicit=True,
         coefficients=Coefficients(LEAPFROG, *numbers),
-    )  # fmt: skip
+    )
 
 
 ROS2 = Method(
@@ -139,11 +147,12 @@ METHODS = {
         explicit("ode1", "Euler", 1, [], [1.0]),
         explicit("ode2", "Heun", 2, [[1.0]], [0.5, 0.5]),
         explicit("ode3", "Bogacki-Shampine", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
-        explicit("ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]],
-                  [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
+        explicit(
+            "ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]
+        ),
         _leapfrog("imex1", "linearly implicit Euler, friction and damping implicit", [1.0], 0.0, 1.0, 0.0),
         _leapfrog("imex2", "leapfrog, friction and damping implicit", [1.5, 0.5], 0.5, GAMMA_IMEX2, 0.5),
         ROS2,
     )
-}  # fmt: skip
+}
 SOLVERS = tuple(METHODS)

@@ -1,6 +1,6 @@
 """Layout of the arrays that the kernels share, and of the state vector.
 
-Kernels import this module as ``col``. A compiler takes the names for the numbers they stand for.
+Kernels import this module as ``col``. A compiler replaces the names by their numbers.
 
 **Workspace** (`space`): a slot for each roller, and a column for each roller against each race. The processor works on
 a group of `LANES` neighbours at a time, so each quantity is a row of one flat array, `STRIDE` apart. Rollers stand in

@@ -117,9 +117,19 @@ def law_of_point(law):
     slope = law.static_friction / critical
     fall = (law.static_friction - law.dynamic_friction) / (0.5 * critical)
     return PointLaw(
-        law.profile_radius, law.profile_radius - law.roller_radius, law.stiffness, law.damping, law.smoothing,
-        1.0 / law.smoothing, law.onset_s, law.static_friction, law.dynamic_friction, critical, slope, fall,
-    )  # fmt: skip
+        law.profile_radius,
+        law.profile_radius - law.roller_radius,
+        law.stiffness,
+        law.damping,
+        law.smoothing,
+        1.0 / law.smoothing,
+        law.onset_s,
+        law.static_friction,
+        law.dynamic_friction,
+        critical,
+        slope,
+        fall,
+    )
 
 
 @inlined
@@ -300,6 +310,13 @@ def add_damping(viscous, drag, place, normal, space, j):
 def elastic(law, damping):
     """The same law without friction, and with another `damping`."""
     return ContactLaw(
-        law.profile_radius, law.roller_radius, law.stiffness, damping, law.smoothing, 0.0, 0.0, law.critical_velocity,
+        law.profile_radius,
+        law.roller_radius,
+        law.stiffness,
+        damping,
+        law.smoothing,
+        0.0,
+        0.0,
+        law.critical_velocity,
         law.onset_s,
-    )  # fmt: skip
+    )

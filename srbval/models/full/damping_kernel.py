@@ -160,9 +160,14 @@ def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
     load -= factors[b, 3] * g3 + factors[b, 4] * g4 + factors[b, 5] * g5
     relative = load * factors[col.RELATIVE_OWN, 0]
     return (
-        relative, g0 - relative * factors[f, 0], g1 - relative * factors[f, 1], g2 - relative * factors[f, 2],
-        g3 - relative * factors[f, 3], g4 - relative * factors[f, 4], g5 - relative * factors[f, 5],
-    )  # fmt: skip
+        relative,
+        g0 - relative * factors[f, 0],
+        g1 - relative * factors[f, 1],
+        g2 - relative * factors[f, 2],
+        g3 - relative * factors[f, 3],
+        g4 - relative * factors[f, 4],
+        g5 - relative * factors[f, 5],
+    )
 
 
 @inlined
@@ -225,15 +230,23 @@ def solve(weight, model, totals, factors, rate):
         r_y = space[col.Y_WX + p] * g3 + space[col.Y_WY + p] * g4 + space[col.Y_WZ + p] * g5
         r_z = space[col.Z_WX + p] * g3 + space[col.Z_WY + p] * g4 + space[col.Z_WZ + p] * g5
         space[col.SLIDE_ACCELERATION + p] = (
-            space[col.OWN_UU + p] * u + space[col.OWN_US + p] * s
-            - space[col.U_WY + p] * w_y - space[col.U_WZ + p] * w_z
-            - space[col.U_RX + p] * r_x - space[col.U_RY + p] * r_y - space[col.U_RZ + p] * r_z
-        )  # fmt: skip
+            space[col.OWN_UU + p] * u
+            + space[col.OWN_US + p] * s
+            - space[col.U_WY + p] * w_y
+            - space[col.U_WZ + p] * w_z
+            - space[col.U_RX + p] * r_x
+            - space[col.U_RY + p] * r_y
+            - space[col.U_RZ + p] * r_z
+        )
         space[col.SPIN_ACCELERATION + p] = (
-            space[col.OWN_US + p] * u + space[col.OWN_SS + p] * s
-            - space[col.S_WY + p] * w_y - space[col.S_WZ + p] * w_z
-            - space[col.S_RX + p] * r_x - space[col.S_RY + p] * r_y - space[col.S_RZ + p] * r_z
-        )  # fmt: skip
+            space[col.OWN_US + p] * u
+            + space[col.OWN_SS + p] * s
+            - space[col.S_WY + p] * w_y
+            - space[col.S_WZ + p] * w_z
+            - space[col.S_RX + p] * r_x
+            - space[col.S_RY + p] * r_y
+            - space[col.S_RZ + p] * r_z
+        )
     for i in range(half):
         slot = np.uint64(2 * i)
         for row in range(2):

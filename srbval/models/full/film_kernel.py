@@ -1,6 +1,6 @@
-"""Kernels: how the film under a slice shears.
+"""Kernels: shear of the film under a slice.
 
-Eyring's law at the slice's mean pressure p, see `srbval.models.film`, and where asperities touch their friction beside:
+Eyring's law at the slice's mean pressure p, see `srbval.models.film`, and the friction of touching asperities:
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
@@ -55,7 +55,7 @@ class FilmLaw(NamedTuple):
 
 @kernel_part
 def law_in_film(law, slices, cage, shaft):
-    """`film_at_speed` where slices have a film, and no critical ratio of 0 holds the law as it is."""
+    """The law of `film_at_speed` if slices have a film and no critical ratio of 0 keeps the law."""
     if slices is None:
         return law
     return film_at_speed(law, slices, slices.film, cage, shaft)
@@ -75,10 +75,16 @@ def film_at_speed(law, slices, film, cage, shaft):
     height = film.thickness * rolling**SPEED_EXPONENT * thermal_share(film.heating, rolling)
     share = math.exp(-ASPERITY * (height / film.roughness) ** ASPERITY_EXPONENT)
     return ContactLaw(
-        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing,
-        law.static_friction * (1.0 - share), law.static_friction * share * film.boundary, film.per_thickness * height,
+        law.profile_radius,
+        law.roller_radius,
+        law.stiffness,
+        law.damping,
+        law.smoothing,
+        law.static_friction * (1.0 - share),
+        law.static_friction * share * film.boundary,
+        film.per_thickness * height,
         law.onset_s,
-    )  # fmt: skip
+    )
 
 
 @kernel_part
@@ -103,16 +109,24 @@ def logarithm(x):
 
 @kernel_part
 def film_on_race(film, law, race):
-    """What `film_drag` reads of a film on a race, in single precision: taken out of its tuples and arrays once."""
+    """Numbers that `film_drag` reads of a film on a race, in single precision, taken out of tuples and arrays once."""
     if film is None:
         return None
     curve = film.curve
     return (
-        np.float32(curve[race, 0]), np.float32(curve[race, 1]), np.float32(curve[race, 2]), np.float32(curve[race, 3]),
-        np.float32(curve[race, 4]), np.float32(curve[race, 5]), np.float32(curve[race, 6]), np.float32(curve[race, 7]),
-        np.float32(film.hertz * 1e-18), np.float32(1.0 / law.critical_velocity),
-        np.float32(0.5e-9 * law.static_friction * film.eyring), np.float32(law.dynamic_friction),
-    )  # fmt: skip
+        np.float32(curve[race, 0]),
+        np.float32(curve[race, 1]),
+        np.float32(curve[race, 2]),
+        np.float32(curve[race, 3]),
+        np.float32(curve[race, 4]),
+        np.float32(curve[race, 5]),
+        np.float32(curve[race, 6]),
+        np.float32(curve[race, 7]),
+        np.float32(film.hertz * 1e-18),
+        np.float32(1.0 / law.critical_velocity),
+        np.float32(0.5e-9 * law.static_friction * film.eyring),
+        np.float32(law.dynamic_friction),
+    )
 
 
 @kernel_part

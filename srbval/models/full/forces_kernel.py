@@ -1,4 +1,4 @@
-"""Kernels: forces of all contacts that a plan names, those of damaged rollers among them.
+"""Kernels: forces of all contacts that a plan names, damaged rollers included.
 
 A height h of a roller's surface is met as if the race's point stood h higher, along its own normal n_p. The spring
 force S then also does work on the angle th from the defect to the point, d(depth) = -(n n_p) h'(th) d(th): besides
@@ -39,21 +39,29 @@ def evaluate_contacts(
 
 @kernel_part
 def evaluate_sliced(slices, law, rotation, model, groups, single, first_third, end_third, damping, first_time):
-    """`evaluate_contacts` where there are slices."""
+    """`evaluate_contacts` for slices."""
     if slices is None:
         return
     space, plan = model.scratch.space, model.scratch.plan
     if first_time is not None:
         find_openings(
-            slices, single, plan, space, rotation, model.law.roller_radius, model.races.window_of.shape[2],
-            model.roller_defects, rotation.shape[0], model.spare_of,
-        )  # fmt: skip
+            slices,
+            single,
+            plan,
+            space,
+            rotation,
+            model.law.roller_radius,
+            model.races.window_of.shape[2],
+            model.roller_defects,
+            rotation.shape[0],
+            model.spare_of,
+        )
     evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping)
 
 
 @kernel_part
 def evaluate_points(points, law, rotation, model, groups, single, first_circle, end_circle, damping, patch, first_time):
-    """`evaluate_contacts` where there are points."""
+    """`evaluate_contacts` for points."""
     if points is None:
         return
     space, plan, starts = model.scratch.space, model.scratch.plan, model.races.starts
@@ -81,7 +89,7 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
 
 @kernel_part
 def roller_in(slot, rollers):
-    """Number of the roller in a slot: the rows stand in turn there, one after the other in the state."""
+    """Number of the roller in a slot: rows alternate in the slots, and follow each other in the state."""
     return slot // 2 + (slot % 2) * (rollers // 2)
 
 
@@ -158,9 +166,12 @@ def flank_forces(model, roller, rotation, candidates, spare, space, column, damp
     spring = elastic(model.law, 0.0)
     for i in range(first, last):
         x, y, z = place_of_point(
-            points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i],
-            points[race, window, col.POINT_AXIAL, i], space, j,
-        )  # fmt: skip
+            points[race, window, col.POINT_RADIAL, i],
+            points[race, window, col.POINT_TANGENTIAL, i],
+            points[race, window, col.POINT_AXIAL, i],
+            space,
+            j,
+        )
         _, rise = lift_at(model, roller, rotation, x, y, z)
         if rise == 0.0:
             continue

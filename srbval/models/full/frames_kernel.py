@@ -1,4 +1,4 @@
-"""Kernel: every roller's slot axes, how both races stand and move against it, and how many of their points it may meet.
+"""Kernel: slot axes of every roller, position and motion of both races against it, number of points it may meet.
 
 The slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
 """
@@ -73,7 +73,7 @@ def slot_axes(axes, c, s, along, across):
 
 
 class RaceLimits(NamedTuple):
-    """What the search for candidates needs of one race, see `parameters.RaceSearch`; `onwards`: sense of rolling."""
+    """Limits of the search for candidates on one race, see `parameters.RaceSearch`; `onwards`: sense of rolling."""
 
     per_spacing: float
     per_clearance: float
@@ -83,7 +83,7 @@ class RaceLimits(NamedTuple):
 
 
 class SearchConstants(NamedTuple):
-    """What the search needs of both races: points of a circle, how far ahead approaching points begin to act."""
+    """Constants of the search on both races: points of a circle, lead at which approaching points begin to act."""
 
     points: float
     per_radian: float
@@ -159,9 +159,13 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
     height = races.height
     lead_s = 0.5 * model.law.onset_s
     search = SearchConstants(
-        float(count), count / (2.0 * math.pi), 1.0 / count, float(races.plain), lead_s,
+        float(count),
+        count / (2.0 * math.pi),
+        1.0 / count,
+        float(races.plain),
+        lead_s,
         0.5 * LONGEST_ONSET_M if lead_s > 0.0 else 0.0,
-    )  # fmt: skip
+    )
     outer = race_limits(races.outer, 1.0 if omega_z > 0.0 else -1.0)
     inner = race_limits(races.inner, 1.0 if omega_z > shaft else -1.0)
     for p in range(slots):
@@ -201,9 +205,19 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.W_X + p], space[col.W_Y + p], space[col.W_Z + p] = -w_x, -w_y, -roller_spin
         leaning = abs(space[col.Z_Y + p]) * height
         count_candidates(
-            search, outer, outer_clearance - o_x, o_z, -search.lead_s * space[col.V_X + p], abs(o_y) + leaning, angle,
-            here, space[col.DAMAGE + p] > 0.0, patch, space, p,
-        )  # fmt: skip
+            search,
+            outer,
+            outer_clearance - o_x,
+            o_z,
+            -search.lead_s * space[col.V_X + p],
+            abs(o_y) + leaning,
+            angle,
+            here,
+            space[col.DAMAGE + p] > 0.0,
+            patch,
+            space,
+            p,
+        )
 
         # inner race
         q = p + col.INNER
@@ -216,9 +230,19 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.W_Z + q] = shaft * z_z - roller_spin
         depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
         count_candidates(
-            search, inner, depth, offset, -search.lead_s * slide_rate, leaning, angle - shaft_angle,
-            here, space[col.DAMAGE + q] > 0.0, patch, space, q,
-        )  # fmt: skip
+            search,
+            inner,
+            depth,
+            offset,
+            -search.lead_s * slide_rate,
+            leaning,
+            angle - shaft_angle,
+            here,
+            space[col.DAMAGE + q] > 0.0,
+            patch,
+            space,
+            q,
+        )
 
 
 @inlined
@@ -227,7 +251,8 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
 
     `depth` at the profile's middle and `offset` of the race's profile along the roller [m]; `lead`: how much deeper
     within the averaging time of an onset [m]; `aside`: how far the roller may stand from its meridian [m]; `angle` of
-    the roller from the race's first point [rad]; `here`: there is a roller; `damaged`: a defect of it may meet it.
+    the roller from the race's first point [rad]; `here`: the slot has a roller; `damaged`: one of its defects may meet
+    the race.
     """
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
@@ -236,9 +261,13 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
     space[col.BOUND + column], space[col.POSITION + column] = bound, position
     near = bound + SKIP_MARGIN_M + (lead if lead > 0.0 else 0.0)
     candidates = candidate_count(
-        near * race.per_clearance, (near + search.most_lead) * race.per_clearance, aside * race.per_spacing,
-        race.onwards * position, search.most, patch,
-    )  # fmt: skip
+        near * race.per_clearance,
+        (near + search.most_lead) * race.per_clearance,
+        aside * race.per_spacing,
+        race.onwards * position,
+        search.most,
+        patch,
+    )
     away = (position - race.own_middle) * search.per_point
     own = damaged or search.points * abs(away - math.floor(away + 0.5)) < race.own_half
     space[col.CANDIDATES + column] = candidates
@@ -247,7 +276,7 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
 
 @kernel_part
 def candidate_count(depth, depth_ahead, aside, position, most, patch):
-    """How many points of each circle a roller's window must hold: all that may be in contact, `most` at most.
+    """Number of points of each circle in a roller's window: all that may be in contact, at most `most`.
 
     `depth`: in units of the clearance of a point one spacing aside, with all margins; `depth_ahead`: the same for
     points that the roller moves on to, which begin to act before they touch; `aside`: how far the roller may stand from
@@ -270,7 +299,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
 
 @kernel_part
 def candidate_code(candidates):
-    """Code of a column's number of candidates: a sum over a lane group tells how many need one, two, three points."""
+    """Code of a column's number of candidates: sums over a lane group count the columns with one, two, three points."""
     return (
         (NEEDS_ONE if candidates > 0.0 else 0.0)
         + (NEEDS_TWO if candidates > 1.0 else 0.0)

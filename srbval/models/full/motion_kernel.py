@@ -1,7 +1,7 @@
 """Kernel: the right-hand side of the full model's equations of motion.
 
 Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
-Kane's method; the equations and the layout of the state stand at `srbval.models.full`.
+Kane's method; for the equations and the layout of the state see `srbval.models.full`.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""Kernels: what the oil does besides traction: rolling resistance, drag, friction in the cage's pockets.
+"""Kernels: effects of oil besides traction: rolling resistance, drag, friction in the cage's pockets.
 
 Each is small beside the forces that carry the load and changes slowly, so that steps take it explicitly: a roller's
-spin would relax under its rolling resistance in 0.3 s. The equations stand at `srbval.models.film` and `.oil`.
+spin would relax under its rolling resistance in 0.3 s. For the equations see `srbval.models.film` and `.oil`.
 Left out: that a pocket's friction also pushes its roller along the slot, some 10 N.
 """
 

@@ -47,7 +47,7 @@ def shaft_row(model, factors):
 
 @kernel_part
 def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, totals):
-    """Add to the torque and the powers of `totals` what x changes; see above.
+    """Add the changes by x to the torque and the powers of `totals`; see above.
 
     Of the state's shape: the speeds v of the evaluation, x (`beyond`) and a - k (`braked`). `shaft`: its speed [rad/s];
     `inertia`: the totals that belong to the `factors`. Friction's power stays that at v, where slip is what it is; the

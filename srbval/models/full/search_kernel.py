@@ -1,4 +1,4 @@
-"""Kernels: which points of a race each roller may be in contact with.
+"""Kernels: points of a race that each roller may touch.
 
 Candidates follow from the angle, no search among points is needed. `frames_kernel.candidate_count` says how many points
 of a circle a column needs; a lane group of columns is given a window that holds enough for most of them. Columns that
@@ -134,7 +134,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
 
 @kernel_part
 def points_of_group(code, begin, space):
-    """How many points of each circle a lane group had best meet where it stands, and how many its neediest column.
+    """Best number of points of each circle for a lane group in its place, and the number of its neediest column.
 
     Columns that need more are copied, at a cost. `code`: see `code_of_group`, not 0.
     """

@@ -1,10 +1,9 @@
-"""Kernels: a cage of its own for row 2, which turns about the same axis as row 1's but tilts with it.
+"""Kernels: a second cage for row 2, which turns about the axis of row 1's and tilts with it.
 
 The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's is ahead, is one more
 coordinate beside the cage's three: with t the cage's axis, the rollers of row 2 and their cage move at
 omega_2 = omega + a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. Its equation is Kane's with
-the partial angular velocity t. Every function leaves what it is given unchanged where there is no second cage (`second`
-is None).
+the partial angular velocity t. Without a second cage (`second` is None) every function leaves its arguments unchanged.
 """
 
 import math
@@ -118,9 +117,13 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
     per = 1.0 / totals[col.RELATIVE_AXIAL]
     f = per * torque
     return (g_x - f * a_x, g_y - f * a_y, g_z - f * a_z), (
-        m00 - per * a_x * a_x, m11 - per * a_y * a_y, m22 - per * a_z * a_z,
-        m01 - per * a_x * a_y, m02 - per * a_x * a_z, m12 - per * a_y * a_z,
-    )  # fmt: skip
+        m00 - per * a_x * a_x,
+        m11 - per * a_y * a_y,
+        m22 - per * a_z * a_z,
+        m01 - per * a_x * a_y,
+        m02 - per * a_x * a_z,
+        m12 - per * a_y * a_z,
+    )
 
 
 @kernel_part
@@ -195,7 +198,7 @@ def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 @kernel_part
 def rate_about_roller(second, w_z, relative, side, tilt_cosine):
-    """A roller's cage's rate about the roller's axis, given that of row 1's cage."""
+    """Rate of a roller's cage about the roller's axis, from the rate of row 1's cage."""
     if second is None:
         return w_z
     return w_z + tilt_cosine * relative if side < 0.0 else w_z
@@ -203,7 +206,7 @@ def rate_about_roller(second, w_z, relative, side, tilt_cosine):
 
 @kernel_part
 def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
-    """Angular velocity of the cage of a roller on this `side`, given that of row 1's, world axes [rad/s]."""
+    """Angular velocity of the cage of a roller on this `side`, from that of row 1's cage, world axes [rad/s]."""
     if second is None:
         return omega_x, omega_y, omega_z
     rate = turned[3] if side < 0.0 else 0.0

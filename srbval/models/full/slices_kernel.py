@@ -51,7 +51,7 @@ LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of 
 
 
 class SliceTable(NamedTuple):
-    """Slices of both races, and how they give way.
+    """Slices of both races, and their law of force.
 
     `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
     `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
@@ -149,9 +149,16 @@ def law_at_speed(law, slices, cage, shaft):
         return law
     rolling = 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
     return ContactLaw(
-        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing, law.static_friction,
-        law.dynamic_friction, slices.critical_ratio * rolling, law.onset_s,
-    )  # fmt: skip
+        law.profile_radius,
+        law.roller_radius,
+        law.stiffness,
+        law.damping,
+        law.smoothing,
+        law.static_friction,
+        law.dynamic_friction,
+        slices.critical_ratio * rolling,
+        law.onset_s,
+    )
 
 
 @kernel_part
@@ -179,9 +186,9 @@ def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_t
 
 @kernel_part
 def find_openings(slices, single, plan, space, rotation, roller_radius, points, defects, rollers, spare_of):
-    """Find the opening that each single column's roller stands over: its window, and how far it is.
+    """Find the opening under each single column's roller: its window and its distance.
 
-    `rotation` of all rollers [rad]. That of a damaged roller comes before one of the race. In the copied column's row
+    `rotation` of all rollers [rad]. An opening of the roller precedes one of the race. In the copied column's row
     `POSITION` is kept how far the roller's meridian is beyond the opening's middle, along the race: an angle [rad] for
     one of the race, a length [m] for one of the roller, which the plan tells by `ON_ROLLER`.
     """
@@ -227,17 +234,21 @@ def face_roller(space, start, stop):
         turn *= 1.0 - turn * turn * (1.0 / 3.0)
         c = 1.0 - 0.5 * turn * turn
         space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
-            c * a_x + turn * b_x, c * a_y + turn * b_y, c * a_z + turn * b_z,
-        )  # fmt: skip
+            c * a_x + turn * b_x,
+            c * a_y + turn * b_y,
+            c * a_z + turn * b_z,
+        )
         space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
-            c * b_x - turn * a_x, c * b_y - turn * a_y, c * b_z - turn * a_z,
-        )  # fmt: skip
+            c * b_x - turn * a_x,
+            c * b_y - turn * a_y,
+            c * b_z - turn * a_z,
+        )
         space[col.SHIFT + j] = turn
 
 
 @kernel_part
 def touches(law, slices, race, i, space, start, stop):
-    """Whether a slice of a sound race touches the roller of any of these columns."""
+    """True if a slice of a sound race touches the roller of any of these columns."""
     point_law = law_of_point(law)
     radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
     normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
@@ -333,7 +344,7 @@ def normal_of_race(radial, tangential, axial, space, j):
 
 @kernel_part
 def foot_of_slice(rows, race, window, i, away):
-    """Where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
+    """Point at which a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 
     The opening's middle is `away` [m] behind the roller's meridian. The roller rests on what reaches farthest into
     it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race where
@@ -364,6 +375,4 @@ def foot_of_slice(rows, race, window, i, away):
     normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
     turn = side * best / radial
     sunk = radial - lift * normal_radial
-    return (
-        sunk * math.cos(turn), sunk * math.sin(turn), axial - lift * rows[race, window, col.SLICE_NORMAL_AXIAL, i]
-    )  # fmt: skip
+    return (sunk * math.cos(turn), sunk * math.sin(turn), axial - lift * rows[race, window, col.SLICE_NORMAL_AXIAL, i])

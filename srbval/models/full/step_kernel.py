@@ -234,7 +234,7 @@ def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
 
 @kernel_part
 def turn_rollers(y, step, model):
-    """Turn the rollers on for `step` [s], relative to their slots as they stand in `y`."""
+    """Advance the rollers' angles relative to their slots by `step` [s] with the rates in `y`."""
     half = y.shape[0] // 2
     n = (half - 6) // 2
     at = state_indices(n, half)

@@ -9,7 +9,7 @@ of the races' arcs in the slot's meridian, o of the outer one and i of the inner
 turn and move the roller so that neither contact has a force along its axis or a moment about the tangent; laminae stay
 where they are along the roller. The columns' frames are then the roller's. Rolling without skew, friction has no part
 along the axis: it delays the balance only, and tilting and sliding themselves meet none here. About the slot the cage
-holds a roller, so that its skew moment acts on the cage. Nothing happens where rollers are held (`free` is None).
+holds a roller, so that its skew moment acts on the cage. Nothing happens if rollers are held (`free` is None).
 """
 
 import math
