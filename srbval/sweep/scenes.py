@@ -41,13 +41,7 @@ def base_of(name: str) -> str:
 
 
 def bench_scene(
-    name: str,
-    *,
-    solver: str,
-    step_s: float,
-    seconds: float = 1.0,
-    settle_s: float = 0.0,
-    rpm: float | None = None,
+    name: str, *, solver: str, step_s: float, seconds: float = 1.0, settle_s: float = 0.0, rpm: float | None = None
 ) -> Scene:
     """The scene `name` with a solver and step, at the scene's own speed or at `rpm`.
 

@@ -16,15 +16,7 @@ from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepErro
 from srbval.models.full.steps import take_steps
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.models.step_error import (
-    CAGE,
-    LONGEST_S,
-    MOST_FINER,
-    block_means,
-    differences,
-    step_error,
-    with_chosen_step,
-)
+from srbval.models.step_error import CAGE, LONGEST_S, MOST_FINER, block_means, differences, step_error, with_chosen_step
 from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
 
 STEPS_HZ = 61440.0

@@ -36,10 +36,7 @@ RUN_S = 4e-3
 SMOOTH = {"critical_velocity": "0.5 m/s"}  # resolved by the paper's step
 SCENES: dict[str, dict[str, Any]] = {
     "interference": {"contact": PRINTED_FIT | SMOOTH},
-    "interference, outer-race defect": {
-        "contact": PRINTED_FIT | SMOOTH,
-        "defect": {"kind": "outer", "angle": "4 deg"},
-    },
+    "interference, outer-race defect": {"contact": PRINTED_FIT | SMOOTH, "defect": {"kind": "outer", "angle": "4 deg"}},
     "play, axial load, weight": {"contact": SMOOTH, "load": {"axial": "20 kN", "gravity": True}},
     "critical velocity of 1 mm/s": {"contact": PRINTED_FIT},
 }

@@ -12,16 +12,7 @@ import pytest
 
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
-from tests.verification.harness import (
-    FloatArray,
-    Parameters,
-    Scene,
-    geometry,
-    layout_of,
-    merged,
-    paper_scene,
-    rates,
-)
+from tests.verification.harness import FloatArray, Parameters, Scene, geometry, layout_of, merged, paper_scene, rates
 from tests.verification.slices_reference import slices_model
 from tests.verification.test_energy_balance import lost, supplied
 from tests.verification.world import World
