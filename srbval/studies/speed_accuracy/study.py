@@ -82,10 +82,7 @@ def run_bench(
     right = sweep(converged, pair, reference, task="converged runs", jobs=jobs, progress=progress)
     runs = sweep(cases, compared, measures, task="runs to compare", step=Step.CHECKED, jobs=jobs, progress=progress)
     references = {row["scene"]: row for row in records(right)}
-    rows = [
-        {name: value for name, value in row.items() if name != "steps_per_s"}
-        for row in records(runs.join(costs[["wall_per_simulated_s", "cpu_per_simulated_s"]]))
-    ]
+    rows = records(runs.drop(columns="steps_per_s").join(costs[["wall_per_simulated_s", "cpu_per_simulated_s"]]))
     return {
         "machine": machine, "seconds_planned": planned, "paper": vars(PAPER), "reference": references,
         "runs": with_fronts([with_errors(row, references[row["scene"]]) for row in rows]),
@@ -166,14 +163,14 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
     Cost is processor time, nearness the error in cage speed.
     """
 
-    def point(row: Row) -> tuple[Any, Any]:
-        return (row["cpu_per_simulated_s"], row["cage_error"]) if row["ok"] else (None, None)
+    keys = ("cpu_per_simulated_s", "cage_error")
+    good = [row for row in rows if row["ok"] and None not in (row[keys[0]], row[keys[1]])]
 
-    def beats(other: Row, row: Row) -> bool:
-        known = other["scene"] == row["scene"] and None not in point(other) and point(other) != point(row)
-        return known and all(a <= b for a, b in zip(point(other), point(row), strict=True))
+    def beats(one: Row, row: Row) -> bool:
+        nearer, cheaper = (one[key] < row[key] for key in keys), (one[key] <= row[key] for key in keys)
+        return one["scene"] == row["scene"] and all(cheaper) and any(nearer)
 
-    return [row | {"pareto": None not in point(row) and not any(beats(o, row) for o in rows)} for row in rows]
+    return [row | {"pareto": row in good and not any(beats(one, row) for one in good)} for row in rows]
 
 
 def answer_text(result: Mapping[str, Any]) -> str:

@@ -10,6 +10,7 @@ from srbval.report.figures.style import SERIES, Drawn, new_figure, panel
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 from srbval.report.tables import Title
+from srbval.studies.stability.study import steps_by_speed
 
 SIZE_INCHES = (7.6, 3.2)
 LIMITS = ("largest_stable_dt_s", "predicted_elastic_limit_dt_s", "predicted_limit_dt_s")
@@ -31,35 +32,17 @@ def limits_plot(limits: pd.DataFrame) -> Drawn:
     return figure, {key: limits[key].to_list() for key in ("scene", "solver", "rpm", *LIMITS)}
 
 
-def by_solver(limits: pd.DataFrame) -> pd.DataFrame:
-    """Number of speeds with a stable step, its range and the strictest predicted limits [1/s], by scene and solver."""
-    steps = limits.assign(**{name: 1 / limits[name] for name in LIMITS})
-    found = steps.groupby(["scene", "solver"], sort=False).agg(
-        speeds=("largest_stable_dt_s", "count"), of=("rpm", "count"), most=("largest_stable_dt_s", "max"),
-        least=("largest_stable_dt_s", "min"), elastic=("predicted_elastic_limit_dt_s", "max"),
-        whole=("predicted_limit_dt_s", "max"),
-    )  # fmt: skip
-    return found.reset_index()
-
-
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """What counts as stable, the claims, the limits in a figure and a table."""
     limits = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float))
-    cells, steps, table = content["cells"], content["steps_per_s"], by_solver(limits)
+    cells, steps, by_speed = content["cells"], content["steps_per_s"], steps_by_speed(content["limits"])
     stable = sum(cell["stable"] for cell in cells)
     values = {"cells": len(cells), "stable": stable, "finest": max(steps), "coarsest": min(steps)}
     yield prose.paragraph("intro", **values, **content["tolerances"])
     yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
     yield prose.figure("stability", limits_plot(limits), badge=Badge.SIMULATED, **values)
-    columns: dict[str, Title] = {
-        "scene": "Scene",
-        "solver": "Solver",
-        "speeds": ("Speeds with a step", "", "d"),
-        "of": ("of", "", "d"),
-    }
-    titles = {"least": "Longest step", "most": "Shortest", "elastic": "Predicted, no friction", "whole": "Predicted"}
-    columns |= {key: (title, "1/s", ".4g") for key, title in titles.items()}
-    yield prose.table("stability-limits", table, columns)
+    speeds: dict[str, Title] = {name: (name, "1/s", ".0f") for name in by_speed.columns[2:]}
+    yield prose.table("stability-limits", by_speed, {"scene": "Scene", "solver": "Solver"} | speeds)
 
 
 PAGE = study_page(

@@ -110,15 +110,18 @@ def predictions(groups: pd.DataFrame, jobs: int | None, progress: Progress) -> p
     ])  # fmt: skip
 
 
+def steps_by_speed(limits: Sequence[Row]) -> pd.DataFrame:
+    """Largest stable steps as divisors of a second by scene and solver, a column for each speed; NaN if none."""
+    frame = pd.DataFrame(limits).astype({"largest_stable_dt_s": float})
+    frame = frame.assign(steps=1 / frame["largest_stable_dt_s"], speed=[f"{rpm:g} rpm" for rpm in frame["rpm"]])
+    table = frame.pivot(index=["scene", "solver"], columns="speed", values="steps")
+    return table[frame["speed"].unique()].reset_index()
+
+
 def answer_text(result: Mapping[str, Any]) -> str:
-    """Largest stable steps as divisors of a second, speeds across, then the claims."""
-    frame = pd.DataFrame(result["limits"]).astype({"largest_stable_dt_s": float})
-    steps = frame.assign(steps=1 / frame["largest_stable_dt_s"]).pivot(
-        index=["scene", "solver"], columns="rpm", values="steps"
-    )
-    table = text_table(
-        ("scene", "solver", *(f"{rpm:g} rpm" for rpm in steps.columns)), steps.reset_index().to_numpy().tolist()
-    )
+    """Largest stable steps by speed, then the claims."""
+    steps = steps_by_speed(result["limits"])
+    table = text_table(tuple(steps.columns), steps.to_numpy().tolist())
     answers = "\n".join(claim["answer"] for claim in result["claims"])
     return f"Largest stable steps, as divisors of a second (-: none tried):\n\n{table}\n\n{answers}"
 
