@@ -32,13 +32,12 @@ CONVERGED_POINTS = 2000
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationCase:
-    """One run: its id, its purpose, the state it simulates, its scene, and the bundled scene that this one changes."""
+    """One run: its id, its purpose, the state it simulates, and its scene."""
 
     id: str
     purpose: str
     state: Fault
     scene: Scene
-    base: str = "paper"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,13 +58,9 @@ class AnalysedRun:
 def paper_cases(seconds: float) -> list[SimulationCase]:
     """The paper's scene (710 rpm, 124.8 kN), `seconds` long: healthy, defect on the outer and on the inner race."""
     return [
-        SimulationCase(
-            id=f"paper-{state}",
-            purpose="the paper's scene",
-            state=state,
-            scene=paper_scene(duration_s=seconds, defect={"kind": state}),
-        )
+        SimulationCase(id=f"paper-{state}", purpose="the paper's scene", state=state, scene=scene)
         for state in PAPER_STATES
+        for scene in (paper_scene(duration_s=seconds, defect={"kind": state}),)
     ]
 
 
@@ -81,11 +76,12 @@ def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
     """Run all `cases`, see `side_by_side`; returns runs by the cases' ids. A failed run is a `NumericsError`."""
-    by_id = {case.id: case for case in cases}
-    scenes = {case.id: case.scene for case in cases}
-    return side_by_side(
-        scenes, lambda key, report: run_case(by_id[key], progress=report), task="Simulate", jobs=jobs, progress=progress
-    )
+    by_id, scenes = {case.id: case for case in cases}, {case.id: case.scene for case in cases}
+
+    def run(key: str, report: Progress) -> Run:
+        return run_case(by_id[key], progress=report)
+
+    return side_by_side(scenes, run, task="Simulate", jobs=jobs, progress=progress)
 
 
 def with_points(scene: Scene, points: int) -> Scene:
@@ -108,12 +104,12 @@ def converged(scene: Scene) -> Scene:
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 
 
-def counterpart_case(rig: Analysis) -> SimulationCase:
+def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
     """`TURNS` turns, at most `LONGEST_S`, of the paper's scene at the recording's own speed and load, with its defect.
 
-    At converged points, so that the start has no effect: over eight starts levels scatter by less than 0.06 dB, the
-    cage ratio by less than 1e-8. The speed is rounded so that the last digits of its reading, which differ between
-    machines, do not make another scene.
+    Returns the reason if the run failed. At converged points the start has no effect: over eight starts levels scatter
+    by less than 0.06 dB, the cage ratio by less than 1e-8. The speed is rounded so that the last digits of its reading,
+    which differ between machines, do not make another scene.
     """
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
     shaft_hz = round(rig.speed.value_hz, 6)
@@ -124,17 +120,8 @@ def counterpart_case(rig: Analysis) -> SimulationCase:
         defect={"kind": state},
         detail_rate_hz=DETAIL_HZ.get(state, 0.0),
     )
-    return SimulationCase(
-        id=f"counterpart-{recording.name}",
-        purpose="at the recording's own speed and load",
-        state=state,
-        scene=converged(scene),
-    )
-
-
-def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
-    """The recording's counterpart, run and analysed; the reason if it failed."""
-    case = counterpart_case(rig)
+    name, purpose = f"counterpart-{recording.name}", "at the recording's own speed and load"
+    case = SimulationCase(id=name, purpose=purpose, state=state, scene=converged(scene))
     try:
         return analyse_run(case, run_case(case, progress=progress), rig.bearing)
     except SrbvalError as error:

@@ -126,7 +126,7 @@ def _compared(
 ) -> list[Row]:
     if state not in DEFECTS or not isinstance(model, AnalysedRun) or not rig.line_of(state).detected:
         return []
-    return list(compare(state, rig, model.values, effects, scene=model.case.base, used_for=used_for))
+    return list(compare(state, rig, model.values, effects, used_for=used_for))
 
 
 def _record(

@@ -2,7 +2,6 @@
 
 import dataclasses
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -53,9 +52,8 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
     )
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    case = SimpleNamespace(base="paper")
     values = values_of_model(analysis, state, order)
-    return AnalysedRun(case=case, run=None, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
+    return AnalysedRun(case=None, run=None, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
 
 
 def known(defect: str, line: str) -> dict[tuple[str, str], dict[str, float]]:

@@ -184,13 +184,8 @@ def _model_side(
         "defect": {"kind": state.scene_word},
     }
     try:
-        case = SimulationCase(
-            id=f"beside-{recording.name}",
-            purpose="beside the record",
-            state=state,
-            scene=load_scene(base, changes),
-            base=base,
-        )
+        scene = load_scene(base, changes)
+        case = SimulationCase(id=f"beside-{recording.name}", purpose="beside the record", state=state, scene=scene)
         run = run_cases([case], jobs=1, progress=progress)[case.id]
         low, high = analysis.processed.band_hz
         own = (low, min(high, HIGHEST_SHARE * run.scene.output_rate_hz)) if geometry is None else None
