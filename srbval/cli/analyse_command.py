@@ -35,8 +35,13 @@ from srbval.storage.json_files import to_json
 
 DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
 COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
-RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault", "probability %": "probability",
-           "alarm": "alarm"}  # fmt: skip
+RECORDS = {
+    "file": "file",
+    "state": "state",
+    "strongest fault": "strongest_fault",
+    "probability %": "probability",
+    "alarm": "alarm",
+}
 ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained. Probability by the record alone."
 CAGE = "cage"
 MOST_CAUTIONS, LONGEST_FILE = 2, 40
@@ -129,10 +134,13 @@ def _run_many(options: argparse.Namespace) -> int:
         counted = ", ".join(f"{count} {state}" for state, count in states.items())
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
         shown = [
-            row | {"file": f"{names[row['file']]} {row['channel'] if files[row['file']] > 1 else ''}",
-                   "probability": None if row["probability"] is None else round(100 * row["probability"])}
+            row
+            | {
+                "file": f"{names[row['file']]} {row['channel'] if files[row['file']] > 1 else ''}",
+                "probability": None if row["probability"] is None else round(100 * row["probability"]),
+            }
             for row in rows
-        ]  # fmt: skip
+        ]
         print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
 
     code = report_failed(failed, other)
@@ -173,8 +181,10 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     print(verdict.answer)
     print_wrapped(*filter(None, (verdict.advice,)))
     rpm = uncertain(60 * speed.value_hz, 60 * speed.ci95_hz)
-    print(f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
-          f"({speed.source.value})")  # fmt: skip
+    print(
+        f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
+        f"({speed.source.value})"
+    )
     print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)
@@ -183,11 +193,20 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     found = [line for line in firsts if line.detected]
     if found:
         family = {x.name: [y.detected for y in result.lines if y.name == x.name] for x in found}
-        print_table(DETECTED, [
-            (x.name, part.label if (part := Fault.of_line(x.name)) else CAGE, uncertain(x.found_hz, x.ci95_hz),
-             f"{x.snr:,.0f}", f"{100 * (x.depth or 0.0):.0f}", f"{sum(family[x.name])} of {len(family[x.name])}")
-            for x in found
-        ])  # fmt: skip
+        print_table(
+            DETECTED,
+            [
+                (
+                    x.name,
+                    part.label if (part := Fault.of_line(x.name)) else CAGE,
+                    uncertain(x.found_hz, x.ci95_hz),
+                    f"{x.snr:,.0f}",
+                    f"{100 * (x.depth or 0.0):.0f}",
+                    f"{sum(family[x.name])} of {len(family[x.name])}",
+                )
+                for x in found
+            ],
+        )
     missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)
     print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were looked for")
     if declared := verdict.beside(recording.state):
@@ -214,13 +233,18 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
         p = x.false_alarm if x.detected else None  # of a peak that is not the line it says nothing
-        rows.append((
-            x.name if x.is_first else f"{x.harmonic} x {x.name}", f"{x.kinematic_hz:.3f}",
-            uncertain(x.found_hz, x.ci95_hz), None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}",
-            None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}"),
-            None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}",
-            "yes" if x.detected else f"no: {x.not_detected}",
-        ))  # fmt: skip
+        rows.append(
+            (
+                x.name if x.is_first else f"{x.harmonic} x {x.name}",
+                f"{x.kinematic_hz:.3f}",
+                uncertain(x.found_hz, x.ci95_hz),
+                None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}",
+                None if x.snr is None else float(f"{x.snr:.3g}"),
+                None if p is None else float(f"{p:.2g}"),
+                None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}",
+                "yes" if x.detected else f"no: {x.not_detected}",
+            )
+        )
     print_table(COLUMNS, rows)
     print(f"\n{text_rows(feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)

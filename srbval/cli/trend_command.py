@@ -27,19 +27,33 @@ def run(options: argparse.Namespace) -> int:
         options.files = list(cases)
     documents, failed, other = read_many(options)
     files = list(dict.fromkeys(one["file"] for one in documents))
-    times, time_from = (cases, "the campaign's cases") if cases else record_times(
-        files, Path(options.times) if options.times else None
-    )  # fmt: skip
+    times, time_from = (
+        (cases, "the campaign's cases")
+        if cases
+        else record_times(files, Path(options.times) if options.times else None)
+    )
     trend = trend_of(
-        documents, times, time_from=time_from, baseline=options.baseline, machine_class=options.machine_class,
+        documents,
+        times,
+        time_from=time_from,
+        baseline=options.baseline,
+        machine_class=options.machine_class,
         zones_mm_s=options.zones_mm_s,
-    )  # fmt: skip
+    )
     rows = [
-        {"channel": one.channel, "time": point.time_text, "file": point.file, "rpm": point.rpm,
-         **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},
-         "velocity_rms_mm_s": point.velocity_rms_mm_s, "zone": point.zone, "risen": " ".join(point.risen)}
-        for one in trend.channels for point in one.points
-    ]  # fmt: skip
+        {
+            "channel": one.channel,
+            "time": point.time_text,
+            "file": point.file,
+            "rpm": point.rpm,
+            **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},
+            "velocity_rms_mm_s": point.velocity_rms_mm_s,
+            "zone": point.zone,
+            "risen": " ".join(point.risen),
+        }
+        for one in trend.channels
+        for point in one.points
+    ]
     if options.plot:
         from srbval.report.reports import write_trend  # needs the report's room
 

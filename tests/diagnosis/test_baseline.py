@@ -94,9 +94,14 @@ FS_HZ, SIZE = 4096.0, 8192
 def background_record(origin: Origin, *, seed: int, size: int = SIZE, rpm: float = 859.0) -> Recording:
     samples = np.random.default_rng(seed).standard_normal(size)
     return Recording(
-        name=str(origin), origin=origin, channels={"x": samples, "y": 0 * samples}, channel="x", fs_hz=FS_HZ,
-        unit="m/s2", speed=prescribed_speed(rpm / 60),
-    )  # fmt: skip
+        name=str(origin),
+        origin=origin,
+        channels={"x": samples, "y": 0 * samples},
+        channel="x",
+        fs_hz=FS_HZ,
+        unit="m/s2",
+        speed=prescribed_speed(rpm / 60),
+    )
 
 
 RUN, HEALTHY = background_record(Origin.SIMULATED, seed=1), background_record(Origin.MEASURED, seed=2, size=SIZE + 100)
@@ -130,8 +135,7 @@ def test_no_increment_over_a_healthy_record(
     files = {name: tmp_path / f"{name}.csv" for name in ("run", "healthy")}
     for name, file in files.items():
         np.savetxt(file, np.random.default_rng(len(name)).standard_normal(40_960), header="x [m/s2]")
-    common = ["--fs", "20480", "--rpm", "859", "--bearing", "skf-22240", "--unit", "m/s2",
-              "--band", "1400", "2800"]  # fmt: skip
+    common = ["--fs", "20480", "--rpm", "859", "--bearing", "skf-22240", "--unit", "m/s2", "--band", "1400", "2800"]
     run, healthy = str(files["run"]), str(files["healthy"])
     assert main(["analyse", run, *common, "--background", healthy, "--healthy", healthy]) == 2
     assert "exclude each other" in capsys.readouterr().err

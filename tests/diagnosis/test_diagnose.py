@@ -83,15 +83,23 @@ def of_6203(fault: Fault, shaft_hz: float, wander: float, seed: int) -> Recordin
     for hz in (2500, 8000):
         samples += scipy.signal.lfilter(*scipy.signal.iirpeak(hz, 15, fs=fs_hz), train)
     return dataclasses.replace(
-        record(shaft_hz=25.0), channels={"x": samples}, fs_hz=fs_hz, bearing="skf-6203", band_hz=(1000.0, 10_000.0),
-    )  # fmt: skip
+        record(shaft_hz=25.0),
+        channels={"x": samples},
+        fs_hz=fs_hz,
+        bearing="skf-6203",
+        band_hz=(1000.0, 10_000.0),
+    )
 
 
 @pytest.mark.parametrize(
     ("fault", "off", "wander", "seed"),
-    [(Fault.OUTER, -0.01, 0.01, 1), (Fault.INNER, -0.01, 0.003, 1), (Fault.INNER, 0.0095, 0.012, 3),
-     (Fault.INNER, 0.012, 0.015, 2)],
-)  # fmt: skip
+    [
+        (Fault.OUTER, -0.01, 0.01, 1),
+        (Fault.INNER, -0.01, 0.003, 1),
+        (Fault.INNER, 0.0095, 0.012, 3),
+        (Fault.INNER, 0.012, 0.015, 2),
+    ],
+)
 def test_a_strong_fault_is_named_at_a_set_point_that_is_off(fault: Fault, off: float, wander: float, seed: int) -> None:
     """A stand-in for records that are not at hand: a 6203 whose faults stand hundreds of times above the noise.
 

@@ -26,9 +26,15 @@ def said(*views: tuple[float, ...], by: Evidence = BY) -> dict[str, float]:
 
 @pytest.mark.parametrize(
     ("features", "state"),
-    [((12, -1, -1, 1.5), "outer"), ((-1, 11, -1, 1.5), "inner"), ((-1, -1, 9, 1.5), "roller"),
-     ((0, 0, 0, 1.5), "healthy"), ((0, 0, 0, 9), OTHER), ((4.5, -1, -1, 0), UNDECIDED)],
-)  # fmt: skip
+    [
+        ((12, -1, -1, 1.5), "outer"),
+        ((-1, 11, -1, 1.5), "inner"),
+        ((-1, -1, 9, 1.5), "roller"),
+        ((0, 0, 0, 1.5), "healthy"),
+        ((0, 0, 0, 9), OTHER),
+        ((4.5, -1, -1, 0), UNDECIDED),
+    ],
+)
 def test_clear_records_are_called(features: tuple[float, ...], state: str) -> None:
     shares = said(features)
     assert sum(shares.values()) == pytest.approx(1)

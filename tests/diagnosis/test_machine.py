@@ -13,12 +13,27 @@ from srbval.errors import ConfigurationError
 from tests.reading.test_shaft_speed import FS_HZ, record
 
 ALL = {
-    "bearing": "skf-6205", "rpm": 1500.0, "rpm_tolerance": 2.0, "radial_kn": 12.5, "axial_kn": -0.5, "channel": "DE",
-    "fs": FS_HZ, "unit": "g", "scale": 5.0, "sensitivity": 100.0, "tacho": "T", "pulses_per_rev": 1.5,
-    "healthy": "before.npy", "healthy_scale": 2.0, "baseline": 8, "band": [2000.0, 5000.0], "auto_band": True,
+    "bearing": "skf-6205",
+    "rpm": 1500.0,
+    "rpm_tolerance": 2.0,
+    "radial_kn": 12.5,
+    "axial_kn": -0.5,
+    "channel": "DE",
+    "fs": FS_HZ,
+    "unit": "g",
+    "scale": 5.0,
+    "sensitivity": 100.0,
+    "tacho": "T",
+    "pulses_per_rev": 1.5,
+    "healthy": "before.npy",
+    "healthy_scale": 2.0,
+    "baseline": 8,
+    "band": [2000.0, 5000.0],
+    "auto_band": True,
     "cage_slip": 3.0,
-    "machine_class": "large-rigid", "zones_mm_s": [1.1, 2.8, 7.1],
-}  # fmt: skip
+    "machine_class": "large-rigid",
+    "zones_mm_s": [1.1, 2.8, 7.1],
+}
 REFUSED = {
     'bearing = "skf-6025"': "Did you mean 'skf-6205'",
     "[bearing.elements]\nrolling_elements = 9": "missing key 'element_diameter_m'",

@@ -24,11 +24,18 @@ def document(number: int, levels: np.ndarray, *, rpm: float = 1500.0, channel: s
     """What `read_records` says of a record, as far as a trend needs it; levels of three lines and the RMS."""
     names = ("BPFO", "BPFI", "2xBSF")
     return {
-        "file": f"{number:04}.npy", "channel": channel, "shaft_hz": {"value": rpm / 60},
-        "features": {"unit": "m/s2", "rms": levels[3], "band_rms": 1.0, "velocity_rms_mm_s": None,
-                     "velocity_missing": "not sampled fast enough"},
+        "file": f"{number:04}.npy",
+        "channel": channel,
+        "shaft_hz": {"value": rpm / 60},
+        "features": {
+            "unit": "m/s2",
+            "rms": levels[3],
+            "band_rms": 1.0,
+            "velocity_rms_mm_s": None,
+            "velocity_missing": "not sampled fast enough",
+        },
         "lines": [{"name": n, "harmonic": 1, "depth": x**2, "snr": 10.0} for n, x in zip(names, levels, strict=False)],
-    }  # fmt: skip
+    }
 
 
 def healthy(rng: np.random.Generator, kind: str) -> np.ndarray:
@@ -108,8 +115,10 @@ def test_zones_rise_with_the_velocity_and_the_class() -> None:
     assert all(list(one) == sorted(one) and len(one) == 3 for one in machine_classes().values())
     one = document(0, np.ones(4))
     one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}
-    zones = [trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0].zone
-             for name in ("medium-rigid", "medium-flexible", "large-flexible")]  # fmt: skip
+    zones = [
+        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0].zone
+        for name in ("medium-rigid", "medium-flexible", "large-flexible")
+    ]
     assert zones == ["D", "C", "B"]
 
 

@@ -80,9 +80,14 @@ def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays() -> None:
     for with_line in (fault, fault + tone(2.0)):
         assert (cleaned(with_line).channels["sensor"] - fault).std() < 0.02 * fault.std()
     name = "kurtosis 1400-2800 Hz"
-    true, before, after = (kurtoses(one)[name].value for one in (
-        record_of("x", Fault.OUTER, fault), record_of("x", Fault.OUTER, fault + tone(2.0)), cleaned(fault + tone(2.0))
-    ))  # fmt: skip
+    true, before, after = (
+        kurtoses(one)[name].value
+        for one in (
+            record_of("x", Fault.OUTER, fault),
+            record_of("x", Fault.OUTER, fault + tone(2.0)),
+            cleaned(fault + tone(2.0)),
+        )
+    )
     assert after == pytest.approx(true, rel=0.01)
     assert before < 0.7 * true
 

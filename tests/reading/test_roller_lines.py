@@ -13,9 +13,11 @@ BEARING = load_bearing("skf-22240")
 def test_the_model_s_roller_and_cage_are_read_from_its_vibration() -> None:
     """Both are known from the run: the damaged roller's own turning, seen from its slot, and the cage's speed."""
     scene = paper_scene(
-        duration_s=4.0, contact={"roller_fit": "printed"}, defect={"kind": "roller", "height": "-0.1 mm"},
+        duration_s=4.0,
+        contact={"roller_fit": "printed"},
+        defect={"kind": "roller", "height": "-0.1 mm"},
         detail_rate_hz=1024.0,
-    )  # fmt: skip
+    )
     run = simulate(scene)
     side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz

@@ -78,9 +78,12 @@ def test_nothing_is_named_in_noise_or_beside_a_line_that_was_found() -> None:
 
 @settings(max_examples=SPEEDS, deadline=None, derandomize=True)
 @given(
-    off=some.floats(-0.09, 0.09), tolerance_pct=some.floats(0.02, 10), slip=some.floats(0, 0.008),
-    kind=some.sampled_from(["inner", "outer", "noise"]), seed=some.integers(0, 99),
-)  # fmt: skip
+    off=some.floats(-0.09, 0.09),
+    tolerance_pct=some.floats(0.02, 10),
+    slip=some.floats(0, 0.008),
+    kind=some.sampled_from(["inner", "outer", "noise"]),
+    seed=some.integers(0, 99),
+)
 def test_the_tolerance_of_a_set_point_binds(
     off: float, tolerance_pct: float, slip: float, kind: str, seed: int
 ) -> None:
