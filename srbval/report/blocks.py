@@ -210,7 +210,7 @@ class Figure:
 
     def __post_init__(self) -> None:
         _check(self.id, "figure")
-        for what, text in (("an alt text: say what the picture shows", self.alt), ("a caption", self.caption)):
+        for what, text in (("an alt text: describe the picture", self.alt), ("a caption", self.caption)):
             if not text.strip():
                 raise ValueError(f"figure {self.id!r} needs {what}.")
 

@@ -20,7 +20,7 @@ class StoredResults(dict[str, StoredResult]):
     """The newest stored result of each name."""
 
     def content(self, name: str) -> Mapping[str, Any]:
-        """The content of a result; empty where there is none."""
+        """Content of a result; empty without a result."""
         return self[name].content if name in self else {}
 
 
@@ -29,7 +29,7 @@ class Page:
     """A section of the report that is made of stored `results` alone.
 
     `place` orders the sections, see `assemble`; pages whose sections have one id follow each other within one section.
-    `data` gives further keys of ``report.json``, of which lists are joined to those of the same key.
+    `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it.
     """
 
     name: str
@@ -40,13 +40,13 @@ class Page:
 
 
 def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
-    """The newest results that `pages` are made of, and those of further `names`."""
+    """Newest results for `pages`, and for further `names`."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
     return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
 def in_order(placed: Iterable[tuple[float, Section]]) -> tuple[Section, ...]:
-    """Sections by their place; those of one id, one after another, as one with the first one's title."""
+    """Sections by their place; successive sections of one id become one section with the title of the first."""
     ordered = [section for _, section in sorted(placed, key=lambda one: one[0])]
     return tuple(_joined(list(same)) for _, same in groupby(ordered, key=lambda section: section.id))
 

@@ -16,7 +16,7 @@ from srbval.report.blocks import Cell, Column, Figure, KeyValues, Report, Table,
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
-MOST_OPEN = 3  # sections of a page that shows them open; those of a longer one are opened one by one
+MOST_OPEN = 3  # sections of a page that shows all of them open; a longer page folds its sections
 MARKUP = {"caption", "headline", "items", "notes", "points", "text"}  # fields whose text may hold inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
@@ -85,7 +85,7 @@ def as_plain(report: Report) -> dict[str, Any]:
 
 
 def _plain(value: Any, name: str = "") -> Any:
-    """What stands in the field `name`: a dataclass as a dict of its fields, with its class as its `kind`."""
+    """Plain value of the field `name`: a dataclass becomes a dict of its fields with its class as `kind`."""
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):

@@ -16,7 +16,7 @@ from srbval.report.blocks import Report
 from srbval.report.plain import as_plain
 from srbval.storage.installation import MissingLibraryError
 
-# What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
+# Characters of a data URI, besides letters and digits, that need no escape in a quoted attribute.
 _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
 # Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
@@ -31,7 +31,7 @@ def _template(name: str) -> str:
 def render_html(report: Report, folder: Path) -> str:
     """Render a report as a whole page.
 
-    Its pictures and their data already lie in ``folder/figures``. All text is escaped by the template engine; pictures
+    Its pictures and their data are in ``folder/figures``. All text is escaped by the template engine; pictures
     and data become data URIs. Raises FileNotFoundError when a file of a figure is missing.
     """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
@@ -67,7 +67,7 @@ def _data_uri(folder: Path, name: str) -> Markup:
 
 
 def require_typst() -> Any:
-    """Import typst, or say how to install it."""
+    """Import typst, or raise an error with the command that installs it."""
     try:
         import typst
     except ImportError:
@@ -76,7 +76,7 @@ def require_typst() -> Any:
 
 
 def render_pdf(report: Report, folder: Path) -> bytes:
-    """Typeset `report`, whose pictures already lie in ``folder/figures``.
+    """Typeset `report`, whose pictures are in ``folder/figures``.
 
     All text travels as JSON data, never as markup, so nothing in it can be executed. The PDF is dated
     with the report's own time: the same report gives the same bytes. Raises `ConfigurationError` without

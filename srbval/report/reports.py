@@ -72,7 +72,7 @@ def report_recordings(
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; without a band that is stated anywhere one is
+    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; if no band is stated anywhere, one is
     chosen on each record, with its trials counted. Recordings that cannot be read or analysed are listed in the report
     with the reason; `others`, documents of `read_records`, have a row in its overview and no section. See
     `gather_user_records` for `healthy`, `model` and `all_channels`, and `make_report` for the rest. Raises what they

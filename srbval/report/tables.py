@@ -25,9 +25,9 @@ def frame_table(
     """Build a table with one row for each row of `frame` (or of a list of mappings with the same keys).
 
     `columns` names the columns of the frame to show, in order, each with (title, unit, format); unit and format may be
-    left out, a `Column` says more. The companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of a column
-    ``X``, if the frame has them, give its half width of a 95 % interval, the kind of its source, its judgement and a
-    remark below it. None and NaN are shown as a dash. Raises KeyError for a column that the frame does not have.
+    left out; a `Column` is taken as it is. If the frame has companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and
+    ``X_note`` of a column ``X``, they give the half width of its 95 % interval, its source, its judgement and a remark
+    below it. None and NaN are shown as a dash. Raises KeyError for a column that the frame does not have.
     """
     import pandas as pd
 

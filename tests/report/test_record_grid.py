@@ -23,9 +23,9 @@ from srbval.report.reports import report_recordings, write_plot
 from srbval.signal.envelope import END_S
 
 BEARING = load_bearing("skf-6205")
-RATES_HZ = (2000.0, 4096.0, 8192.0, 12_000.0, 20_000.0, 48_000.0, 65_536.0, 102_400.0)
-SECONDS = (0.25, 0.5, 1.5, 4.0)
-SPEEDS_RPM = (30.0, 60.0, 120.0, 200.0, 300.0, 450.0, 600.0, 900.0, 1200.0, 1800.0, 3000.0, 4500.0, 6000.0)
+RATES_HZ = (2000.0, 8192.0, 12_000.0, 48_000.0, 102_400.0)
+SECONDS = (0.25, 1.5, 4.0)
+SPEEDS_RPM = (30.0, 120.0, 300.0, 600.0, 1200.0, 3000.0, 6000.0)
 
 MOSTLY = 0.8  # of the records that are long enough: at 2 kHz and 6,000 rpm the line is beyond reach
 
@@ -56,7 +56,7 @@ def gathered(recording: Recording, healthy: Recording | None = None) -> UserReco
 
 
 @pytest.mark.parametrize("fs_hz", RATES_HZ)
-def test_each_of_416_rates_lengths_and_speeds_gives_a_report_or_a_true_reason(fs_hz: float) -> None:
+def test_each_rate_length_and_speed_gives_a_report_or_a_true_reason(fs_hz: float) -> None:
     read = []
     for seconds, rpm in itertools.product(SECONDS, SPEEDS_RPM):
         if round((seconds - 2 * END_S) * rpm / 60, 1) >= LEAST_REVOLUTIONS:
@@ -74,10 +74,9 @@ def test_each_of_416_rates_lengths_and_speeds_gives_a_report_or_a_true_reason(fs
 
 
 EXTREMES = [(2000.0, 0.25, 6000.0), (102_400.0, 0.25, 6000.0), (1000.0, 600.0, 2.0), (100.0, 100.0, 6.0)]
-LONG = itertools.product((2000.0, 12_000.0, 102_400.0), (20.0, 60.0), (30.0, 120.0, 600.0, 6000.0))
 
 
-@pytest.mark.parametrize("made", EXTREMES + [pytest.param(one, marks=pytest.mark.long_form) for one in LONG], ids=str)
+@pytest.mark.parametrize("made", EXTREMES, ids=str)
 def test_page_and_pictures_of_an_extreme_record(made: tuple[float, float, float], tmp_path: Path) -> None:
     record, formats = outer_race(*made), ("html", "json")
     report_recordings([record], tmp_path, bearing=BEARING.name, model=False, formats=formats)

@@ -19,14 +19,14 @@ from srbval.report.figures.style import (
     panel,
 )
 
-# How each state is called and drawn; what is none of them stands last.
+# Colours of the states.
 STATES = {"outer": VERMILION, "inner": PURPLE, "roller": ORANGE, "other": SOFT, "healthy": "#9fd3bd"}
 LONGEST_NAME = 34  # characters of a recording's name
 
 
 @panel
 def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn:
-    """Of each recording, by its name, the probabilities of all states as one bar, faults from the left."""
+    """Probabilities of all states for each recording (by its name) as one bar, faults from the left."""
     figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])

@@ -20,8 +20,8 @@ def scalogram_panel(
 ) -> Drawn:
     """|CWT| of the record's envelope as an image over time and logarithmic frequency, colours from zero to `top`.
 
-    The line of `state` is marked, and where the shaft modulates it the shaft's period by ticks along the top. What lies
-    within the cone of influence of either end is hatched.
+    The line of `state` is marked, and, if the shaft modulates it, the shaft's period by ticks along the top. The
+    cones of influence of both ends are hatched.
     """
     start, stop = record.window_s
     time = image.time_s + start
@@ -83,7 +83,7 @@ def _log_ticks(axes: Any, frequency: FloatArray) -> None:
 
 
 def _hatch_cone(axes: Any, image: Scalogram, span: tuple[float, float]) -> None:
-    """Hatch where a row also sees the ends of what was transformed; times [s] count from the picture's left edge."""
+    """Hatch the cones of influence of both ends; times [s] count from the picture's left edge."""
     level, edge_ms = np.log10(image.frequency_hz), image.edge_s * 1e3
     inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
     for border, outer in zip(inner, span, strict=True):

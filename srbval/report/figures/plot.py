@@ -27,7 +27,7 @@ def plot(of: Run | Analysis, *, healthy: Analysis | None = None) -> Any:
     """A matplotlib figure of a run or an analysis. Notebooks show what this returns; ``savefig`` writes it.
 
     Of a run: acceleration along the sensor's axis in time, its spectrum, the cage's speed. Of an analysis: the middle
-    of the record with its envelope, and the envelope spectrum with its lines marked, in m/s² where the recording is;
+    of the record with its envelope, and the envelope spectrum with its lines marked, in m/s² if the recording is;
     `healthy`, analysed in the same band, is drawn dashed.
     """
     with figure_style():

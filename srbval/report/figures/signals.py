@@ -130,7 +130,7 @@ SPECTRUM_BINS = 600
 LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
-NAMES_FROM = 0.75  # where a narrow picture's labels begin, above all that is drawn: only names fit there
+NAMES_FROM = 0.75  # height at which the labels of a narrow picture begin, above its curves: only names fit there
 
 
 @panel
@@ -216,7 +216,7 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
 
 
 def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:
-    """What tall peaks are, upright above them, a little away from what is close: another, a line, the axis."""
+    """Names of tall peaks, upright above them, moved away from a close peak, line or axis."""
     places = [0.0, *marked_hz, *(at_hz for _, at_hz, _ in others)]
     near = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]
     for label, at_hz, height in others:
@@ -237,10 +237,10 @@ def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
-    """Harmonics with frequency and order, sidebands by name; a label that would lie on another stands below it."""
+    """Harmonics with frequency and order, sidebands by name; labels that would overlap are set at lower heights."""
     cursors, blended = view.cursors, axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
-    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # beside the axis, whose numbers stand there
+    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # beside the numbers of the axis
     for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
         at_hz, look = cursor.frequency_hz, {"transform": blended, "rotation": 90, "va": "top", "color": GREEN}
         if cursor.sideband:
@@ -263,7 +263,7 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
 
 
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
-    """Where each cursor's label begins, in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
+    """Top of each cursor's label in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
     low, high = axes.get_xlim()
     width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)

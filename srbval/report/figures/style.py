@@ -36,7 +36,7 @@ BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest o
 
 @dataclass(frozen=True)
 class PanelFiles:
-    """Where a panel's picture and its data were written."""
+    """Paths of a panel's picture and its data."""
 
     picture: Path
     data: Path
@@ -118,7 +118,7 @@ def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins
 
 
 def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> None:
-    """Write columns of numbers, six significant digits, empty where a number is missing."""
+    """Write columns of numbers, six significant digits, empty for missing numbers."""
     arrays = [np.asarray(values) for values in columns.values()]
     lines = [",".join(columns)]
     lines += [",".join(_text(value) for value in row) for row in zip(*arrays, strict=True)]
@@ -133,7 +133,7 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True)
 class OriginStyle:
-    """How signals of one origin are named and drawn."""
+    """Name and colours of signals of one origin."""
 
     word: str
     colour: str
@@ -164,9 +164,9 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
-    """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
+    """Turn a function that returns a figure and its plotted columns into one that returns a `Drawing`.
 
-    The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
+    The drawing, called with a folder and a name, writes both: picture and data (CSV).
     """
 
     @functools.wraps(draw)

@@ -1,1 +1,1 @@
-"""What a report is made of, gathered before anything is drawn."""
+"""Findings behind a report, gathered before anything is drawn."""

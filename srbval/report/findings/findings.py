@@ -1,4 +1,4 @@
-"""The findings, all that the report shows, as frozen data: run, read, analyse and compare, then nothing is computed."""
+"""Findings of the report as frozen data: everything is run, read, analysed and compared before anything is shown."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping
@@ -37,13 +37,12 @@ Side = Mapping[Fault, Analysis]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Findings:
-    """What the report is made of: `data`, the content of ``report.json``, and what figures draw and sections word.
+    """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `matrix` and what `data` says of slip take in every registered recording of the rig; the rest shows the model and
-    the rig at one of the matrix's speeds. Sides are ``paper`` (the model at 710 rpm), ``model`` (at each rig
-    recording's own speed) and ``rig`` in `analyses`, the last two in `views` and `scalograms`. `runs` are those shown,
-    by the id of their case, not those of every other record of the matrix; `run_facts` says how each went. `datasets`
-    are those of the rig's recordings.
+    `matrix` covers every registered recording of the rig; the other fields cover the model and the rig at one of its
+    speeds. The sides of `analyses` are ``paper`` (the model at 710 rpm), ``model`` (at each rig recording's own speed)
+    and ``rig``; `views` and `scalograms` have the last two. `runs` are by the id of their case, `run_facts` describes
+    each, `datasets` describes the rig's recordings.
     """
 
     data: Mapping[str, Any]
@@ -171,7 +170,7 @@ def _models(found: Mapping[Fault, Sides], matrix: Matrix) -> dict[Fault, Analyse
 def at_drawn_points(
     registered: Iterable[RegisteredRecording], printed: Table6, stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
-    """Those at the paper's load, no axial one, and a speed of the model's stored draws; any speed without draws."""
+    """Recordings at the paper's load without axial load, at a speed of the model's stored draws if there are any."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
     at_load = [one for one in registered if one.radial_kn == printed.radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
@@ -180,7 +179,7 @@ def at_drawn_points(
 def choose_rig_recordings(
     printed: Table6, registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
-    """Those of the rig's recordings to hold the model against: one nominal speed, the paper's load, no axial load.
+    """Recordings of the rig for the comparison: one nominal speed, the paper's load, no axial load.
 
     The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
     a state the longest, as in the matrix.

@@ -1,4 +1,4 @@
-"""What carries the load of the simulated bearing, and the frequencies at which rollers pass its raceways' points."""
+"""Division of the load of the simulated bearing, and frequencies at which rollers pass the points of its raceways."""
 
 import math
 

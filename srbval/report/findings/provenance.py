@@ -1,4 +1,4 @@
-"""Where the findings come from: how each run went, versions, revision, machine, seeds and recordings."""
+"""Provenance of the findings: facts on each run, versions, revision, machine, seeds and recordings."""
 
 import os
 import platform
@@ -34,7 +34,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 
 
 def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
-    """Where those recordings come from that came with the program."""
+    """Source and licence of the recordings that come with the program."""
     folder = shipped_folder(RIG_EXCERPTS)
     found = [entry for entry in entries if Path(entry.file).parent == folder]
     if not found:
@@ -46,10 +46,10 @@ def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """How a case's run went; `step_s` is None where the model has a solver of its own.
+    """Facts on the run of a case; `step_s` is None if the model has a solver of its own.
 
-    `numerics`: estimated errors that the step leaves [%], see `estimates.StepError.to_dict`, None where not estimated.
-    `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
+    `numerics`: estimated errors that the step leaves [%], see `estimates.StepError.to_dict`, None if not estimated.
+    `energy_imbalance` is relative to the losses, NaN if the model has no energies.
     """
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {

@@ -1,1 +1,1 @@
-"""What the report says: pure functions from findings to blocks. They select and word; they compute nothing."""
+"""Sections of the report: pure functions from findings to blocks, which select and word and compute nothing."""

@@ -73,7 +73,7 @@ def headline(stated: Sequence[Row], trend_endpoint: str, slowest: str, fastest: 
 
 
 def trend_sentence(trend: Row, slowest: str, fastest: str) -> str:
-    """How the rig's cage ratio changes with speed, and the model's if it is known."""
+    """Sentence on the change of the cage ratio with speed: of the rig, and of the model if it is known."""
     name = "trend" if trend["model_pct"] is None else "trend-with-model"
     return TEXTS.text(name, **trend, slowest=slowest, fastest=fastest)
 

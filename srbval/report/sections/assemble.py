@@ -53,7 +53,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
 
 
 def limits_section(findings: Findings) -> Section:
-    """What nothing in this report is about, and what is not known."""
+    """Section on the subjects that the report does not cover, and on open questions."""
     records, compared = findings.matrix.records, findings.matrix.comparisons["record"]
     axial = bool(records[records["file"].isin(compared)]["axial_kn"].any())
     passing = findings.data["point_passing"]
@@ -73,7 +73,7 @@ def limits_section(findings: Findings) -> Section:
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
-    """Which records were unknown to the project before they were compared, and that predictions were compared once."""
+    """Sentence on the records that were unknown before they were compared, and on the stored predictions."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
     text = LIMITS.text("blind", records=", ".join(blind)) if blind else LIMITS.text("not-blind")
     return f"{text} {LIMITS.text('predicted')}" if predicted else text

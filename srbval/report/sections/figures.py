@@ -123,7 +123,7 @@ def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figur
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
-    """How scripts show an envelope spectrum again; `curves` names the columns of its data file."""
+    """Chart of an envelope spectrum for scripts; `curves` names the columns of its data file."""
     return Explore(
         x="frequency_hz",
         x_label="Frequency, Hz",

@@ -95,7 +95,7 @@ def speed_or_slip_section(findings: Findings) -> Section:
 
 
 def measured_sentence(sums: Sequence[Mapping[str, Any]], lines: Sequence[Mapping[str, Any]]) -> str:
-    """What the rig's own recordings add: their sum, and how far their lines are from kinematics at measured speed."""
+    """Sentence on the rig's recordings: their sum, and how far their lines are from kinematics."""
     own = [row for row in lines if (row["origin"], row["speed_source"]) == ("measured", "tachometer")]
     parts = [SPEED.text("measured-sum", total=row["total"], ci95=row["ci95"]) for row in sums[:1]]
     if 0 < len(own) <= LISTED:

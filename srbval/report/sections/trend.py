@@ -39,7 +39,7 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
 
 
 def trend_points(trend: Trend) -> Iterator[str]:
-    """How sure the answer is, why there is no zone if there is none, and what a level is."""
+    """Certainty of the answer, reasons for missing zones, and the meaning of a level."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
         yield TEXTS.text("how-sure", comparisons=trend.comparisons, baseline=trend.baseline, each=each, all_pct=all_pct)

@@ -154,7 +154,7 @@ def _of_record(record: UserRecord, number: int, title: str) -> Section:
 
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
-    """The sections of one record; `suffix` tells the ids of its figures and tables from another's."""
+    """Sections of one record; `suffix` makes the ids of its figures and tables unique."""
     verdict, recording = record.verdict, record.analysis.recording
     reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))

@@ -101,7 +101,7 @@ def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
 
 
 def model_paragraph(model: ModelSide) -> Paragraph:
-    """Which model was run with which defect, and what the bearing's dimensions leave open."""
+    """Paragraph on the model, its defect, and the open dimensions of the bearing."""
     opened = f"{TEXTS.text('open-cage', angle_deg=model.open_cage.angle_deg)} " if model.open_cage else ""
     scene = "" if model.open_cage else f", scene `{model.base}`"
     defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
@@ -111,7 +111,7 @@ def model_paragraph(model: ModelSide) -> Paragraph:
 
 
 def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
-    """What the report does not say, as far as it applies to these records."""
+    """Limits of the report that apply to these records."""
     yield from TEXTS.items("limits")
     if not any(record.baseline for record in records):
         yield TEXTS.text("no-healthy")
