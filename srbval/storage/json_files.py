@@ -15,11 +15,9 @@ values may be anything that can be written, other dataclasses included.
 
 import dataclasses
 import enum
-import hashlib
 import json
 import math
 import os
-import re
 from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -32,10 +30,6 @@ from srbval.storage.files import MOST_BYTES, atomic_write, file_sha256, read_lim
 from srbval.storage.tables import build
 
 T = TypeVar("T")
-LINE = re.compile(rb'(\{.+), "check": "([0-9a-f]{32})"\}')
-STRING = re.compile(rb'"(?:[^"\\]|\\.)*+"')
-SURROGATE = re.compile("[\ud800-\udfff]")  # half a character: no file can hold one
-MOST_BRACKETS = 500  # of a line, so that nothing is nested deeper than Python follows
 
 
 def to_json(value: Any) -> Any:
@@ -148,33 +142,6 @@ def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
         inside = ".." not in Path(name).parts and not Path(name).is_absolute() and len(Path(name).parts) <= 2
         if inside and (folder / name).is_file() and file_sha256(folder / name) == sha256:
             yield folder / name
-
-
-def checked_line(value: Any) -> bytes:
-    """A mapping or dataclass as one line of JSON, UTF-8, that ends with the hash of the text before it."""
-    text = json.dumps(to_json(value), ensure_ascii=False)
-    content = SURROGATE.sub("?", text).removesuffix("}").encode()
-    return content + b', "check": "%s"}\n' % _check(content)
-
-
-def read_checked_line(line: bytes) -> dict[str, Any]:
-    """The object of a line, without its check value; `ValueError` where that does not fit, or for a hostile value.
-
-    Nothing is parsed whose check value does not fit.
-    """
-    found = LINE.fullmatch(line.removesuffix(b"\n"))
-    if found is None or _check(found[1]) != found[2]:
-        raise ValueError("it does not fit its check value")
-    structure = STRING.sub(b"", found[1])
-    if structure.count(b"[") + structure.count(b"{") > MOST_BRACKETS:
-        raise ValueError("too much is nested in it")
-    table: dict[str, Any] = parse_json(found[1] + b"}")
-    json.dumps(table, ensure_ascii=False).encode()  # no half characters
-    return table
-
-
-def _check(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest()[:32].encode()
 
 
 def _refuse(constant: str) -> Any:
