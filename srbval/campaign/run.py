@@ -122,7 +122,19 @@ def _run_pending(
     cases, ran = {case.key: case for case in pending}, dict[str, CaseResult]()
     ended_s, failed, unwritten = 0.0, 0, 0
     progress(task, 0.0)
-    running = engine.run(_job(folder, campaign, pending))
+    first = {(case.model, case.solver): case for case in pending}.values()  # for which kernels are compiled
+    tasks = (
+        CaseTask(
+            key=case.key,
+            scene=final_scene(campaign, case),
+            outputs=campaign.outputs,
+            path=result_path(folder, case.key),
+            limit_s=campaign.limit_s(case.planned_s),
+        )
+        for case in pending
+    )
+    precompiled = [final_scene(campaign, case) for case in first]
+    running = engine.run(Job(folder=folder, precompiled=precompiled, tasks=tasks, count=len(pending)))
     try:
         for result in running:
             file = result_path(folder, result.key)
@@ -148,22 +160,3 @@ def _run_pending(
         running.close()
         remove_incomplete(folder)  # of processes that were ended while they wrote
     return ran
-
-
-def _job(folder: Path, campaign: Campaign, pending: Sequence[CampaignCase]) -> Job:
-    """The work of an engine; kernels for one scene of each model and solver are compiled before any case runs."""
-    return Job(
-        folder=folder,
-        precompiled=[final_scene(campaign, case) for case in {(c.model, c.solver): c for c in pending}.values()],
-        tasks=(
-            CaseTask(
-                key=case.key,
-                scene=final_scene(campaign, case),
-                outputs=campaign.outputs,
-                path=result_path(folder, case.key),
-                limit_s=campaign.limit_s(case.planned_s),
-            )
-            for case in pending
-        ),
-        count=len(pending),
-    )

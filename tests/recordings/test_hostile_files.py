@@ -90,20 +90,6 @@ def numbers(rng: Rng, whole: bytes) -> bytes:
     return bytes(data)
 
 
-def recompressed(rng: Rng, whole: bytes) -> bytes:
-    """Numbers changed within the compressed elements of MATLAB, their checksums made right again."""
-    if not whole.startswith(b"MATLAB 5.0"):
-        return numbers(rng, whole)
-    made, at = [whole[:128]], 128
-    while at + 8 <= len(whole):
-        kind, count = struct.unpack_from("<II", whole, at)
-        body = zlib.decompress(whole[at + 8 : at + 8 + count]) if kind == 15 else whole[at : at + 8 + count]
-        packed = zlib.compress(numbers(rng, body))
-        made.append(struct.pack("<II", 15, len(packed)) + packed)
-        at += 8 + count
-    return b"".join(made)
-
-
 def values(rng: Rng, path: Path) -> None:
     """Values, types, shapes or texts that are not what they should be, in a file that is whole."""
     spoilt, hostile = _spoilt(rng), str(rng.choice(HOSTILE))
@@ -196,7 +182,7 @@ def test_every_format_with_every_damage(tmp_path: Path, monkeypatch: pytest.Monk
         (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path / "here")
     trap = tmp_path / "executed"
-    whole, damages = whole_files(tmp_path / "whole"), (flipped, overwritten, cut, numbers, recompressed)
+    whole, damages = whole_files(tmp_path / "whole"), (flipped, overwritten, cut, numbers)
     claims = {"values": values, "npy header": npy_header, "pickle": partial(pickled, trap=trap)}
     cells = [*itertools.product(whole, damages), *(("", name) for name in list(claims) * 6)]
     outcomes: Counter[tuple[object, str]] = Counter()
@@ -319,15 +305,6 @@ def half_written(path: Path, name: str, **attributes: object) -> None:
         file.attrs.update({"fs_hz": 1000.0, "unit": "m/s2"} | attributes)
 
 
-def half_a_struct(path: Path) -> None:
-    files.rig_v73(path, files.rig_signals())
-    with h5py.File(path, "r+") as file:
-        shape = file[file["Signal_3/y_values/values"][0, 0]].shape
-        empty = file["#refs#"].create_dataset("half", shape, "f8", chunks=(1, shape[1] // 2))
-        empty[:, : shape[1] // 2] = 1.0
-        file["Signal_3/y_values/values"][0, 0] = empty.ref
-
-
 MANY = "[0-9]{4} or more links, references and attributes; 4096 are read at most"
 UNWRITTEN = r"3 of 4 chunks of '{}' were never written \(75 % of its samples\); copy"
 OWN = "acceleration_m_s2"
@@ -355,7 +332,6 @@ CASES: dict[str, tuple[Write, str]] = {
     "eight filters": (partial(filters, numbers=(1,) * 8), "compressed by 8 filters"),
     "half": (partial(half_written, name="x"), UNWRITTEN.format("x")),
     "half of a stand-in": (partial(half_written, name=OWN, srbval_kind="stand-in"), UNWRITTEN.format(OWN)),
-    "half a struct": (half_a_struct, r"4 of 8 chunks of 'Signal_3\.y_values\.values' were never written \(50 %"),
 } | {
     f"claim {shape}": (partial(huge_claim, shape=shape), f"claims {8 * math.prod(shape)} bytes")
     for shape in ((10**12,), (2**32, 2**32), (2**62,))

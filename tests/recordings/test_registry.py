@@ -28,7 +28,7 @@ from srbval.recordings.registry import (
     rig_recordings,
     verify,
 )
-from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
+from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.write import write_report
 from tests.campaign.campaigns import small
@@ -197,25 +197,6 @@ def test_what_cannot_be_added(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "empty" / "pipe.mat")
     pipe = by_name(add(tmp_path / "empty").recordings)["pipe.mat"]
     assert (pipe.status, pipe.reason) == (FileStatus.UNREADABLE, "not a regular file")
-
-
-def test_recordings_of_an_earlier_version_are_looked_at_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It did not look for what is wrong with the samples."""
-
-    def forget(entries: dict[str, RegisteredRecording]) -> None:
-        entries.update((key, replace(entry, cautions=None)) for key, entry in entries.items())
-
-    added = add(folder).recordings
-    update_manifest(forget)
-    assert {entry.cautions for entry in listing().recordings} == {None}
-    assert add(folder).recordings == listing().recordings == added
-    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
-    manifest_path().unlink()
-    listing()
-    update_manifest(forget, inspected_path())
-    assert listing().recordings == added
-    monkeypatch.setattr(register, "inspect_file", None)  # and not a third time
-    assert listing().recordings == added
 
 
 def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:

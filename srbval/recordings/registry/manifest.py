@@ -47,7 +47,7 @@ class RegisteredRecording:
 
     Loads in kN, `fs_hz` in Hz, `rpm` the mean shaft speed if known; a fact is None if neither the file nor the user
     states it. `reason` explains every status but ok, and lists the open questions of an ok file. `settings` are the
-    user's. `cautions` list what may make the numbers wrong; None if nothing was read, or by an earlier version.
+    user's. `cautions` list what may make the numbers wrong; None if nothing was read.
     """
 
     file: str

@@ -319,7 +319,7 @@ def _inspect(
 
     def inspect(path: Path) -> RegisteredRecording:
         old, settings = known.get(str(path)), files[path]
-        if old and not settings and _unchanged(old) and not (old.channels and old.cautions is None):
+        if old and not settings and _unchanged(old):
             return old
         stored = (old and old.settings) or RecordingSettings()
         return inspect_file(path, settings.over(stored) if settings else stored)
