@@ -67,6 +67,10 @@ class DaskEngine:
         from distributed import KilledWorker
 
         with _one_error(self.name), self._client() as client:
+            with contextlib.suppress(TimeoutError):
+                client.wait_for_workers(1, timeout=self._wait_s)  # raises the errors of a batch system
+            if not client.nthreads():
+                raise self._no_worker()
             waiting, scenes = iter(job.tasks), tuple(job.precompiled)
             submitted: dict[Any, CaseTask] = {}
             while True:
@@ -117,13 +121,16 @@ class DaskEngine:
                 if client.nthreads():
                     seen = time.monotonic()
                 elif time.monotonic() - seen > self._wait_s:
-                    raise DataError(
-                        f"no worker of {self.name} for {self._wait_s:g} s. {KEPT} Its own log says why: a full queue "
-                        "(wait longer with --wait S), jobs that are refused or end at their time limit, or workers "
-                        "that cannot reach the scheduler."
-                    ) from None
+                    raise self._no_worker() from None
             except CancelledError:
                 raise DataError(f"the scheduler of {self.name} is gone. {KEPT}") from None
+
+    def _no_worker(self) -> DataError:
+        return DataError(
+            f"no worker of {self.name} for {self._wait_s:g} s. {KEPT} Its own log says why: a full queue (wait longer "
+            "with --wait S), jobs that are refused or end at their time limit, or workers that cannot reach the "
+            "scheduler."
+        )
 
 
 @contextlib.contextmanager
