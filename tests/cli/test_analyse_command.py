@@ -89,11 +89,11 @@ def test_what_a_file_leaves_open_comes_with_a_command_that_works(
     assert main(["analyse", str(file), "--machine", str(tmp_path / "machine.toml")]) == 0
 
 
-ANSWERED = records._answered
+IN_PROCESSES = records.in_processes
 
 
-def interrupted(waiting: Any, jobs: int) -> Iterator[Any]:
-    for done, answer in enumerate(ANSWERED(waiting, jobs)):
+def interrupted(function: Any, waiting: Any, *, jobs: int | None) -> Iterator[Any]:
+    for done, answer in enumerate(IN_PROCESSES(function, waiting, jobs=jobs)):
         yield answer
         if done == 9:
             raise KeyboardInterrupt
@@ -103,16 +103,16 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All that can be read is in the table, the faults first; what was read before Ctrl-C is not read again."""
-    monkeypatch.setattr(records, "_answered", interrupted)
+    monkeypatch.setattr(records, "in_processes", interrupted)
     command = ["analyse", str(folder), *GIVEN]
     assert main(command) == 130
     left = list[int]()
 
-    def counted(waiting: Any, jobs: int) -> Any:
+    def counted(function: Any, waiting: Any, *, jobs: int | None) -> Any:
         left.append(len(waiting))
-        return ANSWERED(waiting, jobs)
+        return IN_PROCESSES(function, waiting, jobs=jobs)
 
-    monkeypatch.setattr(records, "_answered", counted)
+    monkeypatch.setattr(records, "in_processes", counted)
     capsys.readouterr()
     assert main([*command, "--json"]) == 3
     printed = capsys.readouterr()

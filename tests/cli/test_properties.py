@@ -194,7 +194,9 @@ def said(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Said]:
             raise NumericsError("this would take long")
 
         patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
-        patch.setattr("srbval.diagnosis.records._answered", lambda asked, _: ((one, _answer(one)) for one in asked))
+        patch.setattr(
+            "srbval.diagnosis.records.in_processes", lambda _, asked, **__: ((one, _answer(one)) for one in asked)
+        )
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
             patch.setattr(f"srbval.cli.{path.stem}.answer", functools.partial(answer_twice, text))
         for function in LONG:
