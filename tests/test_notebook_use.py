@@ -68,6 +68,7 @@ def test_every_command_is_a_function() -> None:
         "data": "list_recordings",
         "docs": "build_docs",
         "doctor": "doctor",
+        "evidence": "run_study",
         "identify": "identify_path",
         "kinematics": "fault_frequencies",
         "plan": "make_plan",

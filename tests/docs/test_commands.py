@@ -32,6 +32,7 @@ LEFT_OUT = {  # words of commands that are not run here, with the reason
     "activate": "the environment of a cluster",
     "sphinx-build": ".ci/run does it",
     "srbval check": "takes minutes, or replaces the reference: .ci/run does it",
+    "srbval evidence": "takes minutes: tests/studies",
     "srbval bench": "takes minutes: tests/studies",
     "data fetch": "needs a network",
     "--engine": "needs a cluster: below",
