@@ -13,7 +13,7 @@ from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNam
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
 from srbval.models.solvers import METHODS
-from srbval.plan.calibrated import calibration_of, neighbours
+from srbval.plan.measured import table_about
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.content_store import content_key
@@ -48,8 +48,8 @@ class CampaignCase:
 def plan_cases(campaign: Campaign) -> list[CampaignCase]:
     """All cases. A point of which no scene can be made is a case too, with the reason.
 
-    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and all
-    that `make_plan` raises without a calibration.
+    Raises `ConfigurationError` if axes contradict each other or contain an unknown key, unit or other word, and
+    the errors of `make_plan`.
     """
     return [_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
@@ -73,7 +73,7 @@ def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
 def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
     """Sums over a plan; cases of the same content count once in `different`, time and disk.
 
-    `expected_s` is wall time on one core of the machine of the calibration, None if unknown.
+    `expected_s` is wall time on one core of the machine that the models were measured on, None if unknown.
     """
     unique = {case.key: case for case in cases}.values()
     known = [case.expected_s for case in unique if not case.refused]
@@ -135,15 +135,16 @@ def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameEr
 
 
 def _cost(scene: Scene) -> tuple[float, float | None]:
-    """Wall time [s]: a guess from the number of right-hand sides, and the calibrated one, None if unknown."""
+    """Wall time [s]: a guess from the number of right-hand sides, and the measured one, None if unknown."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name) or 1
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
     try:
-        table = calibration_of(scene)
+        table = table_about(scene)
     except DataError:
         return GUESSED_S * weight, None
-    pace = neighbours(table, scene).wall_per_simulated_s(scene.model)
+    pace, measured = table.pace.get(scene.model), table.values
     if pace is not None and not lesser:
-        pace *= each / (right_hand_sides_per_step(table.solver) or 1) * table.step_s / scene.solver.step_s
+        other = right_hand_sides_per_step(measured["solver.name"]) or 1
+        pace *= each / other * measured["solver.step_s"] / scene.solver.step_s
     return GUESSED_S * weight, None if pace is None else pace * seconds

@@ -26,48 +26,58 @@ if TYPE_CHECKING:
     from srbval.plan.questions import Question
 
 # Attributes of a run that are printed under their own names.
-OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
-          "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "stored_utc",
-          "reason", "not_validated")  # fmt: skip
+OF_RUN = (
+    *("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz", "drive_power_w"),
+    *(
+        "roller_load_share",
+        "energy_imbalance",
+        "band_rms_m_s2",
+        "check_wall_s",
+        "stored_utc",
+        "reason",
+        "not_validated",
+    ),
+)
 IN_OIL = ("power_w", "film_um", "lambda_min", "slip_pct")  # the same, of a scene with oil
 IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """The scene named, or the paper's, with what the options change; raises what reading it raises."""
+    """The named scene, or the paper's, with the changes of the options; raises the errors of reading it."""
 
     def scaled(value: float | None, factor: float) -> float | None:
         return None if value is None else value * factor
 
     waviness_m = scaled(options.waviness_nm, 1e-9)
-    changes = _given({
+    changes = {
         "bearing": options.bearing,
         "model": getattr(options, "model", None),  # `plan` has no such option: it chooses the model
         "seed": options.seed,
         "duration_s": options.seconds,
         "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
         "sensor_path": options.sensor_path,
-        "surface": {"roughness_class": options.roughness, "outer_waviness_m": waviness_m,
-                    "inner_waviness_m": waviness_m, "roller_waviness_m": waviness_m},
+        "surface": {"roughness_class": options.roughness}
+        | {f"{body}_waviness_m": waviness_m for body in ("outer", "inner", "roller")},
         "defect": {"kind": options.defect, "height_m": scaled(options.defect_height_mm, 1e-3)},
         "load": {"radial_n": scaled(options.radial_kn, 1e3), "axial_n": scaled(options.axial_kn, 1e3)},
         "solver": {"name": options.solver, "step_s": None if options.dt == AUTO_STEP else options.dt},
-    })  # fmt: skip
-    return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
+    }
+    given = _given(changes)
+    return load_scene(options.scene, given) if options.scene else paper_scene(**given)
 
 
 def _given(table: dict[str, Any]) -> dict[str, Any]:
-    """The table without what is None, and without tables that are empty then."""
+    """The table without values that are None, and without tables that are empty then."""
     filled = {k: _given(v) if isinstance(v, dict) else v for k, v in table.items()}
     return {k: v for k, v in filled.items() if v is not None and v != {}}
 
 
 def run_scene(options: argparse.Namespace) -> int:
-    """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file.
+    """Simulate and print the result; a failed run ends with exit code 4 and writes no file.
 
-    One whose step leaves more than the tolerances, as it was given by hand or no step was fine enough, is written and
-    printed, with its status, and leaves with exit code 4 as well.
+    An inaccurate run (its step leaves an error above the tolerances) is written and printed with its status, and ends
+    with exit code 4 too.
     """
     output = Path(options.output) if options.output else None
     if output is not None:
@@ -98,8 +108,8 @@ def run_scene(options: argparse.Namespace) -> int:
             [_row(*one) for one in _one_level(shown) if one[1] is not None and not one[0].endswith("scatter_pct")],
         )
         print(f"\nnot validated: {'; '.join(result.not_validated)}")
-        print(f"{result.status}: {result.reason}. BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz"
-              f"{f', written to {output}' if output else ''}.")  # fmt: skip
+        lines = f"BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz"
+        print(f"{result.status}: {result.reason}. {lines}{f', written to {output}' if output else ''}.")
 
     answer(options, summary | planned, show, status=result.status.value)
     if not works(result.status):
@@ -110,19 +120,19 @@ def run_scene(options: argparse.Namespace) -> int:
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:
-    """Attributes of a run that scenes with oil, and those with free rollers, have beside `OF_RUN`."""
+    """Attributes of a run beside `OF_RUN`: scenes with oil and scenes with free rollers have more."""
     return (*(IN_OIL if scene.oil is not None else ()), *(("free_rollers",) if scene.bodies.free_rollers else ()))
 
 
 def _one_level(table: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The values of a table, those of its tables behind the names of both."""
+    """Values of a table by name; a value of an inner table has the names of both."""
     for name, value in table.items():
         inner = value if isinstance(value, dict) else {"": value}
         yield from ((f"{name} {key}".strip(), one) for key, one in inner.items())
 
 
 def _row(name: str, value: Any) -> tuple[str, str, str]:
-    """A value of a run as it is printed: its name in words, its digits, and the unit that its name ends with."""
+    """A row of the printed table: name in words, value, and the unit at the end of the name."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
         end = next((end for end in UNITS if part.endswith(end)), "")
@@ -131,7 +141,7 @@ def _row(name: str, value: Any) -> tuple[str, str, str]:
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """The scene, its model chosen by the planner where it asks for that, and the plan for the JSON."""
+    """The scene, with the planner's model if its model is ``auto``, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
     from srbval.plan.plan import make_plan  # the planner takes half a second to load
@@ -140,15 +150,15 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
-        print(f"outside the calibration: {outside}", file=sys.stderr)
+        print(f"outside what was measured: {outside}", file=sys.stderr)
     return replace(scene, model=plan.chosen), {"plan": to_json(plan)}
 
 
 def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
-    """The scene, and whether its step is chosen: unless an option or the scene's file says what it is.
+    """The scene, and how its step is found: chosen, unless an option or the scene's file states it.
 
-    Explicit solvers take the paper's step, or the scene's if that is shorter: finer ones let their friction chatter as
-    well.
+    Explicit solvers take the paper's step, or the scene's if that is shorter: their friction chatters at finer steps
+    too.
     """
     if options.dt is not None:
         return scene, Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
@@ -162,26 +172,24 @@ def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
 
 
 def choose_model(options: argparse.Namespace) -> int:
-    """Plan and print; exit code 1 where no model, the full one included, keeps the tolerance."""
+    """Plan and print; exit code 1 if no model is known to keep the tolerance."""
     from srbval.plan.plan import make_plan
     from srbval.plan.questions import MEANING
-    from srbval.plan.table import load_calibration
 
-    plan = make_plan(
-        scene_of(options),
-        question=_question(options.question),
-        tolerance_pct=options.tolerance,
-        calibration=load_calibration(Path(options.calibration)) if options.calibration else None,
-    )
+    plan = make_plan(scene_of(options), question=_question(options.question), tolerance_pct=options.tolerance)
 
     def show() -> None:
         asked = MEANING[plan.question]
         rows = [
-            (c.model, None if c.error_pct is None else _three_digits(asked.shown(c.error_pct)),
-             None if c.wall_s is None else _three_digits(c.wall_s), "yes" if c.ok else "no",
-             "<-" if c.model == plan.chosen else "")
+            (
+                c.model,
+                None if c.error_pct is None else _three_digits(asked.shown(c.error_pct)),
+                None if c.wall_s is None else _three_digits(c.wall_s),
+                "yes" if c.ok else "no",
+                "<-" if c.model == plan.chosen else "",
+            )
             for c in plan.candidates
-        ]  # fmt: skip
+        ]
         print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", ""), rows)
         print()
         for c in plan.candidates:
@@ -190,11 +198,15 @@ def choose_model(options: argparse.Namespace) -> int:
         chosen = next(c for c in plan.candidates if c.model == plan.chosen)
         print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         if not plan.met:
-            print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
+            print(f"No model is known to keep the tolerance: {_remedy(plan.outside)}.")
         for reason in plan.outside:
-            print(f"outside the calibration: {reason}", file=sys.stderr)
+            print(f"outside what was measured: {reason}", file=sys.stderr)
 
     return answer(options, to_json(plan), show, code=0 if plan.met else 1)
+
+
+def _remedy(outside: tuple[str, ...]) -> str:
+    return "the scene lies outside what was measured" if outside else "choose a wider tolerance or another question"
 
 
 def _three_digits(value: float) -> float:

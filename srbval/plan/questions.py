@@ -1,8 +1,8 @@
 """Questions that are asked of a scene, how a run answers them, and the error of an answer.
 
-Every answer is read from a run through the pipeline of every recording; errors are in per cent. Amplitudes are read and
-named as where the rig's are compared, at the ring and without a background; of two that are 3 dB apart the greater
-exceeds the smaller by 41 %, and that is the error.
+Every answer is read from a run through the pipeline of every recording; errors are in per cent. Amplitudes are read
+like those of the rig's records, at the ring and without a background. If two levels are 3 dB apart, the greater one
+exceeds the smaller one by 41 %, which is the error.
 """
 
 import enum
@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
@@ -22,14 +21,14 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
 
-Answer = tuple[float | None, ...]  # None: it does not stand out
+Answer = tuple[float | None, ...]  # None: the quantity does not stand out
 
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
 FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
 
 class Question(enum.StrEnum):
-    """What is asked of a scene."""
+    """Question that is asked of a scene."""
 
     LINES = "lines"
     HARMONICS = "harmonics"
@@ -48,41 +47,50 @@ class Question(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Meaning:
-    """A question in words, what its error is relative to, how two answers make an error [%]; see ``questions.toml``."""
+    """A question in words: the quantity that its error refers to, the error [%] of two answers; see ``questions.toml``.
+
+    `tolerance`: usual tolerance, in the question's unit. `states`: defects that it is asked of, all if empty. `read`:
+    names of the amplitudes that answer it.
+    """
 
     title: str
     error_of: str
     error: Callable[[Answer, Answer], float]
+    tolerance: float
     states: Sequence[str] = ()
     read: Sequence[str] = ()
 
     @property
     def unit(self) -> str:
-        """That its errors are stated in."""
+        """Unit in which its errors are stated."""
         return "dB" if self.error is _apart else "%"
 
     @property
-    def margin_pct(self) -> float | None:
-        """Within which an amplitude counts as near, as where the rig's are compared; None of all else."""
-        margin = amplitudes.MARGIN[self.unit]
-        return (pct_of(margin) if self.unit == "dB" else margin) if self.read else None
+    def tolerance_pct(self) -> float:
+        """The usual tolerance [%]."""
+        return pct_of(self.tolerance) if self.unit == "dB" else self.tolerance
+
+    @property
+    def vacuous_pct(self) -> float:
+        """Error as large as the quantity itself, or a factor of ten in a level: a bound above it tells nothing [%]."""
+        return pct_of(20.0) if self.unit == "dB" else 100.0
 
     def shown(self, error_pct: float) -> float:
-        """An error in the unit that it is stated in."""
+        """An error in the question's unit."""
         return error_pct if self.unit == "%" else 20 * math.log10(1 + error_pct / 100)
 
     def text(self, error_pct: float) -> str:
-        """The same in words."""
+        """An error in words."""
         return f"{self.shown(error_pct):.3g} {self.unit}"
 
 
 def pct_of(db: float) -> float:
-    """By how much the greater of two amplitudes `db` apart exceeds the smaller [%]."""
+    """Excess of the greater of two amplitudes over the smaller one [%], if they are `db` apart."""
     return 100 * (10 ** (db / 20) - 1)
 
 
 def _pairs(own: Answer, right: Answer) -> list[tuple[float, float]]:
-    """What stands out on the right side, and the other's; infinite where it does not there."""
+    """Both values of each quantity that stands out in `right`; the own one is infinite if it does not stand out."""
     return [(math.inf if a is None else a, b) for a, b in zip(own, right, strict=True) if b is not None]
 
 
@@ -115,13 +123,11 @@ def asked_of(kind: Fault) -> tuple[Question, ...]:
 
 
 def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, Answer | None]:
-    """The answers of a successful run to every question; None where it has none or is too short.
+    """Answers of a successful run to every question; None without an answer and if the run is too short.
 
-    An increment is over `healthy`, the same model's without the defect, and has no answer where that is not given.
-
-    A line's frequency is that of the cage passing the race (BPFO of a healthy bearing, none of a defect on a roller),
-    which a defect there has on average: read from a record of seconds it would be some tenths of a per cent uncertain,
-    and errors of models would be hidden by that.
+    A level of the increment needs `healthy`, the same model's record without the defect. The frequency of a line
+    follows from the mean cage speed (BPFO of a healthy bearing, none of a defect on a roller): a reading from a record
+    of seconds is uncertain by some tenths of a per cent, which would hide the errors of models.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, Answer | None] = dict.fromkeys(Question)
@@ -131,33 +137,36 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
     passed = (Fault.OUTER if kind is Fault.HEALTHY else kind).passing_order(run.rolling_elements, ratio)
     found[Question.LINES] = None if passed is None else (passed * run.scene.shaft_hz,)
     try:
-        measures = measure(run)
-        analysis = analyse(recording_from_run(run), bearing=bearing)
+        record, measures = recording_from_run(run), measure(run)
+        analysis = analyse(record, bearing=bearing)
     except DataError:
         return found
     found[Question.AMPLITUDE] = (measures.band_rms_m_s2,)
     spread_m_s2 = float(along_sensor(run.acceleration_m_s2).std())
-    if measures.noise_floor is not None:  # of the envelope's mean, that of the normalised signal
+    if measures.noise_floor is not None:  # over the mean of the normalised envelope
         found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
-    return found | _of_line(run, analysis) | _amplitudes(run, ratio, bearing, healthy)
+    order = kind.passing_order(run.rolling_elements, ratio)
+    return found | _of_line(run, analysis) | _amplitudes(record, kind, order, bearing, healthy)
 
 
-def _amplitudes(run: Run, ratio: float, bearing: Bearing, healthy: Recording | None) -> dict[Question, Answer | None]:
-    """Read as the rig's records are, the line's order from the cage."""
-    record, kind = recording_from_run(run), run.scene.defect.kind
+def _amplitudes(
+    record: Recording, kind: Fault, order: float | None, bearing: Bearing, healthy: Recording | None
+) -> dict[Question, Answer | None]:
+    """Amplitudes of a record that reaches far enough; the line's `order` is the cage's."""
     if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
         return {}
-    order = kind.passing_order(run.rolling_elements, ratio)
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
     own |= amplitudes.levels(record, None)
-    found = {question: _shown(own, meaning.read) for question, meaning in MEANING.items() if meaning.read}
     over = {} if healthy is None else amplitudes.levels(record, healthy)
-    return found | {Question.THIRD_OCTAVES: _shown(over, MEANING[Question.THIRD_OCTAVES].read)}
 
+    def shown(question: Question) -> Answer | None:
+        values = over if question is Question.THIRD_OCTAVES else own
+        read = tuple(
+            values[name].value if name in values and values[name].present else None for name in MEANING[question].read
+        )
+        return None if set(read) == {None} else read
 
-def _shown(own: Mapping[str, QuantityValue], names: Sequence[str]) -> Answer | None:
-    read = tuple(own[name].value if name in own and own[name].present else None for name in names)
-    return None if set(read) == {None} else read
+    return {question: shown(question) for question, meaning in MEANING.items() if meaning.read}
 
 
 def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
@@ -175,7 +184,7 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
 
 
 def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:
-    """Error of an answer; None where either is missing."""
+    """Error of an answer [%]; None if either is missing or a value of the reference's is not shown."""
     if own is None or right is None:
         return None
     error = MEANING[question].error(own, right)

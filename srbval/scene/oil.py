@@ -17,11 +17,11 @@ ROELANDS_PA, ROELANDS_LOG = 1.96e8, 9.67  # pole pressure, and less the logarith
 
 @dataclass(frozen=True, kw_only=True)
 class Oil(Limited):
-    """The table `[oil]`, for the model slices; `scene/oil.toml` has what it leaves open, with the sources.
+    """The table `[oil]`, for the model slices; `scene/oil.toml` has its defaults, with the sources.
 
-    Kinematic viscosity: that of a mineral oil of class `iso_vg` (ISO 3448; 32 to 460) and viscosity index 95, or
+    Kinematic viscosity: a mineral oil of class `iso_vg` (ISO 3448; 32 to 460) and viscosity index 95, or
     `viscosity_40_mm2_s` and `viscosity_100_mm2_s`; at `temperature_c` by ASTM D341. `roughness_m`: RMS, of both
-    surfaces together. `fill`: share of the bearing's free space that is oil, through which rollers move with the
+    surfaces together. `fill`: share of oil in the bearing's free space, through which rollers move with the
     `drag_coefficient`. Without `rolling_resistance` rolling costs nothing; `fill` and `pocket_friction` may be 0.
     """
 
@@ -88,17 +88,17 @@ class Oil(Limited):
 
     @property
     def thinning_1_k(self) -> float:
-        """Share by which the viscosity falls per degree [1/K], the derivative of ASTM D341."""
+        """Relative fall of the viscosity per degree [1/K], the derivative of ASTM D341."""
         thick = self.kinematic_mm2_s() + WALTHER
         share = thick * math.log(thick) / self.kinematic_mm2_s()
         return self.walther_slope * share / (self.temperature_c + KELVIN)
 
     def log_thickening(self, pressure_pa: float) -> float:
-        """Logarithm of the viscosity under pressure over that without: C. Roelands 1966, in SI.
+        """Logarithm of the viscosity under pressure over the one without pressure: C. Roelands 1966, in SI.
 
         ln(eta / eta_0) = (ln eta_0 + 9.67) ((1 + p / 1.96e8)^z - 1), as in Hamrock, Schmid & Jacobson, Fundamentals of
         Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the same constants in Stachowiak & Batchelor). z gives
-        the pressure-viscosity coefficient at no pressure.
+        the pressure-viscosity coefficient without pressure.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
         exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale

@@ -23,8 +23,8 @@ CLOSEST_S = 1e-9  # two entries of a profile; nearer, the slope between them may
 class Housing(Limited):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions.
 
-    The spring belongs to the load path `housing`. So does the paper's damper: a scene file with the path `bearing` has
-    none but the one that it states, for what the structure around the ring takes.
+    Spring and damper of the paper belong to the load path `housing`. With the path `bearing` a scene file states its
+    own damper, for the power that the structure around the ring takes, or has none.
     """
 
     mass_kg: float = quantity("mass", least=0)
@@ -36,14 +36,11 @@ class Housing(Limited):
 class Bodies(Limited):
     """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
 
-    Two cages, one for each row, turn independently and tilt together.
-
-    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, where 1 is 0 again;
-    models that tell rows apart know it, and the number of cages (full, line, slices). The same models know
-    `pocket_offset_m`: how far along the pitch circle, before or behind the middle of its slot, pockets of different
-    clearance let a roller run at most; every slot has its own place, drawn evenly with the scene's seed.
-
-    `free_rollers` tilt and slide along their axes, for the model slices; others are held against both.
+    Two cages, one for each row, turn independently and tilt together. `row_stagger`: angle of row 2 against row 1 in
+    the cage, in pitches of its rollers; 1 equals 0. `pocket_offset_m`: largest distance along the pitch circle of a
+    roller from the middle of its slot, as pockets of different clearance allow; each slot's own is drawn evenly with
+    the scene's seed. Models that tell rows apart know these three (full, line, slices). `free_rollers` tilt and slide
+    along their axes, in the model slices; other rollers are held against both.
     """
 
     density_kg_m3: float = quantity("density", above=0)
@@ -55,7 +52,7 @@ class Bodies(Limited):
 
 
 class RollerFit(enum.StrEnum):
-    """How the roller diameter is found: from the radial play, or as printed in Table 1."""
+    """Origin of the roller diameter: the radial play, or the value printed in Table 1."""
 
     PLAY = "play"
     PRINTED = "printed"
@@ -89,9 +86,9 @@ class Contact(Limited):
 
 
 class Traction(enum.StrEnum):
-    """How friction depends on the slip: on its speed (dry, eq. 19), or on its share of the rolling speed (lubricated).
+    """Law of friction: over the slip's speed (dry, eq. 19), or over its share of the rolling speed (lubricated).
 
-    Or as the film of the scene's oil shears, see `srbval.models.film`.
+    Film: as the film of the scene's oil shears, see `srbval.models.film`.
     """
 
     DRY = "dry"
@@ -103,10 +100,10 @@ class Traction(enum.StrEnum):
 class LineContact(Limited):
     """Contact of a roller and a race along the roller, for the slices model alone.
 
-    It is cut into so many `slices`; `damping_s` is the time constant of its damper on the slope of its force. With
-    lubricated `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
-    `traction_limit`; with dry traction friction is that of `Contact`.
-    `outer_osculation` and `inner_osculation`: see `SphericalRollerGeometry`; without them, the bearing's.
+    `slices`: number of parts; `damping_s`: time constant of the damper on the slope of the force. With lubricated
+    `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
+    `traction_limit`; with dry traction `Contact` states the friction. `outer_osculation` and `inner_osculation`: see
+    `SphericalRollerGeometry`; the bearing's own if None.
     """
 
     slices: int = limited(least=3, most=201)
@@ -119,7 +116,7 @@ class LineContact(Limited):
 
 
 class LoadPath(enum.StrEnum):
-    """What holds the ring: housing spring and damper beside the rollers, or the rollers alone."""
+    """Support of the ring: housing spring and damper beside the rollers, or the rollers alone."""
 
     HOUSING = "housing"
     BEARING = "bearing"
@@ -157,17 +154,17 @@ class DefectShape(enum.StrEnum):
 class Defect(Limited):
     """A localized defect on one circle of a raceway, or on one roller where that circle runs.
 
-    Positive heights are bumps towards the other surface (the paper), negative ones pits. Without `extent_m` it is
-    the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in the
-    rolling direction with the given `shape`, and the race's points there may be replaced by `refinement` times as
-    many, each with that much less of the stiffness. `angle_rad` is that of the defect's middle at time zero: on a race
+    Positive heights are bumps towards the other surface (the paper), negative ones pits. Without `extent_m` the defect
+    is the paper's: `points` neighbouring points moved by `height_m`. With it, the defect is `extent_m` long in the
+    rolling direction with the given `shape`, and `refinement` times as many points, each with that much less of the
+    stiffness, may replace the race's points there. `angle_rad`: angle of the defect's middle at time zero, on a race
     from the middle of the load zone, on a roller from its slot's outward direction about its own axis. `row` is 1 (+z)
-    or 2, `circle` 1 to 3, `roller` counts from 1 and matters for a roller's defect only.
+    or 2, `circle` 1 to 3; `roller` counts from 1, for a roller's defect.
 
-    The slices model knows a defect's true shape: a `hole` is `extent_m` across, any other is `width_m` wide along the
-    roller (without it, as wide as the share of a circle) with ramps of `ramp_m` at both its ends along the race, and
-    lies `axial_m` from the roller's middle, outwards (without it, where the circle runs). Models of circles take a hole
-    for a flat defect and leave width, ramps and `axial_m` alone.
+    The slices model knows the true shape: a `hole` is `extent_m` across, any other is `width_m` wide along the roller
+    (if None, the share of a circle) with ramps of `ramp_m` at both ends along the race, and lies `axial_m` from the
+    roller's middle, outwards (if None, on the circle). Models of circles treat a hole as a flat defect and ignore
+    width, ramps and `axial_m`.
     """
 
     kind: Fault
@@ -221,7 +218,7 @@ class _Profile(Limited):
         return type(self).__name__.removesuffix("Profile").lower()
 
     def check_covers(self, duration_s: float) -> None:
-        """Refuse a table that leaves part of the recorded time open."""
+        """Refuse a table that does not cover the recorded time."""
         first, last = self.time_s[0], self.time_s[-1]
         if first > 0 or last < duration_s * (1 - 1e-9):
             raise ConfigurationError(
@@ -245,7 +242,7 @@ class SpeedProfile(_Profile):
 
 @dataclass(frozen=True, kw_only=True)
 class LoadProfile(_Profile):
-    """Radial and axial load over the recorded time; the direction stays that of the constant load."""
+    """Radial and axial load over the recorded time, in the direction of the constant load."""
 
     radial_n: tuple[float, ...] = quantity("force", least=0)
     axial_n: tuple[float, ...] = quantity("force")

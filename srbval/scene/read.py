@@ -1,6 +1,6 @@
 """Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it.
 
-What is not known exactly of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
+Uncertain values of the scene `rig` are ranges with their sources, from `rig_inputs.toml`.
 """
 
 import math
@@ -22,21 +22,20 @@ from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
-LAID_OVER = {"rig-oil": "rig"}  # of those, what is laid over another one before the paper's
+LAID_OVER = {"rig-oil": "rig"}  # a bundled scene that is laid over another one
 DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
 BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 SAME = 1e-9  # sizes nearer than this are one
-# With which power of the size a value of a similar machine goes, by the end of its name, the first that fits: lengths
-# with the size, forces and dampings with its square, masses with its cube, stiffnesses with itself.
+# Power of the size that a value of a similar machine goes with, by the end of its name, the first that fits: lengths
+# and stiffnesses with the size, forces and dampings with its square, masses with its cube.
 POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
-# A bearing in its machine: nothing carries the load past it, and the damper beside the spring is gone as well.
+# A bearing in its machine: nothing carries the load past it, neither the spring nor the damper beside it.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
-# Of one of another size the joints of the machine damp it as those of the rig do: see `rig_inputs.toml`.
+# The joints of a machine of another size damp it like those of the rig: see `rig_inputs.toml`.
 JOINTS: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
-# Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
-# the rig's bearing.
+# Ball and cylindrical roller bearings have the rig's drilled hole too, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
 WITHOUT_DIMENSIONS = {"model": "impulse"}
@@ -46,7 +45,7 @@ def paper_scene(**changes: Any) -> Scene:
     """The paper's scene (Table 4, 710 rpm, 124.8 kN), with `changes` laid over it.
 
     `changes` are top-level keys of a scene file, e.g. ``defect={"kind": "outer"}``, ``duration="2 s"``. For another
-    `bearing` the values that they leave open go with its size, see `for_bearing`.
+    `bearing` all other values go with its size, see `for_bearing`.
     """
     return _scene(changes, "scene")
 
@@ -54,7 +53,7 @@ def paper_scene(**changes: Any) -> Scene:
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene by name, one of `BUNDLED`, or a file: one with an ending such as ``.toml`` or a folder before it.
 
-    Keys that it leaves out keep the paper's value, `changes` overrule it. Raises `DataError` for a missing file,
+    Missing keys keep the paper's value; `changes` overrule the file. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
     given = scene_table(path)
@@ -79,7 +78,7 @@ def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """A TOML file of this folder, laid over another where it says so; read only."""
+    """A TOML file of this folder, laid over another one if `LAID_OVER` states it; read only."""
     table = read_toml(Path(str(resources.files("srbval.scene") / f"{name}.toml")))
     return merge(bundled_table(LAID_OVER[name]), table) if name in LAID_OVER else table
 
@@ -98,12 +97,12 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> Mapping[str, Any]:
-    """The table `base`, written for the default bearing, with the values that a bearing of another size has.
+    """The table `base`, written for the default bearing, with the values of a bearing of another size.
 
     Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
-    (see `similar_parts`), unless another load `path` is asked for. A bearing of which only orders are known has no size
-    and changes the model alone; one of the same geometry changes nothing but, with the path ``bearing``, the support
-    that this leaves out. Raises what `load_bearing` raises.
+    (see `similar_parts`) unless the load `path` states otherwise. A bearing known by its orders alone has no size and
+    changes only the model. A bearing of the same geometry changes nothing; with the path ``bearing`` it loses its
+    support. Raises the errors of `load_bearing`.
     """
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
@@ -132,7 +131,7 @@ def _sized(scene: Scene) -> dict[str, Any]:
 
 
 def _scaled(values: Mapping[str, Any], size: float) -> dict[str, Any]:
-    """Those of a part's values that go with the size, `size` times as large."""
+    """Values of a part that depend on the size, for one `size` times as large."""
     powers = {key: next((p for end, p in POWERS.items() if key.endswith(end)), 0) for key in values}
     return {key: value * size ** powers[key] for key, value in values.items() if powers[key] and value is not None}
 
@@ -144,9 +143,9 @@ def size_of(bearing: Bearing) -> float | None:
 
 
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
-    """What changes in the table of `base` for a bearing of that size, in SI; its step with the times of the bodies.
+    """Changes of the table of `base` for a bearing of that size, in SI; the step goes with the times of the bodies.
 
-    Of a bearing that is not `spherical` the housing's damping is `DAMPING_RATIO`.
+    The housing of a bearing that is not `spherical` has the damping `DAMPING_RATIO`.
     """
     table: dict[str, Any] = {
         part: {key: value for key, value in _scaled(vars(old), size).items() if value != vars(old)[key]}
@@ -181,7 +180,7 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
 
 
 def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table with what its oil, if it has any, leaves open."""
+    """The table, its oil (if it has one) with all values that it does not state."""
     oil = table.get("oil")
     return {**table, "oil": merge(bundled_table("oil")["defaults"], oil)} if isinstance(oil, Mapping) else {**table}
 
@@ -199,7 +198,7 @@ def sensor_path_table(path: str) -> Mapping[str, Any] | None:
 
 
 def load_sensor_path(path: str) -> SensorPath | None:
-    """A path to the sensor by name or from a file; raises what `load_scene` raises."""
+    """A path to the sensor by name or from a file; raises the errors of `load_scene`."""
     table = sensor_path_table(path)
     return None if table is None else build(SensorPath, table, path)
 
@@ -215,9 +214,9 @@ def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
 class RigInput:
     """An uncertain value of the scene `rig`, from `low` to `high`, in `unit` as a scene file writes it.
 
-    `key`: dotted path in a scene file; `points`: how many values, evenly spaced, a study tries. With `high_from`, the
-    key of an input before it, the range ends at that one's value, which is also what the scene has: two inner
-    osculations are one roller's as long as they are taken from the outer ones.
+    `key`: dotted path in a scene file; `points`: number of evenly spaced values that a study tries. `high_from`: key of
+    an earlier input whose value ends the range and is the nominal value: inner osculations taken from the outer ones
+    belong to one roller.
     """
 
     key: str
@@ -249,11 +248,11 @@ class RigInput:
 
     @property
     def nominal_share(self) -> float:
-        """Where the scene's value lies in the range."""
+        """Place of the scene's value in the range, as a share."""
         return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
 
     def changes(self, value: float) -> dict[str, Any]:
-        """What gives a scene this value, for `load_scene`."""
+        """Changes that give a scene this value, for `load_scene`."""
         *tables, name = self.key.split(".")
         changes: dict[str, Any] = {name: f"{value!r} {self.unit}" if self.unit else value}
         for table in reversed(tables):
@@ -262,9 +261,9 @@ class RigInput:
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
-    """All of a kind: ``input``, ``oil`` of `rig-oil`, or ``position`` of a record's hole, which no cage ratio knows."""
-    return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {i}") for i, table in
-                 enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
+    """All of a kind: ``input``, ``oil`` of `rig-oil`, or ``position`` of a record's hole (no effect on the cage)."""
+    tables = enumerate(bundled_table("rig_inputs")[kind], start=1)
+    return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
 def values_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, float]:
@@ -277,7 +276,7 @@ def values_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, 
 
 
 def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """What gives a scene these values, for `load_scene`."""
+    """Changes that give a scene these values, for `load_scene`."""
     changes: dict[str, Any] = {}
     for one, value in zip(inputs, values_at(inputs, shares).values(), strict=True):
         changes = merge(changes, one.changes(value))

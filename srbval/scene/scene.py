@@ -1,7 +1,6 @@
 """A scene: everything that a run of a model depends on, in SI, frozen.
 
-The values have no defaults here; they come from `paper.toml` (the paper's Tables 4 and 5), over which
-a user's file is laid.
+Values have no defaults here: they come from `paper.toml` (the paper's Tables 4 and 5), and a user's file is laid over.
 """
 
 import math
@@ -40,14 +39,13 @@ def step_text(steps_per_s: float) -> str:
 class Scene(Limited):
     """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
 
-    `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals; an
-    output interval must be a whole number of solver steps. `detail_rate_hz`, 0 for none, is that of the detailed
-    outputs (spins, contact loads). A profile, where there is one, takes the place of the constant speed or load
-    and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
-    passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
-    rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
-    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones. `oil`: None
-    where rolling, drag and the cage's pockets cost nothing.
+    `settle_s` is simulated first and not recorded. `output_rate_hz`: rate of the recorded signals; an output interval
+    must be a whole number of solver steps. `detail_rate_hz`: rate of the detailed outputs (spins, contact loads), 0 for
+    none. A profile replaces the constant speed or load and must cover the recorded time; before it its first value
+    holds. `slip_jitter`: random part of the spacing of two passages of a defect, relative, in models whose slip is
+    random; `cage_slip`: lag of the cage behind pure rolling, relative, in models that prescribe its speed.
+    `sensor_path`: structure between ring and sensor, None for none; no motion depends on it. `surface`: waves of races
+    and rollers, None for perfectly round ones. `oil`: None if rolling, drag and the cage's pockets cost nothing.
     """
 
     bearing: str

@@ -1,13 +1,13 @@
 """The structure between outer ring and sensor: gains per third octave along the load and across it, as data.
 
-Of a ring that moves as a rigid body would under the force on it, with the parts a_l along the load and a_c across it of
-what it does along the sensor's axis, the sensor shows
+A ring that moves like a rigid body under its force has an acceleration along the sensor's axis with the parts a_l
+(along the load) and a_c (across it). The sensor shows
 
     A(f) = g(f) a_l(f) + i q(f) a_c(f)
 
-with gains g and q in third octaves (IEC 61260-1, base ten). Powers tell no phases, so that none are claimed: the
-quarter turn between the two directions adds their powers whatever the sign between them. Outside its bands the path
-changes nothing. Output-only data give the product of force and path alone: gains have no unit.
+with gains g and q in third octaves (IEC 61260-1, base ten). Powers contain no phases: the quarter turn between the two
+directions adds their powers, whatever the sign between them. Outside its bands the path changes nothing. Output-only
+data give only the product of force and path: gains have no unit.
 """
 
 import math
@@ -29,9 +29,9 @@ MOST_GAPS = 1e-3  # relative: as near as the middle of one band must be to the n
 class SensorPath(Limited):
     """Gains `load` and `cross` in adjoining third octaves with the middles `frequency_hz`, all [n], and their `source`.
 
-    `u_db`: one standard deviation of the gains of each band, which moves both [n], and `cross_u_db` of the ratio of
-    cross to load, the same in all bands; empty and zero where nothing is known of them. `used` names the records that
-    it was identified from: they are fitted, and no verdict may rest on them.
+    `u_db`: standard deviation of both gains of each band [n]; `cross_u_db`: standard deviation of the ratio of cross to
+    load, the same in all bands; empty and zero if unknown. `used`: names of the fitted records, on which no verdict may
+    rest.
     """
 
     frequency_hz: tuple[float, ...] = quantity("frequency", above=0)
@@ -59,16 +59,16 @@ class SensorPath(Limited):
 
     @property
     def low_hz(self) -> float:
-        """Where its lowest band begins."""
+        """Lower edge of the lowest band."""
         return self.frequency_hz[0] / HALF_THIRD_OCTAVE
 
     @property
     def high_hz(self) -> float:
-        """Where its highest band ends."""
+        """Upper edge of the highest band."""
         return self.frequency_hz[-1] * HALF_THIRD_OCTAVE
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
-        """What multiplies the parts along the load and across it at these frequencies [n], [2, n]."""
+        """Factors of the parts along the load and across it at these frequencies [n], shape [2, n]."""
         inside = (frequency_hz >= self.low_hz) & (frequency_hz < self.high_hz)
         with np.errstate(divide="ignore"):
             place = np.rint(10 * np.log10(frequency_hz / self.frequency_hz[0]))
@@ -77,7 +77,7 @@ class SensorPath(Limited):
         return np.where(inside, gains, 1.0)
 
     def drawn(self, random: np.random.Generator) -> "SensorPath":
-        """A path whose gains are off by as much as is not known of them."""
+        """A path whose gains are drawn from their uncertainty."""
         off = 10 ** (np.array(self.u_db or (0.0,) * len(self.load)) * random.standard_normal(len(self.load)) / 20)
         ratio = 10 ** (self.cross_u_db * random.standard_normal() / 20)
         load, cross = np.array([self.load, self.cross]) * off
@@ -85,7 +85,7 @@ class SensorPath(Limited):
 
 
 def parts_along_sensor(acceleration: FloatArray, load_direction_rad: float) -> FloatArray:
-    """Of accelerations [n, 3 or 2] those along the load and across it, each along the sensor's axis, [n, 2].
+    """Parts of accelerations [n, 3 or 2] along the load and across it, each along the sensor's axis, shape [n, 2].
 
     Their sum is the acceleration along that axis.
     """

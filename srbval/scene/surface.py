@@ -5,8 +5,8 @@ n fall with n^-s. Ground surfaces of every kind have s = 1 over many decades of 
 431; quoted from memory, not checked); the waviness of small ground rings falls by a power of the order too (doi
 10.3390/jmmp9070220, abstract read); n^-1 to n^-2 are usual (quoted from memory, not checked).
 
-A roughness class states Ra, the mean size of what the cut-offs of ISO 4288 leave of all this. With heights that are
-normal, Ra = sqrt(2 / pi) Rq, so that a class gives g.
+A roughness class states Ra, the mean size of the heights between the cut-offs of ISO 4288. For normal heights
+Ra = sqrt(2 / pi) Rq, so that a class gives g.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for gr
 class Surface(Limited):
     """Waves of the races and rollers, from `shortest` to `longest`, of random phase, drawn by the scene's seed.
 
-    `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of those waves, on each row of a race and each
-    roller; what is not given follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
-    fall with the order to the `exponent`. Heights are alike along a roller. For continuous contacts: line and slices.
-    Without these keys: 1 mm, 50 mm, 1.
+    `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of the waves on each row of a race and each
+    roller; a missing one follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes fall
+    with the order to the `exponent`. Heights do not vary along a roller. Models with continuous contacts know them:
+    line and slices. Defaults: 1 mm, 50 mm, 1.
     """
 
     outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
@@ -72,7 +72,7 @@ class Surface(Limited):
         return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
 
     def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
-        """Amplitudes of these orders [m]: of the RMS sum `height_m`, or what the class gives."""
+        """Amplitudes of these orders [m]: with the RMS sum `height_m`, or by the class if None."""
         shares: FloatArray = self.orders(round_m) ** -self.exponent
         if height_m is None:
             return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
@@ -97,5 +97,5 @@ class Surface(Limited):
 
 
 def _passed(cutoff_m: float, length_m: FloatArray) -> FloatArray:
-    """Share of waves of these lengths that a profile filter passes, of their amplitude (ISO 16610-21)."""
+    """Share of their amplitude that a profile filter passes of waves of these lengths (ISO 16610-21)."""
     return np.asarray(np.exp(-math.pi * (HALF * cutoff_m / length_m) ** 2))
