@@ -9,6 +9,7 @@ from typing import Any
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import DataError
+from srbval.models.hierarchy import level_of
 from srbval.models.run_file import scene_dict
 from srbval.plan.questions import Question
 from srbval.scene import Scene, load_scene
@@ -24,21 +25,24 @@ FREE |= {"solver.step_s", "load.radial_n", "contact.roller_fit", "defect.kind", 
 UNMEASURED = {
     "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
 }
-WITHOUT = "nothing"  # value of a key that a scene does not have
 
+OF_BOUND = ("scenes", "silent", "error_pct", "median_pct", "ci95_pct")  # numbers of a stored row
 Key = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bound:
-    """Ascending `errors` [%] of one model on one question, one for each drawn scene; infinite without an answer."""
+    """Errors [%] of one model on one question, over `scenes` drawn from the same ranges.
 
-    errors: tuple[float, ...]
+    `error_pct`: largest error, the bound of the next scene's, None if the model gave no answer on one of them (on
+    `silent` scenes); `median_pct`, `ci95_pct`: their median and its 95 % interval.
+    """
 
-    @property
-    def error_pct(self) -> float | None:
-        """Largest error, the bound of the next scene's; None if the model gave no answer on a scene."""
-        return self.errors[-1] if math.isfinite(self.errors[-1]) else None
+    scenes: int
+    silent: int
+    error_pct: float | None
+    median_pct: float | None
+    ci95_pct: tuple[float | None, float | None]
 
     @property
     def coverage(self) -> float:
@@ -47,30 +51,15 @@ class Bound:
         Split conformal prediction: of n + 1 exchangeable errors each is the largest with the same chance, whatever
         their distribution (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094).
         """
-        return len(self.errors) / (len(self.errors) + 1)
-
-    @property
-    def silent(self) -> int:
-        """Number of scenes without an answer."""
-        return sum(not math.isfinite(error) for error in self.errors)
-
-    @property
-    def median_pct(self) -> tuple[float | None, float | None, float | None]:
-        """Median error and its 95 % interval, from order statistics (Conover, Practical Nonparametric Statistics)."""
-        count = len(self.errors)
-        rank = max(math.floor(count / 2 - 0.98 * math.sqrt(count)), 1)
-        middle = (self.errors[(count - 1) // 2] + self.errors[count // 2]) / 2
-        low, high = self.errors[rank - 1], self.errors[-rank]
-        middle, low, high = (one if math.isfinite(one) else None for one in (middle, low, high))  # type: ignore[assignment]
-        return middle, low, high
+        return self.scenes / (self.scenes + 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeasuredErrors:
     """Errors about the bundled scene `base` against the model `reference` at a finer step, in runs of `seconds`.
 
-    `ranges`: least and greatest value of each axis; `values`: those of the scene as it was measured, by dotted key;
-    `pace`: wall time per simulated second of each model [s/s]. `models` are in the order of the hierarchy.
+    `ranges`: least and greatest value of each axis; `values`: values of the measured scene by dotted key; `pace`: wall
+    time per simulated second of each model [s/s]. `models` are in the order of the hierarchy.
     """
 
     base: str
@@ -86,23 +75,31 @@ class MeasuredErrors:
         """Bound for scenes with this roller fit and defect; None if too few of them were measured."""
         key = scene.contact.roller_fit.value, scene.defect.kind.scene_word, model, question
         found = self.bounds.get(key)
-        return found if found is not None and len(found.errors) >= LEAST_SCENES else None
+        return found if found is not None and found.scenes >= LEAST_SCENES else None
 
     def unlike(self, scene: Scene) -> list[str]:
-        """Values in which a scene differs from the measured ones, beyond their axes."""
-        return list(_differences(scene_values(scene), self.values, scene.defect.kind))
+        """Values in which a scene differs from the measured one, beyond the axes."""
+        own, unused = scene_values(scene), "\0"
+        if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
+            unused = "defect."
+        return [
+            UNMEASURED.get(name) or f"{name} = {_text(own.get(name))}, measured only at {_text(self.values.get(name))}"
+            for name in dict.fromkeys((*own, *self.values))
+            if name not in FREE and not name.startswith(unused) and not _same(own.get(name), self.values.get(name))
+        ]
 
     def outside(self, scene: Scene) -> tuple[str, ...]:
         """Reasons why nothing measured holds for the scene; empty if the table covers it."""
-        bundled = load_scene(self.base)
-        changed = list(_differences(scene_values(bundled), self.values, Fault.OUTER))
-        if changed or bundled.solver.step_s != self.values["solver.step_s"]:
-            what = "; ".join(changed) or "solver.step_s"
-            return (f"the scene {self.base} changed since its models were measured ({what}); {REMEDY} again",)
-        return (*self._beyond(scene), *self.unlike(scene), *self._coarser(scene))
+        bundled, step_s = load_scene(self.base, {"defect": {"kind": "outer"}}), self.values["solver.step_s"]
+        changed = self.unlike(bundled) + ["solver.step_s"] * (bundled.solver.step_s != step_s)
+        if changed:
+            text = "; ".join(changed)
+            return (f"the scene {self.base} changed since its models were measured ({text}); {REMEDY} again",)
+        return (*self._beyond(scene), *self.unlike(scene))
 
     def _beyond(self, scene: Scene) -> Iterator[str]:
-        kind, fit = scene.defect.kind, scene.contact.roller_fit.value
+        """Axes of the table that end before the scene."""
+        kind, fit, step_s = scene.defect.kind, scene.contact.roller_fit.value, self.values["solver.step_s"]
         if kind is Fault.ROLLER:
             yield "defects on rollers were not measured: no question reads their line, and the line model has none"
         elif not any(key[:2] == (fit, kind.scene_word) for key in self.bounds):
@@ -112,14 +109,11 @@ class MeasuredErrors:
             axes["height_mm"] = scene.defect.height_m * 1e3
         for axis, value in axes.items():
             low, high = self.ranges[axis]
-            if not (low <= value <= high or math.isclose(value, low) or math.isclose(value, high)):
+            if not (low <= value <= high or _same(value, low) or _same(value, high)):
                 span = " to ".join(f"{end:g}" for end in dict.fromkeys((low, high)))
                 yield f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {span}"
-
-    def _coarser(self, scene: Scene) -> Iterator[str]:
         if scene.duration_s < LONGER * self.seconds:
             yield f"{scene.duration_s:g} s are short compared with the measured {self.seconds:g} s"
-        step_s = self.values["solver.step_s"]
         if scene.solver.step_s > step_s * (1 + 1e-6):
             yield f"its models were measured at {step_s:.4g} s, not at the coarser {scene.solver.step_s:.4g} s"
 
@@ -139,19 +133,14 @@ def _flat(path: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield path + name, value
 
 
-def _differences(own: Mapping[str, Any], measured: Mapping[str, Any], kind: Fault) -> Iterator[str]:
-    unused = "defect." if kind in (Fault.HEALTHY, Fault.ROLLER) else "\0"
-    for name in dict.fromkeys((*own, *measured)):
-        value, right = own.get(name, WITHOUT), measured.get(name, WITHOUT)
-        if name in FREE or name.startswith(unused) or value == right:
-            continue
-        numbers = isinstance(value, int | float) and isinstance(right, int | float)
-        if not (numbers and math.isclose(value, right, rel_tol=1e-6, abs_tol=1e-15)):
-            yield UNMEASURED.get(name) or f"{name} = {_text(value)}, measured only at {_text(right)}"
+def _same(one: Any, other: Any) -> bool:
+    numbers = isinstance(one, int | float) and isinstance(other, int | float)
+    return one == other or (numbers and math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-15))
 
 
 def _text(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else ("a list" if isinstance(value, list) else str(value))
+    plain = "nothing" if value is None else "a list" if isinstance(value, list) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else plain
 
 
 @cache
@@ -166,7 +155,7 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
     """Tables from the content of the study's result; `DataError` if it holds none."""
     try:
-        tables = {name: _table(name, about, content["rows"]) for name, about in content["bases"].items()}
+        tables = {name: _table(name, about, content["bounds"]) for name, about in content["bases"].items()}
         if not tables:
             raise ValueError("no scene")
         return tables
@@ -175,26 +164,26 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
 
 
 def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -> MeasuredErrors:
-    errors: dict[Key, list[float]] = {}
-    for row in (row for row in rows if row["base"] == base):
-        for question, error in row["error_pct"].items():
-            key = row["fit"], row["kind"], row["model"], Question(question)
-            errors.setdefault(key, []).append(math.inf if error is None else float(error))
-    ranges = {axis: (float(low), float(high)) for axis, (low, high) in about["ranges"].items()}
-    pace = {model: float(wall) for model, wall in about["pace"].items()}
-    numbers = (float(about["seconds"]), float(about["values"]["solver.step_s"]), *pace.values())
-    if not math.isfinite(sum(numbers)) or any(math.isnan(error) for of in errors.values() for error in of):
+    bounds = {
+        (row["fit"], row["kind"], row["model"], Question(row["question"])): Bound(
+            **{name: row[name] for name in OF_BOUND}
+        )
+        for row in rows
+        if row["base"] == base
+    }
+    known = [error for bound in bounds.values() for error in (bound.error_pct, bound.median_pct) if error is not None]
+    ends = [end for axis in ("rpm", "radial_kn", "height_mm") for end in about["ranges"][axis]]
+    numbers = [*known, *ends, *about["pace"].values(), about["seconds"], about["values"]["solver.step_s"]]
+    if not math.isfinite(sum(numbers)) or min(bound.scenes for bound in bounds.values()) < 1:
         raise ValueError("numbers that are none")
-    load_scene(base)
+    models = tuple(level_of(model).name for model in about["models"])
     return MeasuredErrors(
         base=base,
-        reference=about["reference"],
-        seconds=numbers[0],
-        ranges={axis: ranges[axis] for axis in ("rpm", "radial_kn", "height_mm")},
+        models=models,
+        bounds=bounds,
+        **{name: about[name] for name in ("reference", "seconds", "ranges")},
         values=about["values"],
-        models=tuple(about["models"]),
-        pace=pace,
-        bounds={key: Bound(errors=tuple(sorted(of))) for key, of in errors.items()},
+        pace=about["pace"],
     )
 
 

@@ -137,9 +137,9 @@ def _candidate(
     if bound is None:
         why = f"not known: {asked.title} was measured on too few scenes about {table.base}; {REMEDY}"
         return Candidate(model=level.name, wall_s=wall_s, why=why)
-    error, (median, *interval), ok = bound.error_pct, bound.median_pct, False
+    error, ok = bound.error_pct, False
     if error is None:
-        why = f"gave no answer on {bound.silent} of {len(bound.errors)} scenes like this one"
+        why = f"gave no answer on {bound.silent} of {bound.scenes} scenes like this one"
     else:
         size = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
         ok = error <= tolerance_pct and error < asked.vacuous_pct
@@ -147,14 +147,14 @@ def _candidate(
             why = f"not known: its bound, {size}, is vacuous"
         else:
             why = f"errs by up to {size}, which {'is within' if ok else 'exceeds'} {asked.text(tolerance_pct)}"
-        why += f" (with a chance of {100 * bound.coverage:.0f} %, from {len(bound.errors)} scenes)"
+        why += f" (with a chance of {100 * bound.coverage:.0f} %, from {bound.scenes} scenes)"
     return Candidate(
         model=level.name,
         error_pct=error,
-        median_pct=median,
-        ci95_pct=(interval[0], interval[1]),
+        median_pct=bound.median_pct,
+        ci95_pct=bound.ci95_pct,
         coverage=None if error is None else bound.coverage,
-        scenes=len(bound.errors),
+        scenes=bound.scenes,
         wall_s=wall_s,
         ok=ok,
         why=why,

@@ -67,7 +67,7 @@ def rng() -> np.random.Generator:
 def test_measured_errors(rng: np.random.Generator) -> None:
     shipped = newest_result(RESULT)
     assert shipped is not None
-    content = {"bases": shipped.content["bases"], "rows": shipped.content["rows"][::20]}
+    content = {"bases": shipped.content["bases"], "bounds": shipped.content["bounds"][::20]}
     scene, refused = paper_scene(defect={"kind": "outer"}), 0
     for _ in range(CASES):
         try:

@@ -1,36 +1,35 @@
 """Page of the report: error of every model by question, with its time, and the least model that is enough."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
+from srbval.plan.questions import MEANING, Question
 from srbval.report.blocks import Block, Tone
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
-from srbval.studies.model_levels.study import POINTS, summary
 
 SHOWN = ("paper", "rig")
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """One paragraph and a table for each scene."""
-    rows = summary(content)
-    yield prose.paragraph("intro", points=POINTS, percent=100 * POINTS / (POINTS + 1))
+    scenes = max(row["scenes"] for row in content["bounds"])
+    yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
     for base in SHOWN:
-        about = content["bases"][base]
-        titles = {model: (model, f"{about['pace'].get(model, 0):.2g} s/s") for model in about["models"]}
+        about, rows = content["bases"][base], [row for row in content["ladder"] if row["base"] == base]
+        titles = {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
         columns = {"question": "Question", **titles, "least": "Least model"}
-        table = question_table([row for row in rows if row["base"] == base])
-        yield prose.table(f"{base}-levels", table, columns, reference=about["reference_text"], seconds=about["seconds"])
+        yield prose.table(f"{base}-levels", question_table(rows), columns, **about)
 
 
-def question_table(rows: list[dict[str, Any]]) -> pd.DataFrame:
+def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """One row for each question: every model's error as text, and the cheapest model that is enough."""
     found = []
-    for title in dict.fromkeys(row["title"] for row in rows):
-        own = [row for row in rows if row["title"] == title]
-        line = {"question": title, "question_note": f"enough within {own[0]['tolerance']:g} {own[0]['unit']}"}
+    for question in dict.fromkeys(row["question"] for row in rows):
+        own, asked = [row for row in rows if row["question"] == question], MEANING[Question(question)]
+        line = {"question": asked.title, "question_note": f"enough: {asked.tolerance:g} {asked.unit}"}
         for row in own:
             line |= {row["model"]: _error(row), f"{row['model']}_note": _note(row)}
             line[f"{row['model']}_tone"] = Tone.GOOD if row["enough"] else None
@@ -38,26 +37,26 @@ def question_table(rows: list[dict[str, Any]]) -> pd.DataFrame:
     return pd.DataFrame(found)
 
 
-def least(rows: list[dict[str, Any]]) -> str | None:
+def least(rows: Sequence[Mapping[str, Any]]) -> str | None:
     """The cheapest model that is enough, of the rows of one question."""
     enough = [row for row in rows if row["enough"]]
-    return min(enough, key=lambda row: row["wall_per_simulated_s"])["model"] if enough else None
+    return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 
 
 def _error(row: Mapping[str, Any]) -> str:
-    """Median error with its interval."""
+    """Median error with its interval, in the question's unit."""
     if row["enough"] is None:
         return "cannot answer"
-    low, middle, high = ("-" if row[name] is None else f"{row[name]:.2g}" for name in ("low", "median", "high"))
-    return f"{middle} [{low}, {high}] {row['unit']}"
+    asked, (low, high) = MEANING[Question(row["question"])], row["ci95_pct"]
+    shown = ["-" if one is None else f"{asked.shown(one):.2g}" for one in (row["median_pct"], low, high)]
+    return f"{shown[0]} [{shown[1]}, {shown[2]}] {asked.unit}"
 
 
 def _note(row: Mapping[str, Any]) -> str:
-    """The largest error, and the scenes without an answer."""
-    if row["enough"] is None:
-        return ""
-    silent = f"none on {row['unanswered']} of {row['scenes']} scenes" if row["unanswered"] else ""
-    return silent or f"at most {row['worst']:.2g}"
+    """The largest error, or the number of scenes without an answer."""
+    if row["enough"] is None or row["error_pct"] is None:
+        return "" if row["enough"] is None else f"no answer on {row['silent']} of {row['scenes']} scenes"
+    return f"at most {MEANING[Question(row['question'])].shown(row['error_pct']):.2g}"
 
 
-PAGE = study_page(__package__, 50, blocks, data=lambda content: {"ladder": summary(content)})
+PAGE = study_page(__package__, 50, blocks, data=lambda content: {"ladder": content["ladder"]})

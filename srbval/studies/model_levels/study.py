@@ -1,8 +1,7 @@
 """Run every model on scenes drawn about a bundled one, and compare its answers with the reference model's.
 
-A row is one model on one drawn point (speed, load, defect height): its runs without a defect, with one on the outer
-and with one on the inner race. Points are drawn from the same ranges for every roller fit, so that the errors of a
-model on one question, fit and defect are exchangeable with those of the next scene from these ranges.
+A row of the sweep is one model on one drawn point (speed, load, defect height), with its runs for every kind of defect.
+The errors of a model on one question, roller fit and defect are exchangeable with the next scene's from these ranges.
 """
 
 import math
@@ -29,17 +28,15 @@ from srbval.sweep.sweep import Case, draws, sweep
 
 POINTS = 19  # the largest of 19 errors bounds the next one with a chance of 95 %
 RANGES = {"rpm": (353.0, 997.0), "radial_kn": (62.4, 124.8)}  # the rig's speeds but the slowest ones; Table 5
-FINER = 2  # times the steps, for the reference
 REFERENCE = "reference"  # name of its rows
+OF_SCENES = ("base", "fit", "kind")  # columns: what exchangeable scenes have in common
+SCENE = (*OF_SCENES, "rpm", "radial_kn", "height_mm")
 LEAST_SHARE = 0.9  # of bounds that hold on fresh scenes
 
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """A bundled scene: its `reference` model, the measured `models`, length of a run, range of the defect's height.
-
-    The reference's scene has the `finest` changes beside its finer step.
-    """
+    """A bundled scene with its `reference` model and the measured ones; the reference's scene has `finest` changes."""
 
     reference: str
     models: tuple[str, ...]
@@ -55,6 +52,7 @@ BASES = {
     "rig": Base(reference="slices", models=MODELS),
     "rig-oil": Base(reference="slices", models=MODELS, seconds=1.0, kinds=(Fault.HEALTHY,)),
 }
+SCENES_PER_POINT = sum(len(base.fits) * len(base.kinds) for base in BASES.values())
 
 
 def cases(points: int, seed: int) -> pd.DataFrame:
@@ -70,7 +68,7 @@ def cases(points: int, seed: int) -> pd.DataFrame:
 
 
 def scene_of(case: Case, kind: Fault) -> Scene:
-    """The scene of a row with this defect."""
+    """The scene of a row with this defect; the reference takes half the step."""
     base, right = BASES[case["base"]], case["model"] == REFERENCE
     step_s = load_scene(case["base"]).solver.step_s
     changes = {
@@ -80,14 +78,9 @@ def scene_of(case: Case, kind: Fault) -> Scene:
         "load": {"radial_n": case["radial_kn"] * 1e3},
         "contact": {"roller_fit": case["fit"]},
         "defect": {"kind": kind.scene_word, "height_m": case["height_mm"] / 1e3},
-        "solver": {"step_s": step_s / FINER if right else step_s},
+        "solver": {"step_s": step_s / 2 if right else step_s},
     }
     return load_scene(case["base"], merge(changes, base.finest) if right else changes)
-
-
-def scenes_of(case: Case) -> tuple[Scene, ...]:
-    """The scenes of a row, the healthy one first."""
-    return tuple(scene_of(case, kind) for kind in BASES[case["base"]].kinds)
 
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
@@ -104,35 +97,44 @@ def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
     return {"answers": found, "pace": float(np.median(paces)) if paces else None}
 
 
-def errors(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """One row for each model on each scene: its errors [%] on the questions that the reference answers."""
+def errors(table: pd.DataFrame) -> pd.DataFrame:
+    """One row for each model, scene and question that the reference answers; unanswered, the error [%] is infinite."""
     found = []
     for _, of_point in table.groupby(["base", "fit", "point"], sort=False):
         right, *models = of_point.to_dict("records")
         for own in models:
+            scene = {name: own[name] for name in (*SCENE, "point", "model") if name != "kind"}
             for kind, known in right["answers"].items():
                 given = own["answers"].get(kind, {})
-                error = {q: error_pct(Question(q), given.get(q), known[q]) for q in known}
-                row = {name: own[name] for name in ("base", "fit", "point", "model", "rpm", "radial_kn", "height_mm")}
-                found.append({**row, "kind": kind, "error_pct": {q: _short(e) for q, e in error.items()}})
-    return found
+                for question, answer in known.items():
+                    error = error_pct(Question(question), given.get(question), answer)
+                    found.append({**scene, "kind": kind, "question": question, "error_pct": error})
+    return pd.DataFrame(found).fillna({"error_pct": math.inf})
 
 
-def _short(error: float | None) -> float | None:
-    """Four digits, rounded up: a bound stays one."""
-    if error is None or error == 0:
-        return error
-    unit = 10.0 ** (math.floor(math.log10(error)) - 3)
-    return float(f"{math.ceil(error / unit) * unit:.4g}")
+def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
+    """One row for each group of errors, with the numbers of `srbval.plan.measured.Bound`.
+
+    The interval of the median is between order statistics (Conover, Practical Nonparametric Statistics, 1999).
+    """
+    rows = []
+    for key, of in found.groupby(list(by), sort=False).error_pct:
+        size = np.sort(of.to_numpy())
+        rank = max(math.floor(size.size / 2 - 0.98 * math.sqrt(size.size)), 1)
+        middle = (size[(size.size - 1) // 2] + size[size.size // 2]) / 2
+        numbers = (float(one) if np.isfinite(one) else None for one in (size[-1], middle, size[rank - 1], size[-rank]))
+        largest, median, low, high = numbers
+        silent = int(np.isinf(size).sum())
+        bound = Bound(scenes=size.size, silent=silent, error_pct=largest, median_pct=median, ci95_pct=(low, high))
+        rows.append(dict(zip(by, key, strict=True)) | vars(bound))
+    return rows
 
 
 def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
     """Description of the tables about a base, with its scene as it is."""
     base, own = BASES[name], table[(table.base == name) & (table.model != REFERENCE)]
-    more = "".join(f", {value} {key}" for change in base.finest.values() for key, value in change.items())
     return {
         "reference": base.reference,
-        "reference_text": f"{base.reference} model at 1/{FINER} of the step{more}",
         "seconds": base.seconds,
         "ranges": RANGES | {"height_mm": base.height_mm},
         "models": base.models,
@@ -141,75 +143,53 @@ def about(name: str, table: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def summary(content: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """One row for each base, question and model: errors over all scenes in the question's unit, and if it is enough.
+def summary(found: pd.DataFrame, bases: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Spread of the errors over all scenes about a base, for each question and model, and if the model is enough.
 
-    A model is enough if its largest error is within the question's usual tolerance; None if it cannot answer at all.
+    It is enough if its largest error is within the question's usual tolerance; None if it cannot answer at all.
     """
-    found = []
-    for base, of in content["bases"].items():
-        rows = [row for row in content["rows"] if row["base"] == base]
-        for question, meaning in MEANING.items():
-            for model in of["models"]:
-                given = [r["error_pct"][question] for r in rows if r["model"] == model and question in r["error_pct"]]
-                if given:
-                    bound = Bound(errors=tuple(sorted(math.inf if error is None else error for error in given)))
-                    sizes = dict(
-                        zip(("median", "low", "high", "worst"), (*bound.median_pct, bound.error_pct), strict=True)
-                    )
-                    shown = {name: None if one is None else meaning.shown(one) for name, one in sizes.items()}
-                    enough = bound.error_pct is not None and bound.error_pct <= meaning.tolerance_pct
-                    found.append(
-                        {
-                            "base": base,
-                            "question": question.value,
-                            "title": meaning.title,
-                            "model": model,
-                            "scenes": len(given),
-                            "unanswered": bound.silent,
-                            "unit": meaning.unit,
-                            **shown,
-                            "tolerance": meaning.tolerance,
-                            "enough": None if question.value in level_of(model).lacks else enough,
-                            "wall_per_simulated_s": of["pace"].get(model),
-                        }
-                    )
-    return found
-
-
-def check_bounds(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    """The planner's bound beside the measured error, for each of the `rows` of `errors`, model and question.
-
-    `held` is true if the error is within the bound; only bounds that the planner states are listed.
-    """
-    found = []
+    rows = spread(found, "base", "question", "model")
     for row in rows:
-        scene = scene_of(row, Fault(row["kind"]))
-        for question, error in row["error_pct"].items():
-            plan = make_plan(scene, question=Question(question), measured=measured_errors()[row["base"]])
-            bound = next(c.error_pct for c in plan.candidates if c.model == row["model"])
-            if bound is not None:
-                held = error is not None and error <= bound
-                one = {name: row[name] for name in ("base", "fit", "kind", "point", "model")}
-                found.append({**one, "question": question, "bound_pct": bound, "error_pct": error, "held": held})
-    return pd.DataFrame(found)
+        asked, error = MEANING[Question(row["question"])], row["error_pct"]
+        enough = error is not None and error <= asked.tolerance_pct
+        row["enough"] = None if row["question"] in level_of(row["model"]).lacks else enough
+        row["wall_per_simulated_s"] = bases[row["base"]]["pace"].get(row["model"])
+    return rows
+
+
+def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
+    """The planner's bound for each of these errors, and if the error is within it (`held`); no row without a bound."""
+    rows = []
+    for (*scene, question), of in found.groupby([*SCENE, "question"], sort=False):
+        case = dict(zip(SCENE, scene, strict=True))
+        own = scene_of({**case, "model": BASES[case["base"]].reference}, Fault(case["kind"]))
+        plan = make_plan(own, question=Question(question), measured=measured_errors()[case["base"]])
+        bound = {one.model: one.error_pct for one in plan.candidates}
+        rows.append(of.assign(bound_pct=of.model.map(bound)).dropna(subset="bound_pct"))
+        rows[-1]["vacuous"] = rows[-1].bound_pct >= MEANING[Question(question)].vacuous_pct
+    checked = pd.concat(rows)
+    return checked.assign(held=checked.error_pct <= checked.bound_pct)
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
     """Answer the question; see `harness.StudyResult`."""
-    per_point = sum(len(base.fits) * len(base.kinds) for base in BASES.values())
-    fresh = options.fresh_scenes and max(round(options.fresh_scenes / per_point), 1)
+    fresh = options.fresh_scenes and max(round(options.fresh_scenes / SCENES_PER_POINT), 1)
     points, seed = (fresh, 1 + options.seed) if fresh else (1 if options.quick else POINTS, 0)
+
+    def scenes_of(case: Case) -> tuple[Scene, ...]:
+        return tuple(scene_of(case, kind) for kind in BASES[case["base"]].kinds)
+
     table = sweep(cases(points, seed), scenes_of, measure, task="models", jobs=options.jobs, progress=progress)
-    rows = errors(table)
+    found = errors(table)
     if fresh:
-        checked = check_bounds(rows)
-        counts = checked.groupby("base", sort=False).held.agg(["sum", "count"])
-        lines = [f"{base}: {held} of {asked} bounds hold" for base, held, asked in counts.itertuples()]
+        checked = check_bounds(found)
+        counts = checked.groupby("base", sort=False).agg(
+            held=("held", "sum"), asked=("held", "count"), share=("held", "mean"), vacuous=("vacuous", "sum")
+        )
         share = checked.held.mean()
-        text = "\n".join([*lines, f"all: {100 * share:.1f} % on {points * per_point} scenes, seed {options.seed}"])
+        text = f"{counts}\nall: {share:.3f} on {fresh * SCENES_PER_POINT} scenes, seed {options.seed}"
         return StudyResult(content={"checks": checked.to_dict("records")}, text=text, sound=bool(share >= LEAST_SHARE))
-    content = {"bases": {name: about(name, table) for name in BASES}, "rows": rows}
-    return StudyResult(
-        content=content, text=text_rows(summary(content)), name=None if options.quick else "model_levels"
-    )
+    bases = {name: about(name, table) for name in BASES}
+    rows = summary(found, bases)
+    content = {"bases": bases, "ladder": rows, "bounds": spread(found, *OF_SCENES, "model", "question")}
+    return StudyResult(content=content, text=text_rows(rows), name=None if options.quick else "model_levels")
