@@ -38,7 +38,7 @@ def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ() -> None:
 
 def test_the_reference_takes_half_the_step() -> None:
     for name, base in BASES.items():
-        case = cases(1, 0).query("base == @name").iloc[0].to_dict()
+        case = cases(1, 0).set_index("base", drop=False).loc[name].iloc[0].to_dict()
         right, own = scene_of(case, Fault.OUTER), scene_of({**case, "model": base.reference}, Fault.OUTER)
         assert right.solver.step_s == own.solver.step_s / 2
         assert right.line_contact.slices == (31 if base.finest else own.line_contact.slices)
