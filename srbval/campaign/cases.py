@@ -30,8 +30,8 @@ class CampaignCase:
     """A row of the table of cases.
 
     `key` names the result; `point` lists the changes of the base scene by dotted key; `expected_s` is the wall time on
-    the machine of the calibration, None if unknown, and `planned_s` the same or else a rough guess; `refused` is the
-    reason why no scene could be made of the point.
+    the machine that the models were measured on, None if unknown, and `planned_s` the same or else a rough guess;
+    `refused` is the reason why no scene could be made of the point.
     """
 
     index: int

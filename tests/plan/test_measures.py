@@ -8,12 +8,7 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.models.simulate import simulate
 from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, RMS_BANDS, SIDEBANDS, THIRD_OCTAVES
-from srbval.plan.measures import (
-    harmonic_pattern,
-    noise_floor,
-    scatter,
-    smooth_mean,
-)
+from srbval.plan.measures import harmonic_pattern, noise_floor, scatter, smooth_mean
 from srbval.plan.questions import MEANING, Question, answers, error_pct
 from srbval.recordings import recording_from_run
 from srbval.scene import paper_scene
@@ -27,18 +22,12 @@ ROUNDING = 1e-14
 EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
 
 
-def test_noise_floor_of_white_noise() -> None:
+def test_noise_floor_is_that_of_white_noise_and_does_not_see_single_lines() -> None:
     """Spectral lines of white noise are Rayleigh-distributed: median 2 sigma sqrt(ln 2 / n)."""
-    n, sigma, mean = 20 * 20480, 0.3, 1.7
-    noise = np.random.default_rng(4).normal(mean, sigma, n)
-    expected = 2 * sigma * math.sqrt(math.log(2) / n) / mean
-    assert noise_floor(noise, FS) == pytest.approx(expected, rel=MEDIAN_SCATTER)
-
-
-def test_noise_floor_does_not_see_single_lines() -> None:
-    t = np.arange(4 * 20480) / FS
-    noise = 1 + 1e-3 * np.random.default_rng(5).normal(size=t.size)
+    t, sigma, mean = np.arange(20 * 20480) / FS, 1e-3, 1.7
+    noise = np.random.default_rng(4).normal(mean, sigma, t.size)
     quiet = noise_floor(noise, FS)
+    assert quiet == pytest.approx(2 * sigma * math.sqrt(math.log(2) / t.size) / mean, rel=MEDIAN_SCATTER)
     lines = noise + 0.2 * np.sin(2 * np.pi * 71.0 * t) + 0.9 * np.sin(2 * np.pi * 97.1 * t)
     assert noise_floor(lines, FS) == pytest.approx(quiet, rel=LINE_SKIRTS)
 
