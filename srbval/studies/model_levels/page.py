@@ -9,6 +9,7 @@ from srbval.plan.questions import MEANING, Question
 from srbval.report.blocks import Block, Tone
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
+from srbval.report.tables import Title
 
 SHOWN = ("paper", "rig")
 
@@ -19,8 +20,9 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
     for base in SHOWN:
         about, rows = content["bases"][base], [row for row in content["ladder"] if row["base"] == base]
-        titles = {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
-        columns = {"question": "Question", **titles, "least": "Least model"}
+        columns: dict[str, Title] = {"question": "Question"}
+        columns |= {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
+        columns["least"] = "Least model"
         yield prose.table(f"{base}-levels", question_table(rows), columns, **about)
 
 
@@ -29,7 +31,7 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     found = []
     for question in dict.fromkeys(row["question"] for row in rows):
         own, asked = [row for row in rows if row["question"] == question], MEANING[Question(question)]
-        line = {"question": asked.title, "question_note": f"enough: {asked.tolerance:g} {asked.unit}"}
+        line: dict[str, Any] = {"question": asked.title, "question_note": f"enough: {asked.tolerance:g} {asked.unit}"}
         for row in own:
             line |= {row["model"]: _error(row), f"{row['model']}_note": _note(row)}
             line[f"{row['model']}_tone"] = Tone.GOOD if row["enough"] else None

@@ -85,7 +85,7 @@ def scene_of(case: Case, kind: Fault) -> Scene:
 
 def measure(_: Case, *tried: Attempt) -> dict[str, Any]:
     """Answers by defect, and the wall time per simulated second [s/s]; a run that does not work has no answers."""
-    runs = [one.run if one.ok else None for one in tried]
+    runs = [one.run if one.works else None for one in tried]
     healthy = recording_from_run(runs[0]) if runs[0] is not None else None
     found: dict[str, Any] = {}
     for one, run in zip(tried, runs, strict=True):
