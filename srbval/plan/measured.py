@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import DataError
@@ -37,6 +37,8 @@ class Bound:
     `error_pct`: largest error, the bound of the next scene's, None if the model gave no answer on one of them (on
     `silent` scenes); `median_pct`, `ci95_pct`: their median and its 95 % interval.
     """
+
+    JSON_PROPERTIES: ClassVar = ("coverage",)
 
     scenes: int
     silent: int

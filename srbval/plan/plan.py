@@ -10,31 +10,26 @@ from srbval.errors import ConfigurationError
 from srbval.models.hierarchy import FidelityLevel, geometry_of, level_of
 from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
-from srbval.plan.measured import REMEDY, MeasuredErrors, table_about
+from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, table_about
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.scene import Scene
 
 IN_THE_PLANE = ("impulse", "planar")
-OUTSIDE = "not known: the scene lies outside what was measured"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A model with the bound of its error [%], its wall time [s], and if it is enough (`ok`), and why.
+    """A model with the bound of its error [%] and its wall time [s], None if not known, and if it is enough (`ok`).
 
-    The bound holds with a chance of at least `coverage`, from `scenes` drawn scenes; `median_pct` and `ci95_pct` are
-    their median error and its 95 % interval. None for what is not known.
+    `bound`: spread of its errors, and the chance that `error_pct` holds.
     """
 
     model: str
     error_pct: float | None = None
-    median_pct: float | None = None
-    ci95_pct: tuple[float | None, float | None] | None = None
-    coverage: float | None = None
-    scenes: int | None = None
     wall_s: float | None = None
     ok: bool = False
-    why: str = ""
+    why: str
+    bound: Bound | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +93,17 @@ def make_plan(
             for level in levels
         )
         chosen = _chosen(candidates, question, table.reference, refused)
-        why = refusal(level_of(chosen), scene, bearing)
-        if why is None:
-            return Plan(
-                chosen=chosen,
-                question=question,
-                tolerance_pct=tolerance_pct,
-                met=any(candidate.ok for candidate in candidates),
-                candidates=candidates,
-                outside=outside,
-            )
+        if (why := refusal(level_of(chosen), scene, bearing)) is None:
+            break
         refused[chosen] = why
+    return Plan(
+        chosen=chosen,
+        question=question,
+        tolerance_pct=tolerance_pct,
+        met=any(candidate.ok for candidate in candidates),
+        candidates=candidates,
+        outside=outside,
+    )
 
 
 def _chosen(candidates: Sequence[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
@@ -127,37 +122,30 @@ def _candidate(
     level: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, table: MeasuredErrors, outside: bool
 ) -> Candidate:
     """Judge a model that runs the scene."""
-    pace, asked = table.pace.get(level.name), MEANING[question]
-    wall_s = None if pace is None else pace * (scene.duration_s + scene.settle_s)
-    if (lacking := level.lacks.get(question.value)) is not None:
-        return Candidate(model=level.name, wall_s=wall_s, why=f"cannot answer: {lacking}")
-    if outside:
-        return Candidate(model=level.name, wall_s=wall_s, why=OUTSIDE)
-    bound = table.bound(scene, level.name, question)
-    if bound is None:
+    pace, asked, ok = table.pace.get(level.name), MEANING[question], False
+    lacking, bound = level.lacks.get(question.value), table.bound(scene, level.name, question)
+    error = bound.error_pct if bound is not None and lacking is None and not outside else None
+    if lacking is not None:
+        why = f"cannot answer: {lacking}"
+    elif outside:
+        why = "not known: the scene lies outside what was measured"
+    elif bound is None:
         why = f"not known: {asked.title} was measured on too few scenes about {table.base}; {REMEDY}"
-        return Candidate(model=level.name, wall_s=wall_s, why=why)
-    error, ok = bound.error_pct, False
-    if error is None:
+    elif error is None:
         why = f"gave no answer on {bound.silent} of {bound.scenes} scenes like this one"
     else:
-        size = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
         ok = error <= tolerance_pct and error < asked.vacuous_pct
-        if error >= asked.vacuous_pct:
-            why = f"not known: its bound, {size}, is vacuous"
-        else:
-            why = f"errs by up to {size}, which {'is within' if ok else 'exceeds'} {asked.text(tolerance_pct)}"
+        size = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
+        verdict = f"errs by up to {size}, which {'is within' if ok else 'exceeds'} {asked.text(tolerance_pct)}"
+        why = f"not known: its bound, {size}, is vacuous" if error >= asked.vacuous_pct else verdict
         why += f" (with a chance of {100 * bound.coverage:.0f} %, from {bound.scenes} scenes)"
     return Candidate(
         model=level.name,
         error_pct=error,
-        median_pct=bound.median_pct,
-        ci95_pct=bound.ci95_pct,
-        coverage=None if error is None else bound.coverage,
-        scenes=bound.scenes,
-        wall_s=wall_s,
+        wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
         ok=ok,
         why=why,
+        bound=None if error is None else bound,
     )
 
 

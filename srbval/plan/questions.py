@@ -16,13 +16,14 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
-from srbval.plan.measures import harmonic_pattern, line_heights, measure, smooth_mean
+from srbval.plan.measures import BAND, LEAST_SECONDS, line_heights, noise_floor, smooth_mean
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
 
 Answer = tuple[float | None, ...]  # None: the quantity does not stand out
 
+HARMONICS = range(1, 6)
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
 FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
@@ -137,14 +138,15 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
     passed = (Fault.OUTER if kind is Fault.HEALTHY else kind).passing_order(run.rolling_elements, ratio)
     found[Question.LINES] = None if passed is None else (passed * run.scene.shaft_hz,)
     try:
-        record, measures = recording_from_run(run), measure(run)
+        record = recording_from_run(run)
         analysis = analyse(record, bearing=bearing)
     except DataError:
         return found
-    found[Question.AMPLITUDE] = (measures.band_rms_m_s2,)
-    spread_m_s2 = float(along_sensor(run.acceleration_m_s2).std())
-    if measures.noise_floor is not None:  # over the mean of the normalised envelope
-        found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
+    found[Question.AMPLITUDE] = (run.band_rms_m_s2[BAND],)
+    if run.seconds >= LEAST_SECONDS:  # the envelope is of the normalised signal
+        envelope, spread_m_s2 = analysis.processed.envelope, float(along_sensor(run.acceleration_m_s2).std())
+        floor = noise_floor(envelope, analysis.processed.fs_hz) * float(envelope.mean())
+        found[Question.NOISE_FLOOR] = (floor * spread_m_s2,)
     order = kind.passing_order(run.rolling_elements, ratio)
     return found | _of_line(run, analysis) | _amplitudes(record, kind, order, bearing, healthy)
 
@@ -176,10 +178,12 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
         return {}
     spacing, first = run.scene.shaft_hz, line.found_hz
     envelope, fs_hz = analysis.processed.envelope, analysis.processed.fs_hz
-    height, *sides = line_heights(envelope, fs_hz, [first, *(first + k * spacing for k in SIDEBANDS)])
+    places = [*(k * first for k in HARMONICS), *(first + k * spacing for k in SIDEBANDS)]
+    height, *others = line_heights(envelope, fs_hz, places)
+    over = [1.0, *(other / height for other in others)]
     return {
-        Question.HARMONICS: harmonic_pattern(envelope, fs_hz, first),
-        Question.SIDEBANDS: tuple(side / height for side in sides),
+        Question.HARMONICS: tuple(over[: len(HARMONICS)]),
+        Question.SIDEBANDS: tuple(over[len(HARMONICS) :]),
     }
 
 

@@ -44,7 +44,8 @@ def made(largest: float | None, scenes: int = 19) -> MeasuredErrors:
 def test_a_bound_is_the_largest_error_and_states_its_chance() -> None:
     plan = make_plan(paper("outer"), measured=made(1.9), tolerance_pct=1.95)
     line = candidate(plan, "line")
-    assert (plan.chosen, line.error_pct, line.scenes, line.coverage, line.ok) == ("line", 1.9, 19, 0.95, True)
+    assert line.bound is not None
+    assert (plan.chosen, line.error_pct, line.bound.scenes, line.bound.coverage) == ("line", 1.9, 19, 0.95)
     assert "with a chance of 95 %, from 19 scenes" in line.why
     assert not make_plan(paper("outer"), measured=made(2.0), tolerance_pct=1.95).met
 
