@@ -230,7 +230,7 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the record's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.similar_parts`), so
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.for_size`), so
     the paper's band is scaled with the `bearing`; a smaller one's line shows in the paper's band. For an unknown
     machine `ConfigurationError` asks for a band, since a band chosen on the record that it judges finds lines in noise
     (`auto_band` chooses one and counts the trials).

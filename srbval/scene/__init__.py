@@ -20,13 +20,11 @@ from srbval.scene.read import (
     changes_at,
     draws,
     load_scene,
-    load_sensor_path,
     merge,
     paper_scene,
     rig_inputs,
     scene_table,
     sobol,
-    values_at,
 )
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor

@@ -5,7 +5,7 @@ Uncertain values of the scene `rig` are ranges with their sources, from `rig_inp
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -17,7 +17,6 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MOST_DEFECTS, Scene
-from srbval.scene.sensor_path import SensorPath
 from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
@@ -100,7 +99,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     """The table `base`, written for the default bearing, with the values of a bearing of another size.
 
     Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
-    (see `similar_parts`) unless the load `path` states otherwise. A bearing known by its orders alone has no size and
+    (see `for_size`) unless the load `path` states otherwise. A bearing known by its orders alone has no size and
     changes only the model. A bearing of the same geometry changes nothing; with the path ``bearing`` it loses its
     support. Raises the errors of `load_bearing`.
     """
@@ -117,19 +116,6 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
 
-def similar_parts(scene: Scene, size: float) -> Scene:
-    """The scene with all but its bearing `size` times as large, at the same shaft speed; see `POWERS`.
-
-    Times of elastic bodies then go with the size, and stresses stay. The friction law's velocity and the shaft's speed
-    stay. (Dimensional analysis with the same materials; Bridgman 1922.)
-    """
-    return replace(scene, **{part: replace(old, **_scaled(vars(old), size)) for part, old in _sized(scene).items()})
-
-
-def _sized(scene: Scene) -> dict[str, Any]:
-    return {part: getattr(scene, part) for part in ("load", "contact", "housing", "bodies", "defect")}
-
-
 def _scaled(values: Mapping[str, Any], size: float) -> dict[str, Any]:
     """Values of a part that depend on the size, for one `size` times as large."""
     powers = {key: next((p for end, p in POWERS.items() if key.endswith(end)), 0) for key in values}
@@ -143,19 +129,22 @@ def size_of(bearing: Bearing) -> float | None:
 
 
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
-    """Changes of the table of `base` for a bearing of that size, in SI; the step goes with the times of the bodies.
+    """Changes of the table of `base` for a bearing `size` times as large at the same shaft speed, in SI; see `POWERS`.
 
-    The housing of a bearing that is not `spherical` has the damping `DAMPING_RATIO`.
+    Times of elastic bodies, and with them the step, go with the size; stresses and the friction law's velocity stay
+    (dimensional analysis with the same materials; Bridgman 1922). The housing of a bearing that is not `spherical` has
+    the damping `DAMPING_RATIO`.
     """
+    parts = {part: vars(getattr(base, part)) for part in ("load", "contact", "housing", "bodies", "defect")}
     table: dict[str, Any] = {
-        part: {key: value for key, value in _scaled(vars(old), size).items() if value != vars(old)[key]}
-        for part, old in _sized(base).items()
+        part: {key: value for key, value in _scaled(old, size).items() if value != old[key]}
+        for part, old in parts.items()
     }
     if spherical:
         steps = max(1, math.ceil(base.steps_per_output / size - SAME))
         return table | {"solver": {"step_s": 1 / (base.output_rate_hz * steps)}}
-    housing = similar_parts(base, size).housing
-    damping = 2 * DAMPING_RATIO * math.sqrt(housing.mass_kg * housing.stiffness_n_m)
+    mass_kg, stiffness_n_m = base.housing.mass_kg * size**3, base.housing.stiffness_n_m * size
+    damping = 2 * DAMPING_RATIO * math.sqrt(mass_kg * stiffness_n_m)
     return table | {"housing": table["housing"] | {"damping_ns_m": damping}}
 
 
@@ -197,12 +186,6 @@ def sensor_path_table(path: str) -> Mapping[str, Any] | None:
     return read_toml(Path(path))
 
 
-def load_sensor_path(path: str) -> SensorPath | None:
-    """A path to the sensor by name or from a file; raises the errors of `load_scene`."""
-    table = sensor_path_table(path)
-    return None if table is None else build(SensorPath, table, path)
-
-
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
     """A defect on a roller without an extent is as wide as the rig's drill."""
     if defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect):
@@ -242,11 +225,6 @@ class RigInput:
         return tuple(i / (self.points - 1) for i in range(self.points))
 
     @property
-    def values(self) -> tuple[float, ...]:
-        """The same as values."""
-        return tuple(self.low + (self.high - self.low) * share for share in self.shares)
-
-    @property
     def nominal_share(self) -> float:
         """Place of the scene's value in the range, as a share."""
         return 1.0 if self.high_from else (self.nominal - self.low) / (self.high - self.low)
@@ -266,20 +244,17 @@ def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {number}") for number, table in tables)
 
 
-def values_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, float]:
-    """Values of all inputs by key, each at a share of its range; one of two points takes an end."""
+def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
+    """Changes of a scene, for `load_scene`, that give each input the value at its share of the range.
+
+    An input of two points takes an end.
+    """
     values: dict[str, float] = {}
+    changes: dict[str, Any] = {}
     for one, share in zip(inputs, shares, strict=True):
         high = values.get(one.high_from, one.high)
         values[one.key] = one.low + (float(round(share)) if one.points == 2 else share) * (high - one.low)
-    return values
-
-
-def changes_at(inputs: Sequence[RigInput], shares: Sequence[float]) -> dict[str, Any]:
-    """Changes that give a scene these values, for `load_scene`."""
-    changes: dict[str, Any] = {}
-    for one, value in zip(inputs, values_at(inputs, shares).values(), strict=True):
-        changes = merge(changes, one.changes(value))
+        changes = merge(changes, one.changes(values[one.key]))
     return changes
 
 

@@ -14,7 +14,7 @@ from srbval.path import identify as module
 from srbval.path.identify import Identified, Pair, identify, identify_response, joined, third_octaves
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
-from srbval.scene import load_scene, load_sensor_path
+from srbval.scene import load_scene
 from tests.path.simulated_rig import BEARING, GAINS, RATIO, TRUE, SimulatedRig, simulated_rig
 
 NEAR_DB = 0.2  # of gains: pulses here are far above the noise
@@ -100,7 +100,7 @@ def test_noisy_gains_scatter_as_their_uncertainty_states() -> None:
 def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir: Path) -> None:
     files = [str(recordings_dir / "torino" / f"{name}_877rpm_sample.mat") for name in ("OR", "IR")]
     pairs = [Pair(record=one, run=module.simulated_run(one, load_scene("rig"))) for one in map(load_registered, files)]
-    bundled, own = load_sensor_path("rig"), identify(*pairs, bearing=BEARING).path
+    bundled, own = load_scene("rig", {"sensor_path": "rig"}).sensor_path, identify(*pairs, bearing=BEARING).path
     assert bundled is not None
     for name in ("load", "cross", "u_db"):
         assert getattr(own, name) == pytest.approx(getattr(bundled, name), rel=0.01)
@@ -124,7 +124,7 @@ def test_a_measured_response_from_a_table_and_from_uff(
     bands = json.loads(capsys.readouterr().out)["bands"]
     assert [band["load"] for band in bands] == pytest.approx(TRUE.load, rel=0.01)
     assert [band["cross"] for band in bands] == pytest.approx([3 * band["load"] for band in bands])
-    assert load_sensor_path(output).load == pytest.approx(TRUE.load, rel=0.01)
+    assert load_scene("rig", {"sensor_path": output}).sensor_path.load == pytest.approx(TRUE.load, rel=0.01)
     pyuff = pytest.importorskip("pyuff")
     one = dict.fromkeys(("rsp_node", "ref_node"), 1) | dict.fromkeys(("rsp_dir", "ref_dir"), 3)
     one |= {"type": 58, "func_type": 4, "x": FREQUENCY_HZ, "data": noisy, "id1": "hammer", "abscissa_spacing": 0}

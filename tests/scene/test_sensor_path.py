@@ -10,7 +10,7 @@ import pytest
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run_file import scene_dict
 from srbval.path.identify import path_toml
-from srbval.scene import SENSOR_ANGLE_RAD, SensorPath, load_scene, load_sensor_path, paper_scene, parts_along_sensor
+from srbval.scene import SENSOR_ANGLE_RAD, SensorPath, load_scene, paper_scene, parts_along_sensor
 
 MIDDLES_HZ = (1000.0, 1258.9254, 1584.8932)
 TABLE = {"frequency_hz": list(MIDDLES_HZ), "load": [2.0, 0.5, 1.0], "cross": [6.0, 1.5, 3.0], "source": "test"}
@@ -47,25 +47,21 @@ def test_paths_are_drawn_as_widely_as_they_are_known() -> None:
 def test_a_file_comes_back_as_it_was(tmp_path: Path) -> None:
     path = made(u_db=(0.5, 1.0, 2.0), cross_u_db=1.5, used=("OR",))
     (tmp_path / "path.toml").write_text(path_toml(path), encoding="utf-8")
-    read = load_sensor_path(str(tmp_path / "path.toml"))
+    scene = load_scene("rig", {"sensor_path": str(tmp_path / "path.toml")})
+    read = scene.sensor_path
+    assert read is not None
     assert read.frequency_hz == pytest.approx(MIDDLES_HZ, rel=1e-5)
     assert (read.load, read.cross, read.u_db, read.used) == (path.load, path.cross, path.u_db, path.used)
-    scene = load_scene("rig", {"sensor_path": str(tmp_path / "path.toml")})
-    assert scene.sensor_path == read
     assert json.loads(json.dumps(scene_dict(scene)))["sensor_path"]["cross"] == [6.0, 1.5, 3.0]
-
-
-def test_none_is_the_scene_as_it_was() -> None:
     assert paper_scene(sensor_path="none") == paper_scene()
-    assert "sensor_path" not in scene_dict(paper_scene())  # keys of what is stored stay as they were
+    assert "sensor_path" not in scene_dict(paper_scene()), "stored keys of scenes without a path"
 
 
 def test_the_bundled_path_says_what_it_was_fitted_to() -> None:
-    path = load_sensor_path("rig")
+    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
     assert path.used == ("OR_877rpm_sample", "IR_877rpm_sample (direction)")
     assert path.frequency_hz[0] == pytest.approx(794, abs=1)  # below, a third octave is narrower than two lines of BPFO
     assert len(path.u_db) == len(path.load)
-    assert load_scene("rig", {"sensor_path": "rig"}).sensor_path == path
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,13 @@ from srbval.cli.scene_commands import scene_of
 from srbval.errors import ConfigurationError
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
-from srbval.scene import Surface, load_scene, paper_scene
+from srbval.scene import Surface, paper_scene
 from srbval.scene.surface import RoughnessClass
 
 ROUND_M = 0.1  # of a body whose whole roughness is generated
 RA_TOLERANCE = 0.03  # classes are a factor of two apart
 HALF = 0.4697  # ISO 16610-21
+OPTIONS = ("", "--roughness N2", "--waviness-nm 28")
 
 
 def profile(surface: Surface, shortest_m: float, seed: int) -> FloatArray:
@@ -97,21 +98,15 @@ def test_a_wave_that_fits_no_body_is_refused() -> None:
     assert not surface.amplitudes(0.126, 0.0).size
 
 
-def test_content_of_scenes_without_a_surface_is_as_it_was() -> None:
-    assert "surface" not in scene_dict(paper_scene())
-    kept = scene_dict(load_scene("rig", {"surface": {"roughness_class": "N3"}}))["surface"]
-    assert kept["roughness_class"] == "N3"
-
-
-def test_a_surface_is_named_as_not_validated() -> None:
-    waves = "waves of races and rollers"
-    assert waves in not_validated(paper_scene(surface={"roller_waviness": "20 nm"}))
+def test_a_surface_is_stored_and_named_as_not_validated() -> None:
+    waves, scene = "waves of races and rollers", paper_scene(surface={"roughness_class": "N3"})
+    assert scene_dict(scene)["surface"]["roughness_class"] == "N3"
+    assert waves in not_validated(scene)
     assert waves not in not_validated(paper_scene())
+    assert "surface" not in scene_dict(paper_scene())
 
 
 def test_options_give_a_class_or_one_height_to_all() -> None:
-    by_class = scene_of(parser().parse_args(["simulate", "rig", "--roughness", "N2"])).surface
-    assert by_class == Surface(roughness_class=RoughnessClass("N2"))
-    by_height = scene_of(parser().parse_args(["simulate", "rig", "--waviness-nm", "28"])).surface
-    assert by_height.given_m == pytest.approx((28e-9,) * 3)
-    assert scene_of(parser().parse_args(["simulate", "rig"])).surface is None
+    made = [scene_of(parser().parse_args(["simulate", "rig", *more.split()])).surface for more in OPTIONS]
+    assert (made[0], made[1]) == (None, Surface(roughness_class=RoughnessClass("N2")))
+    assert made[2].given_m == pytest.approx((28e-9,) * 3)
