@@ -81,7 +81,7 @@ def test_the_page_names_the_cheapest_model_that_is_enough() -> None:
 @pytest.mark.slow
 def test_bounds_hold_on_fresh_scenes() -> None:
     """The short form of ``srbval study run model_levels --fresh-scenes 40 --seed 7``."""
-    options = Namespace(fresh_scenes=SCENES_PER_POINT, seed=7, quick=False, jobs=None)
+    options = Namespace(fresh_scenes=SCENES_PER_POINT, seed=7, jobs=None)
     checked = pd.DataFrame(run(options, silent).content["checks"])
     assert set(checked.base) == set(BASES)
     assert checked.held.mean() >= FEW_HOLD

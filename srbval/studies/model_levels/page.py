@@ -33,7 +33,7 @@ def question_table(rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
         own, asked = [row for row in rows if row["question"] == question], MEANING[Question(question)]
         line: dict[str, Any] = {"question": asked.title, "question_note": f"enough: {asked.tolerance:g} {asked.unit}"}
         for row in own:
-            line |= {row["model"]: _error(row), f"{row['model']}_note": _note(row)}
+            line[row["model"]], line[f"{row['model']}_note"] = _shown(row)
             line[f"{row['model']}_tone"] = Tone.GOOD if row["enough"] else None
         found.append(line | {"least": least(own) or "none"})
     return pd.DataFrame(found)
@@ -45,20 +45,14 @@ def least(rows: Sequence[Mapping[str, Any]]) -> str | None:
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 
 
-def _error(row: Mapping[str, Any]) -> str:
-    """Median error with its interval, in the question's unit."""
+def _shown(row: Mapping[str, Any]) -> tuple[str, str]:
+    """Median error with its interval, and below it the largest error or the number of scenes without an answer."""
     if row["enough"] is None:
-        return "cannot answer"
-    asked, (low, high) = MEANING[Question(row["question"])], row["ci95_pct"]
-    shown = ["-" if one is None else f"{asked.shown(one):.2g}" for one in (row["median_pct"], low, high)]
-    return f"{shown[0]} [{shown[1]}, {shown[2]}] {asked.unit}"
-
-
-def _note(row: Mapping[str, Any]) -> str:
-    """The largest error, or the number of scenes without an answer."""
-    if row["enough"] is None or row["error_pct"] is None:
-        return "" if row["enough"] is None else f"no answer on {row['silent']} of {row['scenes']} scenes"
-    return f"at most {MEANING[Question(row['question'])].shown(row['error_pct']):.2g}"
+        return "cannot answer", ""
+    asked, sizes = MEANING[Question(row["question"])], (row["median_pct"], *row["ci95_pct"], row["error_pct"])
+    middle, low, high, largest = ("-" if one is None else f"{asked.shown(one):.2g}" for one in sizes)
+    silent = f"no answer on {row['silent']} of {row['scenes']} scenes"
+    return f"{middle} [{low}, {high}] {asked.unit}", silent if row["silent"] else f"at most {largest}"
 
 
 PAGE = study_page(__package__, 50, blocks, data=lambda content: {"ladder": content["ladder"]})
