@@ -28,7 +28,7 @@ from srbval.models.solvers import METHODS
 from srbval.scene import Scene, load_scene
 from srbval.storage.tables import RANGES
 
-CASES = int(os.environ.get("SRBVAL_SCENES", "150"))
+CASES = int(os.environ.get("SRBVAL_SCENES", "60"))
 SPECIAL = (
     0.0,
     -0.0,
