@@ -175,7 +175,8 @@ def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -
     }
     known = [error for bound in bounds.values() for error in (bound.error_pct, bound.median_pct) if error is not None]
     ends = [end for axis in ("rpm", "radial_kn", "height_mm") for end in about["ranges"][axis]]
-    numbers = [*known, *ends, *about["pace"].values(), about["seconds"], about["values"]["solver.step_s"]]
+    of_scene = [value for value in about["values"].values() if isinstance(value, int | float)]
+    numbers = [*known, *ends, *of_scene, *about["pace"].values(), about["seconds"], about["values"]["solver.step_s"]]
     if not math.isfinite(sum(numbers)) or min(bound.scenes for bound in bounds.values()) < 1:
         raise ValueError("numbers that are none")
     models = tuple(level_of(model).name for model in about["models"])
