@@ -32,7 +32,6 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import METHODS
 from srbval.plan.questions import Question
 from srbval.storage.cache import cache_use
-from srbval.storage.installation import package_folder
 from srbval.studies.harness import study_names
 from tests.campaign.campaigns import run_small, small
 
@@ -88,7 +87,6 @@ DIR: done done done damaged out
 LABELS.csv: records/labels.csv
 FILE.toml|PRESET: campaign.toml table5-smoke
 NAME: {" ".join(study_names())} torino-excerpts
-calibration: record.csv {" ".join(map(str, (package_folder() / "plan").glob("*.json")))}
 reference: record.csv
 white|RECORDING: white healthy.npy run.h5
 output: out.h5 out.toml out

@@ -8,14 +8,14 @@ import pytest
 
 from srbval.comparison.budget import STUDY
 from srbval.errors import NumericsError
-from srbval.scene import load_scene, rig_inputs, sobol, values_at
+from srbval.scene import changes_at, load_scene, rig_inputs, sobol
 from srbval.studies.inputs import study
 from srbval.studies.inputs.page import most_by
 from tests.comparison.test_verdicts import NAMES, readings, variant
 
 AT = sobol(10, 6)  # draws of all inputs of the paper's scene
 DRAWN = 0.1  # relative, of moments over 64 draws
-OUTER, INNER = "line_contact.outer_osculation", "line_contact.inner_osculation"
+OUTER, INNER = "outer_osculation", "inner_osculation"  # of `line_contact`
 
 
 def stands_for(monkeypatch: pytest.MonkeyPatch, measures: Any) -> list[pd.DataFrame]:
@@ -66,7 +66,7 @@ def test_scenes_are_nominal_finer_and_drawn() -> None:
     case |= {"scene": "paper", "shares": [None] * 8}
     paper, fine = study.scene_of(case), study.scene_of(case | {"finer": True})
     assert (fine.solver.step_s, fine.contact.points_per_circle) == (paper.solver.step_s / 2, 4000)
-    drawn = [values_at(rig_inputs(), row) for row in sobol(len(rig_inputs()), 6)]
+    drawn = [changes_at(rig_inputs(), row)["line_contact"] for row in sobol(len(rig_inputs()), 6)]
     assert all(0.96 <= one[INNER] <= one[OUTER] <= 0.985 for one in drawn)  # one roller has one profile radius
 
 
