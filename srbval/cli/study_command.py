@@ -13,12 +13,11 @@ from srbval.studies.evidence import result_states
 from srbval.studies.harness import load_study, make_result, study_names
 
 UNSOUND = 1
-MORE = "Every row: --all, --export FILE, --json"
 VERBS = {"bench": "speed_accuracy", "stability": "stability"}
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do what is asked; exit code 1 where a study finds that what it tests does not hold."""
+    """Do what is asked; exit code 1 if what a study tests does not hold."""
     if options.command in VERBS:
         return _run(VERBS[options.command], f"srbval {options.command}", options)
     if options.action == "run":
@@ -37,16 +36,12 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.add_argument("--all", action="store_true", help="print every row before the answer")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
     with progress_display() as progress, stored_results(fresh=given.fresh):
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
         )
-    text = f"{found.text}\n{MORE}" if found.tables else found.text
-    if found.tables and given.all:
-        text = f"{found.tables}\n\n{found.text}"
-    return answer(given, stored, text, code=0 if found.sound else UNSOUND)
+    return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
 
 
 def _list(options: argparse.Namespace) -> int:

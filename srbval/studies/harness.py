@@ -1,4 +1,4 @@
-"""One harness for all studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
+"""Studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
-from srbval.storage.files import check_suffix, file_sha256
+from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import code_sha256
@@ -29,7 +29,6 @@ from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, ResultK
 from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
-    from srbval.recordings.registry import RegisteredRecording
     from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
@@ -41,16 +40,13 @@ class StudyResult:
     """What a study found.
 
     `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
-    impression, stored only where a file is named for it. `text` is what is printed, behind the `tables` where all is
-    asked for; `inputs` the SHA-256 of the data read, by file name. Where `sound` is False the command ends
-    with exit code 1.
+    impression, stored only if a file is named for it. `text` is printed. The command ends with exit code 1 if `sound`
+    is False: what the study tests does not hold.
     """
 
     content: Any
     text: str
-    tables: str = ""
     name: str | None = None
-    inputs: Mapping[str, str] = field(default_factory=dict)
     sound: bool = True
 
 
@@ -103,14 +99,9 @@ def load_study(name: str) -> Study:
 
 
 def pages() -> tuple[Page, ...]:
-    """The pages of all studies that have one, in the order of the report: of their ``page.py``, or of texts alone."""
-    of_texts = importlib.import_module("srbval.report.pages").page_of_texts
-    found: list[Page] = []
-    for name in study_names():
-        if (FOLDER / name / "page.py").is_file():
-            found.append(importlib.import_module(f"srbval.studies.{name}.page").PAGE)
-        elif (FOLDER / name / "texts.toml").is_file():
-            found.append(of_texts(f"srbval.studies.{name}"))
+    """The pages of all studies that have one, in the order of the report."""
+    named = [name for name in study_names() if (FOLDER / name / "page.py").is_file()]
+    found = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in named]
     return tuple(sorted(found, key=lambda page: page.place))
 
 
@@ -155,7 +146,8 @@ def make_result(
     stated: dict[str, Any] = {"command": command, "revision": revision, "minutes": (time.perf_counter() - started) / 60}
     if path is None and found.name is None:
         return found, stamped(study, found, **stated)
-    stored = store_result(study, found, behaviour=fingerprint(*study.parts, progress=progress), path=path, **stated)
+    behaviour = fingerprint(*study.parts, progress=progress) if study.parts else {}
+    stored = store_result(study, found, behaviour=behaviour, path=path, **stated)
     print(f"stored: {stored.path}", file=sys.stderr)
     return found, stored.content | {"file": stored.path}
 
@@ -228,21 +220,6 @@ def rows_text(content: Mapping[str, Any]) -> str:
         for key, value in to_json(content).items()
     )
     return "{" + ",\n".join(items) + "}\n"
-
-
-def input_hashes(*read: RegisteredRecording | StoredResult | Path | None) -> dict[str, str]:
-    """SHA-256 of what a study read, by name: ``reports/...`` and ``data_manifest/...`` of what comes with the program.
-
-    Anything else by its folder and file. None is nothing that was read.
-    """
-    shipped, found = [shipped_folder(name).resolve() for name in (REPORTS, "data_manifest")], {}
-    for one in read:
-        if one is not None:
-            path = one if isinstance(one, Path) else one.path if isinstance(one, StoredResult) else Path(one.file)
-            path = path.resolve()
-            root = next((folder.parent for folder in shipped if path.is_relative_to(folder)), path.parents[1])
-            found[path.relative_to(root).as_posix()] = file_sha256(path)
-    return found
 
 
 def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:
