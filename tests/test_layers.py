@@ -138,32 +138,54 @@ def lines_of(files: Iterable[Path]) -> int:
     return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
 
 
+def concepts() -> dict[str, int]:
+    """What a newcomer has to learn: classes, commands with their actions, studies."""
+    commands = tomllib.loads((PACKAGE / "cli" / "commands.toml").read_text(encoding="utf-8"))["commands"]
+    return {
+        "classes": sum(isinstance(node, ast.ClassDef) for tree in SOURCES.values() for node in ast.walk(tree)),
+        "commands": sum(max(1, len(command.get("actions", {}))) for command in commands.values()),
+        "studies": len(list((PACKAGE / "studies").glob("*/study.py"))),
+    }
+
+
 def test_there_is_not_too_much() -> None:
-    """So that the whole of it can be read, and a newcomer finds the file to change."""
-    tool = [path for path in SOURCES if path.relative_to(PACKAGE).parts[0] != "studies"]
-    tests = list(Path(__file__).parent.rglob("*.py"))
+    """So that the whole of it can be read, and a newcomer finds the file to change; packed lines do not help."""
+    root, tests = PACKAGE.parent, list(Path(__file__).parent.rglob("*.py"))
+    studies = [path for path in SOURCES if path.relative_to(PACKAGE).parts[0] == "studies"]
+    documents = [path for folder in ("srbval", "data_manifest", "tests") for path in (root / folder).rglob("*.md")]
+    documents += root.glob("*.md")
+    skipped = (f"{path.read_text(encoding='utf-8')}".count("# fmt: " + "skip") for path in (*SOURCES, *tests))
     found = {
-        "files": len(SOURCES), "lines": lines_of(SOURCES), "lines_outside_studies": lines_of(tool),
+        "files": len(SOURCES),
+        "lines": lines_of(SOURCES),
+        "lines_of_studies": lines_of(studies),
         "lines_of_tests": lines_of(tests),
-    }  # fmt: skip
+        "lines_of_toml": lines_of(PACKAGE.rglob("*.toml")),
+        "words_of_documents": sum(len(path.read_text(encoding="utf-8").split()) for path in documents),
+        "lines_without_formatting": sum(skipped),
+    } | concepts()
     allowed = limits(LIMITS.read_text(encoding="utf-8"))
-    assert {name: value for name, value in found.items() if value > allowed[name]} == {}, allowed
+    assert {name: value for name, value in found.items() if value > allowed[name]} == {}, (found, allowed)
 
 
 def test_limits_only_fall() -> None:
-    """A limit is not above that of the commit before, but for what the file says was allowed for a feature."""
+    """A limit is not above its value in the commit before, except for what the file allows for a feature."""
     text = LIMITS.read_text(encoding="utf-8")
     now, allowed = limits(text), tomllib.loads(text).get("allowed", {})
     for revision in ("HEAD", "HEAD~1"):
         shown = subprocess.run(
-            ["git", "show", f"{revision}:./{LIMITS.name}"], cwd=LIMITS.parent, capture_output=True, text=True,
+            ["git", "show", f"{revision}:./{LIMITS.name}"],
+            cwd=LIMITS.parent,
+            capture_output=True,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
         if shown.returncode:
             pytest.skip(f"no {LIMITS.name} in {revision} to compare with")
         before, known = limits(shown.stdout), tomllib.loads(shown.stdout).get("allowed", {})
         more = sum(lines for feature, lines in allowed.items() if feature not in known)
-        assert all(now[name] <= before[name] + more for name in before), f"above the limits of {revision}"
+        above = [name for name in before if name in now and now[name] > before[name] + more * name.startswith("lines")]
+        assert above == [], f"above the limits of {revision}"
 
 
 def importers() -> dict[str, set[str]]:
@@ -179,10 +201,14 @@ def test_no_small_file_has_a_single_importer() -> None:
     """A file of a few lines that one other file imports is a part of that file."""
     of = importers()
     small = [
-        str(path.relative_to(PACKAGE)) for path in FILES
-        if path.name != "__init__.py" and not path.stem.endswith("_kernel") and len(of[module_name(path)]) == 1
-        and lines_of([path]) < LEAST_OF_ITS_OWN and path.stem not in STUDY_FILES
-    ]  # fmt: skip
+        str(path.relative_to(PACKAGE))
+        for path in FILES
+        if path.name != "__init__.py"
+        and not path.stem.endswith("_kernel")
+        and len(of[module_name(path)]) == 1
+        and lines_of([path]) < LEAST_OF_ITS_OWN
+        and path.stem not in STUDY_FILES
+    ]
     assert len(small) <= limits(LIMITS.read_text(encoding="utf-8"))["small_files_of_one_importer"], small
 
 
@@ -192,10 +218,13 @@ STUDY_FILES = ("study", "page", "figure")  # every study has the same few
 def test_functions_do_not_take_too_many_arguments() -> None:
     many = [
         f"{path.relative_to(PACKAGE)}: {node.name}"
-        for path, tree in SOURCES.items() if not path.stem.endswith("_kernel")
-        for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name not in srbval.__all__
+        for path, tree in SOURCES.items()
+        if not path.stem.endswith("_kernel")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        and node.name not in srbval.__all__
         and len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]) > MOST_ARGUMENTS
-    ]  # fmt: skip
+    ]
     assert len(many) <= limits(LIMITS.read_text(encoding="utf-8"))["functions_with_many_arguments"], many
 
 
