@@ -92,23 +92,23 @@ def _attempt(scene: Scene, step: Step, report: Progress, place: int, of: int) ->
 
 def bisect(
     groups: pd.DataFrame,
-    axis: str,
-    values: Sequence[float],
+    along: pd.Series,
     scenes_of: Callable[[Case], Scene | tuple[Scene, ...]],
     measure: Callable[..., Measures],
     passes: Callable[[Case], bool],
     *,
-    task: str,
     step: Step = Step.UNCHECKED,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """For every row of `groups` the last of `values` along `axis` that `passes`, found by bisection.
+    """For every row of `groups` the last of the values in `along` that `passes`, found by bisection.
 
-    `values` run from the safest to the most demanding; a value that passes is taken to mean that all safer ones do.
-    Returns `groups` with the columns `axis` (NaN where even the first value fails), `runs` (made for the row) and
-    ``bounded`` (whether a more demanding value was seen to fail), and the frame of all cells that were run.
+    The name of `along` is the column that varies. Its values run from the safest to the most demanding; if a value
+    passes, all safer values are taken to pass. Returns `groups` with that column (NaN if even the first value fails),
+    `runs` (runs made for the row) and ``bounded`` (True if a more demanding value failed), and the frame of all cells
+    that were run.
     """
+    axis, values = str(along.name), along.tolist()
     low, high = [-1] * len(groups), [len(values)] * len(groups)
     cells: list[pd.DataFrame] = []
     for round_ in itertools.count(1):
@@ -117,7 +117,9 @@ def bisect(
             break
         middle = [(low[i] + high[i]) // 2 for i in open_]
         cases = groups.iloc[open_].assign(**{axis: [values[k] for k in middle]})
-        done = sweep(cases, scenes_of, measure, task=f"{task}, round {round_}", step=step, jobs=jobs, progress=progress)
+        done = sweep(
+            cases, scenes_of, measure, task=f"bisect {axis}, round {round_}", step=step, jobs=jobs, progress=progress
+        )
         cells.append(done)
         for i, k, cell in zip(open_, middle, done.to_dict("records"), strict=True):
             (low if passes(cell) else high)[i] = k

@@ -54,7 +54,7 @@ def test_bisection_finds_the_last_value_that_passes(tmp_path: Path) -> None:
     values, groups = [100.0, 200.0, 300.0, 400.0, 500.0], grid(limit=[50.0, 320.0, 900.0])
     with stored_in(tmp_path):
         limits, cells = bisect(
-            groups, "rpm", values, scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"], task="bisect"
+            groups, pd.Series(values, name="rpm"), scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"]
         )
     found = records(limits)
     assert [row["rpm"] for row in found] == [None, 300.0, 500.0]

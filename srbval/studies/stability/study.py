@@ -70,9 +70,15 @@ def run_stability(
     check_names(scenes, solvers)
     groups = grid(scene=list(scenes), solver=list(solvers), rpm=list(rpm))
     lines, cells = bisect(
-        groups, "steps_per_s", steps_per_s, scene_of, measure, lambda cell: bool(cell["stable"]),
-        task="bisect the step", step=Step.CHECKED, jobs=jobs, progress=progress,
-    )  # fmt: skip
+        groups,
+        pd.Series(steps_per_s, name="steps_per_s"),
+        scene_of,
+        measure,
+        lambda cell: bool(cell["stable"]),
+        step=Step.CHECKED,
+        jobs=jobs,
+        progress=progress,
+    )
     predicted = predictions(groups, jobs, progress)
     lines = lines.merge(predicted).assign(
         model=cells.groupby("scene")["model"].first().reindex(lines["scene"]).to_numpy(),
