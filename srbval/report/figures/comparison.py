@@ -44,6 +44,7 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn
     return figure, columns
 
 
+RATIO_LOOK = {"ms": 5.5, "mew": 1.2, "elinewidth": 1.4, "capsize": 3.5, "zorder": 5}
 SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
 
 
@@ -83,18 +84,5 @@ def _draw_ratio(
     else:
         place, name = (len(codes), "rig, mean") if of == "mean" else (codes.index(state), "rig, record")
         marker, face = ("D", "white") if of == "mean" else ("s", VERMILION)
-        axes.errorbar(
-            place,
-            ratio,
-            yerr=[[ratio - low], [high - ratio]],
-            fmt=marker,
-            ms=5.5,
-            mfc=face,
-            mec=VERMILION,
-            mew=1.2,
-            ecolor=VERMILION,
-            elinewidth=1.4,
-            capsize=3.5,
-            zorder=5,
-            label=name,
-        )
+        look = {"fmt": marker, "mfc": face, "mec": VERMILION, "ecolor": VERMILION, "label": name}
+        axes.errorbar(place, ratio, yerr=[[ratio - low], [high - ratio]], **RATIO_LOOK, **look)

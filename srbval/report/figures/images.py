@@ -62,16 +62,8 @@ def _draw_image(axes: Any, image: FloatArray, frequency: FloatArray, span: tuple
 
     axes.grid(False)
     extent = (*span, float(np.log10(frequency[0])), float(np.log10(frequency[-1])))
-    return axes.imshow(
-        image,
-        origin="lower",
-        aspect="auto",
-        extent=extent,
-        vmin=0.0,
-        vmax=top,
-        cmap=colormaps["viridis"].resampled(LEVELS),
-        interpolation="none",
-    )
+    look = {"cmap": colormaps["viridis"].resampled(LEVELS), "interpolation": "none", "aspect": "auto"}
+    return axes.imshow(image, origin="lower", extent=extent, vmin=0.0, vmax=top, **look)
 
 
 def _log_ticks(axes: Any, frequency: FloatArray) -> None:

@@ -29,6 +29,9 @@ from srbval.report.findings.records import OWN_UNIT, Cursor, RecordView, Spectru
 
 PLOTTED_BINS = 700
 HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
+FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
+UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
+ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}
 
 
 @panel
@@ -76,15 +79,8 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
     low, high = axes.get_ylim()
     level, start, period_ms = low + 0.07 * (high - low), 0.03 * axes.get_xlim()[1], 1e3 * period_s
     axes.errorbar(start + period_ms / 2, level, xerr=period_ms / 2, color=INK, lw=1.3, capsize=3, zorder=40)
-    axes.text(
-        start + period_ms + 0.015 * axes.get_xlim()[1],
-        level,
-        f"{name} = {period_ms:.2f} ms",
-        va="center",
-        fontsize=7.5,
-        zorder=40,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
-    )
+    place, text = start + period_ms + 0.015 * axes.get_xlim()[1], f"{name} = {period_ms:.2f} ms"
+    axes.text(place, level, text, va="center", fontsize=7.5, zorder=40, bbox=ON_WHITE)
 
 
 @panel
@@ -102,16 +98,8 @@ def band_panel(
     band_hz, right = last.analysis.processed.band_hz, last.analysis.processed.band_hz[0] > end_hz / 2
     figure, axes = new_axes(WIDE)
     axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
-    axes.text(
-        band_hz[right] / 1e3,
-        limits_db[1],
-        f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz ",
-        color=GREEN,
-        fontsize=8,
-        va="top",
-        ha="right" if right else "left",
-        zorder=9,
-    )
+    place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
+    axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
     alone = sum(not name.startswith("healthy") for name in records) == 1
     colours = iter((origin_style(origin).colour,) if alone else (BLUE, VERMILION))
     for name, record in records.items():
@@ -160,33 +148,13 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
     style = origin_style(record.origin)
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
     axes.set(xlim=(0, end_hz), ylim=(0.0, top), xlabel="Frequency, Hz", ylabel=label)
-    axes.plot(
-        *plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS),
-        color=style.colour,
-        lw=1.0,
-        label=style.word.lower(),
-        zorder=4,
-    )
+    curve = plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS)
+    axes.plot(*curve, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
     if healthy is not None:
-        axes.plot(
-            *plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS),
-            **HEALTHY_LOOK,
-            lw=0.8,
-            label="healthy",
-            zorder=5,
-        )
+        curve = plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS)
+        axes.plot(*curve, **HEALTHY_LOOK, lw=0.8, label="healthy", zorder=5)
     if found := [peak for peak in view.peaks if peak[0] <= end_hz]:
-        axes.plot(
-            *zip(*found, strict=True),
-            ls="none",
-            marker="v",
-            ms=4.5,
-            mfc="white",
-            mec=INK,
-            mew=0.9,
-            label="found",
-            zorder=7,
-        )
+        axes.plot(*zip(*found, strict=True), **FOUND_LOOK, label="found")
     (_draw_names if brief else _draw_cursors)(axes, view)
     hz = record.shaft_hz
     orders = axes.secondary_xaxis("top", functions=(lambda f: f / hz, lambda order: order * hz))
@@ -201,18 +169,8 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
         style = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
         axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **style)
         if not cursor.sideband or not cursor.name[0].isdigit():
-            axes.text(
-                cursor.frequency_hz,
-                NAMES_FROM,
-                cursor.name,
-                transform=blended,
-                rotation=90,
-                ha="center",
-                va="bottom",
-                fontsize=5.5 if cursor.sideband else 6.5,
-                color=GREEN,
-                zorder=6,
-            )
+            look = {"fontsize": 5.5 if cursor.sideband else 6.5, "color": GREEN, "zorder": 6}
+            axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, **UPRIGHT, **look)
 
 
 def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:
@@ -222,18 +180,8 @@ def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz
     for label, at_hz, height in others:
         close = [place for place in places if 0 < abs(place - at_hz) < near]
         shift = 0 if not close else 3.5 if close[0] < at_hz else -3.5
-        axes.annotate(
-            label,
-            (at_hz, height),
-            xytext=(shift, 2),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            rotation=90,
-            fontsize=6,
-            color=INK,
-            zorder=8,
-        )
+        place = {"xy": (at_hz, height), "xytext": (shift, 2), "textcoords": "offset points"}
+        axes.annotate(label, **place, **UPRIGHT, fontsize=6, color=INK, zorder=8)
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:
@@ -248,16 +196,9 @@ def _draw_cursors(axes: Any, view: SpectrumView) -> None:
             axes.text(at_hz, top, cursor.name, ha="right", fontsize=5.5, zorder=6, **look)
             continue
         axes.axvline(at_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label="expected" if cursor is first else None)
-        axes.text(
-            at_hz,
-            top,
-            f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}",
-            ha="right" if at_hz > room else "left",
-            fontsize=6.5,
-            zorder=6,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
-            **look,
-        )
+        text = f"{cursor.name}  {at_hz:.1f} Hz, {at_hz / view.record.shaft_hz:.2f}"
+        side = "right" if at_hz > room else "left"
+        axes.text(at_hz, top, text, ha=side, fontsize=6.5, zorder=6, bbox=ON_WHITE, **look)
     if any(cursor.sideband for cursor in cursors):
         axes.plot([], [], color=GREEN, lw=0.8, ls=":", label="sidebands")
 

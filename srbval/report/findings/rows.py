@@ -47,7 +47,9 @@ def compared_rows(
         "headline": {"holds": holds(rows), "verdicts": rows},
         "verdicts": rows,
         **cage_rows(found.cage_readings, stored, rows, bearing.orders.ftf),
-        "table6": (*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)),
+        "table6": with_the_same_keys(
+            [*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)]
+        ),
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": rows_of(comparisons),
         "matrix": rows_of(matrix.records),
@@ -67,6 +69,12 @@ def compared_rows(
         "runs": found.run_facts,
         "cautions": cautions(rows_of(matrix.records)),
     }
+
+
+def with_the_same_keys(rows: Sequence[Row]) -> list[Row]:
+    """Rows with the keys of all of them; a value that a row does not have is None."""
+    keys = dict.fromkeys(key for row in rows for key in row)
+    return [keys | row for row in rows]
 
 
 def cautions(records: Iterable[Row]) -> list[dict[str, str]]:
