@@ -45,27 +45,37 @@ def comparison_row(
     rig: QuantityValue,
     error: float,
     parts: Mapping[str, float],
+    record: str = "",
     state: Fault = Fault.HEALTHY,
+    kind: str = "",
+    quantity: str = "",
+    unit: str = "",
+    error_unit: str = "",
+    scene: str = "paper",
+    used_for: str = "withheld",
     margin: float | None = None,
     verdict: Verdict | None = None,
-    **names: str,
 ) -> Row:
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
-    `names` are `record`, `kind` (groups quantities that share a bias), `quantity`, `unit` (of model and rig),
-    `error_unit` (of `error`, `margin` and `parts`, 95 % half widths), `scene` (the bundled scene that the model ran at
-    the record's speed and load) and `used_for`: ``fit`` if anything of the model was fitted to the record, ``withheld``
-    if nothing was but the record had been seen, ``blind`` if it was predicted before it was opened. `verdict` is given
-    for quantities without an uncertainty.
+    `kind` groups quantities that share a bias. Model and rig are in `unit`, `error`, `margin` and `parts` (95 % half
+    widths) in `error_unit`. `scene` is the bundled scene that the model ran at the record's speed and load. `used_for`:
+    ``fit`` if anything of the model was fitted to the record, ``withheld`` if nothing was but the record had been seen,
+    ``blind`` if it was predicted before it was opened. `verdict` is given for quantities without an uncertainty.
 
     The uncertainty is None if no part by numerics or inputs is known. No verdict is given on a level that one side does
     not show, since that level is the noise's.
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - set(DATA_PARTS) else None
     known = model.present and rig.present and rig.ci95 is not None
-    texts = dict.fromkeys(("record", "kind", "quantity", "unit", "error_unit"), "")
-    return {**texts, "scene": "paper", "used_for": "withheld", **names} | {
+    return {
+        "record": record,
         "state": state.value,
+        "kind": kind,
+        "quantity": quantity,
+        "unit": unit,
+        "scene": scene,
+        "used_for": used_for,
         "model": model.value,
         "model_ci95": model.ci95,
         "model_present": model.present,
@@ -74,6 +84,7 @@ def comparison_row(
         "rig_present": rig.present,
         "kinematic": rig.kinematic,
         "error": error,
+        "error_unit": error_unit,
         "uncertainty": uncertainty,
         "data_ci95": math.hypot(*(parts.get(part, 0.0) for part in DATA_PARTS)),
         "parts": dict(parts),

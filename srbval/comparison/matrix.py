@@ -101,7 +101,9 @@ def build_matrix(
                 rig, model = found
                 healthy = rig if point.state is Fault.HEALTHY else healthy
                 used_for = "blind" if unopened(chosen[point]) else "withheld"
-                comparisons[point] = _compared(point.state, rig, model, effects, used_for)
+                shown = point.state in DEFECTS and rig.line_of(point.state).detected
+                values = model.values if shown and isinstance(model, AnalysedRun) else {}
+                comparisons[point] = list(compare(point.state, rig, values, effects, used_for=used_for))
                 records[point] = _record(point, rig, healthy, model, comparisons[point])
                 if model is not None and point in keep_sides_of:
                     sides[point] = (rig, model)
@@ -119,14 +121,6 @@ def point_of(entry: RegisteredRecording) -> Point | None:
     if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
         return None
     return Point(entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm)
-
-
-def _compared(
-    state: Fault, rig: Analysis, model: AnalysedRun | str | None, effects: Effects, used_for: str
-) -> list[Row]:
-    if state not in DEFECTS or not isinstance(model, AnalysedRun) or not rig.line_of(state).detected:
-        return []
-    return list(compare(state, rig, model.values, effects, used_for=used_for))
 
 
 def _record(

@@ -24,22 +24,19 @@ WITHIN = 0.1 * LIMIT  # of an error, beside the one planted: what few records le
 
 def readings(slow_pct: float = 0.0, outer_pct: float = 0.0) -> list[CageReading]:
     """Eight precise records, by how much the slow ones and those of the outer race are higher."""
-    return [
-        CageReading(
-            record=f"{state.code} {rpm:g}",
-            state=state,
-            nominal_rpm=rpm,
-            shaft_rpm=rpm,
-            reading_u=1e-6,
-            speed_u=1e-6,
-            ratio=RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100),
-            per_speed=-RATIO,
-            read_from="BPFO",
-            band_hz=(1.0, 2.0),
-        )
-        for rpm in SPEEDS
-        for state in STATES
-    ]
+
+    def one(rpm: float, state: Fault) -> CageReading:
+        ratio = RATIO * (1 + (slow_pct * (rpm == SPEEDS[0]) + outer_pct * (state is Fault.OUTER)) / 100)
+        place: dict[str, Any] = {
+            "record": f"{state.code} {rpm:g}",
+            "state": state,
+            "nominal_rpm": rpm,
+            "shaft_rpm": rpm,
+        }
+        same: dict[str, Any] = {"per_speed": -RATIO, "read_from": "BPFO", "band_hz": (1.0, 2.0)}
+        return CageReading(ratio=ratio, reading_u=1e-6, speed_u=1e-6, **place, **same)
+
+    return [one(rpm, state) for rpm in SPEEDS for state in STATES]
 
 
 def variant(
