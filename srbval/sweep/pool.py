@@ -1,4 +1,4 @@
-"""Runs of scenes, one or many in parallel, whose failures are results, or end all of them."""
+"""Runs of scenes, one or many in parallel; a failed run is a result, an exception ends all."""
 
 import threading
 import time
@@ -51,7 +51,7 @@ class Attempt(Ended):
 def attempt(
     scene: Scene, *, step: Step = Step.UNCHECKED, make: Callable[..., Run] = simulate, progress: Progress = silent
 ) -> Attempt:
-    """Run `scene` once, `make` being `simulate` or `stored_run`; a failure becomes a failed attempt."""
+    """Run `scene` once by `make`, which is `simulate` or `stored_run`; a failure becomes a failed attempt."""
     try:
         run = make(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
@@ -60,7 +60,7 @@ def attempt(
 
 
 def right_hand_sides_per_step(solver: str) -> int | None:
-    """Evaluations of the equations of motion in one step; None where the method does not say."""
+    """Evaluations of the equations of motion in one step; None for an unknown method."""
     return METHODS[solver].evaluations if solver in METHODS else None
 
 
@@ -100,10 +100,10 @@ def side_by_side(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """What `run` makes of each scene, `jobs` at a time (default: one per usable core), the most expensive first.
+    """Results of `run` for each scene, `jobs` at a time (default: one per usable core), the most expensive first.
 
-    Threads, since the kernels release the interpreter lock. The progress of a run counts by its cost. The first
-    exception stops all runs, and is raised; `ConfigurationError` for less than one job.
+    Runs are threads, since the kernels release the interpreter lock. The progress of a run counts by its cost. The
+    first exception stops all runs and is raised; `ConfigurationError` for less than one job.
     """
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")

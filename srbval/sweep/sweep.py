@@ -1,6 +1,5 @@
-"""Tables of scenes: every row is run and measured, and the measures come back as columns of the same frame.
-
-A table is a `grid` over axes, `draws` from ranges, or rows of any other origin. `sweep` runs it over the pool and
+"""Tables of scenes: every row is run and measured, and the measures become columns of the same frame. A table is a
+`grid` over axes, `draws` from ranges, or rows of any other origin. `sweep` runs it over the pool and
 stores each row as soon as its runs have ended, so that interrupted work continues; `bisect` finds the last value of
 one axis at which runs still pass, with a tenth of the runs of a complete grid.
 """
@@ -84,7 +83,7 @@ def sweep(
 
 
 def _attempt(scene: Scene, step: Step, report: Progress, place: int, of: int) -> Attempt:
-    """One of the runs of a row; the row's progress is shared among them."""
+    """Run one scene of a row, number `place` of `of`; the row's progress is shared among them."""
     return attempt(
         scene, step=step, make=simulate, progress=lambda task, share: report(task, (place + (share or 0.0)) / of)
     )
