@@ -4,13 +4,11 @@ A page is one section. Its first line states the origin of its result, or which 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
-from itertools import groupby
+from dataclasses import dataclass
 from typing import Any
 
 from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.prose import Prose
-from srbval.report.section_texts import Texts, expressions
 from srbval.storage.stored_result import StoredResult, newest_result
 
 STORED = Prose("srbval.report", "texts/stored.md")
@@ -28,7 +26,7 @@ class StoredResults(dict[str, StoredResult]):
 class Page:
     """A section of the report that is made of stored `results` alone.
 
-    `place` orders the sections, see `assemble`; pages whose sections have one id follow each other within one section.
+    `place` orders the sections, see `assemble`.
     `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it.
     """
 
@@ -45,16 +43,6 @@ def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
     return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
-def in_order(placed: Iterable[tuple[float, Section]]) -> tuple[Section, ...]:
-    """Sections by their place; successive sections of one id become one section with the title of the first."""
-    ordered = [section for _, section in sorted(placed, key=lambda one: one[0])]
-    return tuple(_joined(list(same)) for _, same in groupby(ordered, key=lambda section: section.id))
-
-
-def _joined(sections: list[Section]) -> Section:
-    return replace(sections[0], blocks=tuple(block for section in sections for block in section.blocks))
-
-
 def joined_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """`data` with further keys; lists under the same key are joined."""
     found = dict(data)
@@ -62,38 +50,6 @@ def joined_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> d
         for key, value in part.items():
             found[key] = [*found[key], *value] if key in found and isinstance(value, list | tuple) else value
     return found
-
-
-def appendix_page(
-    package: str,
-    place: float,
-    blocks: Callable[[Texts, Mapping[str, Any]], Iterable[Block]],
-    data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
-) -> Page:
-    """The page of the study in `package`: where its result comes from, and `blocks` of its texts and the content.
-
-    Without a result, which command makes it. `data` are keys of ``report.json``, of the content, empty without one.
-    """
-    name, texts = package.rpartition(".")[2], Texts.of_study(package)
-
-    def section(results: StoredResults) -> Section:
-        result = results.get(name)
-        shown = [missing(name)] if result is None else [origin_of(result), *blocks(texts, result.content)]
-        return texts.section(*shown)
-
-    return Page(
-        name=name, place=place, results=(name,), section=section, data=lambda results: data(results.content(name))
-    )
-
-
-def page_of_texts(package: str) -> Page:
-    """The page that the entry ``[page]`` of a study's ``texts.toml`` describes: its place, its blocks, its data."""
-    texts = Texts.of_study(package)
-    data = texts.page.get("data", {})
-    return appendix_page(
-        package, texts.page["place"], lambda texts, content: texts.blocks(content=content),
-        data=lambda content: expressions(data, {"content": content}) if content else {key: [] for key in data},
-    )  # fmt: skip
 
 
 def study_page(

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from srbval.report.blocks import Callout, Figure, Paragraph, Section, Table
-from srbval.report.pages import StoredResults, in_order, joined_data, origin_of, results_of, study_page
+from srbval.report.blocks import Callout, Figure, Paragraph, Table
+from srbval.report.pages import StoredResults, joined_data, origin_of, results_of, study_page
 from srbval.report.prose import Prose
 from srbval.report.write import report_data
 from srbval.storage.stored_result import StoredResult
@@ -34,12 +34,6 @@ def test_with_its_results_a_page_has_tables_and_figures_that_draw(name: str, tmp
         files = figure.draw(tmp_path, figure.id)
         assert files.picture.stat().st_size > 0
         assert len(files.data.read_text(encoding="utf-8").splitlines()) > 1
-
-
-def test_sections_of_one_id_become_one_in_the_order_of_their_places() -> None:
-    sections = [Section(id=i, title=t) for i, t in (("a", "A"), ("b", "B"), ("a", "A too"))]
-    ordered = in_order(zip((1.0, 3.0, 2.0), sections, strict=True))
-    assert [(one.id, one.title) for one in ordered] == [("a", "A"), ("b", "B")]
 
 
 def test_lists_of_pages_are_joined_and_other_keys_added() -> None:

@@ -14,12 +14,12 @@ from srbval.studies.harness import pages, study_names
 PACKAGE = Path(srbval.__file__).parent
 ASSEMBLE = """
 import srbval.cli, srbval.report.reports
-from srbval.report.pages import in_order, joined_data, results_of
+from srbval.report.pages import joined_data, results_of
 from srbval.studies.harness import pages, study_names
 found = pages()
 results = results_of(found)
-sections = in_order((page.place, page.section(results)) for page in found)
-assert sections and all(section.blocks for section in sections)
+sections = {(section := page.section(results)).id: section for page in found}
+assert len(sections) == len(found) and all(section.blocks for section in sections.values())
 joined_data({}, (page.data(results) for page in found))
 print(",".join(page.name for page in found), ",".join(study_names()))
 """

@@ -9,7 +9,7 @@ from srbval.comparison.comparison import rows_of
 from srbval.comparison.vocabulary import Verdict
 from srbval.report.blocks import Command, KeyValues, Listing, Report, Section, Value
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import Page, in_order, joined_data
+from srbval.report.pages import Page, joined_data
 from srbval.report.prose import Prose
 from srbval.report.sections.answer import cage_ratio_section, stated_verdicts, verdict_box
 from srbval.report.sections.figures import figures_section
@@ -46,7 +46,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
         generated_utc=datetime.now(UTC),
         verdict=verdict,
-        sections=in_order(placed),
+        sections=tuple(section for _, section in sorted(placed, key=lambda one: one[0])),
         data=data | {"headline": headline, "provenance": origin},
         rows={f"rows-{name.replace('_', '-')}": data[name] for name in ROWS if name in data},
     )
