@@ -1,4 +1,4 @@
-"""Signal processing: arrays in, arrays and frozen results out; knows nothing of files or bearings.
+"""Signal processing: arrays in, arrays and frozen results out, without files or bearings.
 
 Other rooms import the names below from here, anything else from its module.
 """

@@ -16,21 +16,20 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import track_slip
 
-# Harmonics fitted together, as far as they lie below the limit of the record.
+# Harmonics fitted together, if they are below the limit of the record.
 HARMONICS = 5
-# A line counts as detected when noise would show it less often than this, no more of the record's placebos than
-# this are as strong ...
+# A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong
+# ...
 FALSE_ALARM, PLACEBO_FALSE_ALARM = 1e-3, 1e-2
-# ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates
-# the records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the
-# rest.
+# ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
+# records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
 LEAST_SNR = 10.0
-# A peak this much below a line within a few bins of it is a side lobe of that line (of a record without window:
-# 1/(pi k)^2 at k bins).
+# A peak below this share of a line within a few bins is a side lobe of that line (without a window 1/(pi k)^2 at k
+# bins).
 SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1
 # Candidates per bin of the highest harmonic.
 _OVERSAMPLING = 8
-# A sideband this far above the noise is taken as present.
+# Least power over noise of a sideband.
 SIDEBAND_SNR = 12.0
 # Sidebands are fitted with the first harmonics only: those of higher ones overlap with other lines.
 SIDEBAND_HARMONICS = 3
@@ -39,19 +38,16 @@ _STEPS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class LineReading:
-    """One line (or comb of lines) as found.
+    """A line, or comb of lines, as found; some peak is always found, and `detected` tells whether it is a line.
 
-    `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
-    the shaft speed; `snr` the power of each harmonic over the local
-    mean noise power in a bin; `noise_false_alarm` the probability of at least this much from noise alone anywhere in
-    the window, `placebo_false_alarm` the comb's rank among placebos and `comb_false_alarm` that among whole combs
-    (`rank_among_placebos`), None where it was not ranked; `isolated` is False where the peak is a side lobe of a far
-    stronger line or of one outside the window, `covered` True where it lies in a masked zone: what stands there is that
-    zone's, and so are its `snr` and `depth`.
-    `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
-    spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
-    `resolution_hz` is one over the record's duration. Some peak is always *found*: whether it is a line is said by
-    `detected`.
+    `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of the shaft
+    speed, `snr` the power of each harmonic over the local mean noise power in a bin. `noise_false_alarm` is the
+    probability that noise alone is as strong anywhere in the window, `placebo_false_alarm` the comb's rank among
+    placebos, `comb_false_alarm` its rank among whole combs (`rank_among_placebos`); None if not ranked. `isolated` is
+    false if the peak is a side lobe of a far stronger line or of a line outside the window. `covered` is true if the
+    peak is in a masked zone, to which its `snr` and `depth` then belong. `depth` is the first harmonic's amplitude over
+    the record's mean. `sideband_hz` is the spacing of the sidebands fitted with the line, with its 95 % half width;
+    None if no sideband stood out. `resolution_hz` is one over the record's duration.
     """
 
     found_hz: float
@@ -70,13 +66,13 @@ class LineReading:
 
     @property
     def detected(self) -> bool:
-        """Whether it is a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
+        """True for a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
         improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
         return self.isolated and not self.covered and improbable and self.snr[0] > LEAST_SNR
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """Whether neither noise nor the record's placebos, where it was ranked among them, explain a line."""
+    """True if neither noise nor, if ranked, the record's placebos explain a line."""
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
@@ -91,12 +87,12 @@ def read_comb(
 ) -> LineReading | None:
     """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
 
-    The fit starts at the highest `neg_log_p` of all harmonics together; from there the line and the spacing s, which
+    The fit starts at the highest `neg_log_p` of all harmonics together. From there the line and the spacing s, which
     starts at `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and
     phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip
-    (`track_slip`), unless `period_s` is None: the period of what modulates the line, the shaft's. Harmonics beyond
-    ``record.limit_hz`` are left out; masked shaft harmonics do not count. The uncertainty combines noise and slip. None
-    where even the fundamental lies beyond the limit, its whole window is masked, or no peak lies inside it.
+    (`track_slip`) unless `period_s`, the period of the modulation by the shaft, is None. Harmonics beyond
+    ``record.limit_hz`` and masked shaft harmonics are ignored. The interval combines noise and slip. None if the
+    fundamental is beyond the limit, its whole window is masked, or there is no peak in it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -111,15 +107,15 @@ def read_comb(
     best = _highest_peak(candidates, neg_log_p(ratios, bins).sum(axis=1))
     if best is None:
         return None
-    # neg_log_p, which allows for noise that is only estimated, flattens the top of a strong line; its power does not.
+    # neg_log_p, which allows for estimated noise, flattens the top of a strong line; its power does not.
     highest = _totals(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
     result = fit(record, best, noise, sideband_hz, period_s=period_s)
     inside = abs(result.found_hz - expected_hz) < half_window_hz
-    found_hz = result.found_hz if inside else best  # a fit that leaves the window has followed something else
+    found_hz = result.found_hz if inside else best  # a fit that leaves the window follows another line
     snr = _snr(record, found_hz, noise)
-    # The probability is that of the highest value in the window, which the fitted frequency may fall short of.
+    # The probability belongs to the highest value in the window, which may exceed that of the fitted frequency.
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
     share = np.bincount(visible, minlength=used + 1) / candidates.size
     probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
@@ -130,7 +126,7 @@ def read_comb(
         snr[0] = float(record.exact_power_at(np.array([found_hz]))[0]) / noise[0].mean_power
     return LineReading(
         found_hz=found_hz,
-        # No wider than to the window's far end; less would cut the interval of a line that is off its middle.
+        # At most to the window's far end, so that the interval of a line off its middle is not cut.
         ci95_hz=min(result.ci95_hz, half_window_hz + abs(found_hz - expected_hz)),
         snr=tuple(snr.tolist()),
         noise_false_alarm=probability,
@@ -145,10 +141,7 @@ def read_comb(
 
 
 def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> float | None:
-    """Power over noise of the highest peak within `half_window_hz`; None where `read_comb` would give None.
-
-    Tells whether there is a line at all, without fitting its frequency.
-    """
+    """Power over noise of the highest peak within `half_window_hz`, without a fit; None if `read_comb` returns None."""
     candidates = _candidates(record, expected_hz, half_window_hz, 1)
     if expected_hz + half_window_hz > record.limit_hz or np.all(record.masked(candidates)):
         return None
@@ -163,7 +156,7 @@ def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
 
 
 def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
-    """The candidate of the highest interior maximum; a maximum at the edge belongs to something outside."""
+    """Candidate of the highest interior maximum; a maximum at the edge belongs to a line outside."""
     peaks = np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:])) + 1
     return float(candidates[peaks[np.argmax(score[peaks])]]) if peaks.size else None
 
@@ -199,7 +192,7 @@ class _Components:
 
     @property
     def directions(self) -> FloatArray:
-        """How each moves with the line and, where there are sidebands, with their spacing, [c, 1 or 2]."""
+        """Derivatives of the frequencies by the line and, with sidebands, by their spacing, [c, 1 or 2]."""
         return np.column_stack((self.number, self.side)[: 2 if np.any(self.side != 0) else 1])
 
 
@@ -217,9 +210,8 @@ def fit(
 ) -> JointFit:
     """Line and spacing of the highest power over noise, from a start within half a bin of the highest harmonic.
 
-    `noise` is that about each harmonic. Where sidebands take part, both are free; `track_slip` then widens the interval
-    by what slip may have done. A line too weak to be tracked, or with `period_s` None, keeps the Cramer-Rao
-    interval.
+    `noise` is that about each harmonic. The spacing is free if there are sidebands. `track_slip` widens the interval
+    for slip; a line too weak to be tracked, or with `period_s` None, keeps the Cramer-Rao interval.
     """
     components = _present(record, start_hz, noise, sideband_hz)
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
@@ -258,10 +250,10 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _spacing_without_lines(record: Periodogram, line_hz: float, components: _Components, spacing_hz: float) -> float:
-    """The spacing fitted again, with the lines themselves subtracted from the record.
+    """Fit the spacing again with the harmonics of the line subtracted from the record.
 
-    A line many times as strong as its sidebands lies only some tens of bins from them: without a window its side lobes
-    would shift them by 3 r / (pi^2 d) bins, r times as strong in amplitude and d bins away.
+    Without a window the side lobes of a line r times as strong in amplitude, d bins away, would shift its sidebands by
+    3 r / (pi^2 d) bins.
     """
     harmonics = components.selected(components.side == 0)
     phase = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz

@@ -1,4 +1,4 @@
-"""How strongly a record shows combs, at any fundamental, and placebos of them."""
+"""Scores of combs at any fundamental of a record, and of their placebos."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from srbval.signal.periodogram import Periodogram
 
 # Candidates per bin of the highest line.
 _OVERSAMPLING = 2
-# The log of one plus an exponential variable of mean one is this on average: what a masked line counts; of the mean of
-# several it is a little more, at most log 2.
+# Score of a masked line: the mean of log(1 + x) for an exponential variable x of mean one; a little less than that of
+# the mean of several such variables (at most log 2).
 MASKED = 0.5963473623
-# Placebos are whole combs, and combs of which some lines are taken from so many other fundamentals, drawn at random.
+# Placebos are whole combs, and this many sets of combs with some lines from another fundamental, drawn at random.
 MIXED, FARTHEST = 12, 0.35
 # Placebos are taken from an octave to either side, and from at least so many fundamentals.
 REACH, LEAST = 2.0, 8
@@ -29,8 +29,8 @@ REACH, LEAST = 2.0, 8
 class CombSpectrum:
     """`score` [n] of a comb of `harmonics` lines at each `frequency_hz` [n], evenly over the logarithm by `step`.
 
-    The sum over the lines of log(1 + power over local noise), `lines`: every line counts, none outweighs all others, as
-    one strong line of another source would if its power were summed.
+    The score is the sum over the lines of log(1 + power over local noise), `lines`: so one strong line of another
+    source does not outweigh all others.
     """
 
     frequency_hz: FloatArray
@@ -43,10 +43,10 @@ class CombSpectrum:
     def of(
         cls, records: Sequence[Periodogram], lowest_hz: float, harmonics: int, highest_hz: float = math.inf
     ) -> CombSpectrum:
-        """Combs from `lowest_hz` up to `highest_hz`, all lines in reach; masked ones count as noise does on average.
+        """Combs from `lowest_hz` to `highest_hz` with all lines in reach; masked lines score as noise does on average.
 
-        `records` are of one signal, such as the envelopes of several bands, of the same length and the same masks.
-        Their powers over noise are averaged.
+        `records` belong to one signal, such as envelopes of several bands, with the same length and masks. Their powers
+        over noise are averaged.
         """
         limit_hz = min(record.limit_hz for record in records)
         step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
@@ -59,7 +59,7 @@ class CombSpectrum:
 
     @functools.cached_property
     def mixed(self) -> FloatArray:
-        """The same of combs whose lines are harmonics of two fundamentals, the second off at random, [MIXED, n]."""
+        """Scores of combs whose lines are harmonics of two fundamentals, a random distance apart, [MIXED, n]."""
         rng, found = np.random.default_rng(0), []
         for _ in range(MIXED):
             apart = rng.uniform(FARTHEST / 5, FARTHEST) * rng.choice((-1, 1))
@@ -69,7 +69,7 @@ class CombSpectrum:
         return np.array(found)
 
     def highest(self, centre_hz: float, relative: float) -> tuple[float, float]:
-        """The highest score within `relative` of `centre_hz`, and its frequency [Hz]; nan where out of reach."""
+        """Highest score within the share `relative` of `centre_hz`, and its frequency [Hz]; nan if out of reach."""
         inside = np.flatnonzero(np.abs(self.frequency_hz / centre_hz - 1) <= relative)
         if inside.size == 0:
             return math.nan, math.nan
@@ -84,10 +84,10 @@ class CombSpectrum:
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
     def placebos(self, allowed: NDArray[np.bool_], centre_hz: float, relative: float) -> FloatArray:
-        """Highest scores in windows as wide as that of half width `relative` about `centre_hz`, [k].
+        """Highest scores within windows about `allowed` fundamentals, as wide as `relative` about `centre_hz`, [k].
 
-        About fundamentals that are `allowed` [n] within a factor of `REACH`; as wide in Hz, so that each holds as many
-        independent values. None where less than `LEAST` fundamentals half a window apart are left, no sample.
+        The fundamentals are within a factor of `REACH`. The windows have the same width in Hz, so that each contains as
+        many independent values. Empty if fewer than `LEAST` fundamentals half a window apart are left.
         """
         if self.frequency_hz.size == 0:
             return np.empty(0)
@@ -102,7 +102,7 @@ class CombSpectrum:
 
 
 def _summed(lines: Sequence[FloatArray] | FloatArray, step: float) -> FloatArray:
-    """The sum over harmonics 1, 2, ... of line scores [k], one array each, over the fundamental, [n]."""
+    """Sum over harmonics 1, 2, ... of line scores [k], one array each, by the fundamental, [n]."""
     shift = [round(math.log(number) / step) for number in range(1, len(lines) + 1)]
     size = max(0, lines[0].size - shift[-1])
     return np.asarray(np.sum([one[at : at + size] for one, at in zip(lines, shift, strict=True)], axis=0))

@@ -12,13 +12,13 @@ import scipy.fft
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
 
-# Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state its own.
+# Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
 ORDER = 4
-# A two-way filter has to extrapolate the record beyond its ends. On noise the extrapolation spoils the envelope by
-# tens of per cent over the first milliseconds. The error has decayed before this time, and before this many periods
-# of the bandwidth: the slowest pole decays at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
+# The record's ends spoil the envelope by tens of per cent over the first milliseconds. The error has decayed after this
+# time and this many periods of the bandwidth: the slowest pole decays at pi x bandwidth x sin(pi / 8), to 1e-6 within
+# 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
-# A standard deviation this small relative to the signal's largest value is rounding, not vibration.
+# A standard deviation below this share of the signal's largest value is rounding, not vibration.
 _CONSTANT = 1e-12
 # The closed-form gain is cut off where it has fallen to this value.
 _LEAST_GAIN = 1e-5
@@ -36,9 +36,9 @@ def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> Floa
 
 
 def normalise(samples: FloatArray) -> FloatArray:
-    """Subtract the mean and divide by the standard deviation; the result is dimensionless, [n].
+    """Subtract the mean and divide by the standard deviation, [n].
 
-    Raises `DataError` for a constant, empty or non-finite signal, which has no standard deviation to divide by.
+    Raises `DataError` for a constant, empty or non-finite signal.
     """
     if samples.size == 0 or not np.all(np.isfinite(samples)):
         raise DataError("the signal is empty or holds values that are not finite; check the recording.")
@@ -50,7 +50,7 @@ def normalise(samples: FloatArray) -> FloatArray:
 
 
 def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
-    """Refuse a band that is empty, reaches zero or reaches the Nyquist frequency (`ConfigurationError`)."""
+    """Raise `ConfigurationError` for a band that is empty or reaches zero or the Nyquist frequency."""
     low, high = band_hz
     if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high):
         raise ConfigurationError(
@@ -69,7 +69,7 @@ def end_s(band_hz: tuple[float, float]) -> float:
 
 
 def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = END_S) -> FloatArray:
-    """The record without `seconds` [s] at each end, [n - 2 fs seconds]; `DataError` if nothing is left."""
+    """Remove `seconds` [s] at each end of the record, [n - 2 fs seconds]; `DataError` if nothing is left."""
     end = math.ceil(seconds * fs_hz)
     if samples.size <= 2 * end:
         raise DataError(

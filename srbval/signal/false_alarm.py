@@ -1,17 +1,16 @@
-"""How probable a line is without being one: from noise alone, and by its rank among placebos of the same record.
+"""False-alarm probability of a line: from noise alone, and by its rank among placebos of the same record.
 
-A bin of a noise periodogram is exponentially distributed about the local mean, itself estimated as the median of n
-neighbours over ln 2. ``neg_log_p`` turns their ratio into the exponential variable of equal tail probability, exactly;
-how often its sum over harmonics rises above a level in the window searched is given by Rice's formula.
+A bin of a noise periodogram is exponentially distributed about the local mean, which is estimated as the median of n
+neighbours over ln 2. ``neg_log_p`` turns their ratio exactly into the exponential variable of equal tail probability.
+Rice's formula gives the number of times that its sum over harmonics rises above a level in the window.
 
-Real noise holds lines of other machines, whose share no formula knows. So a comb is also ranked among placebos, combs
-that mean nothing: their lines come from `ORDERS` fundamentals that are no line of the bearing, each harmonic from one
-of them at random. Whole combs at one fundamental would be too few (some tens do not overlap); lines drawn from a
-fundamental each would lose what lines of other sources have in common, being harmonics of each other.
+Real noise contains lines of other machines in an unknown number. So a comb is also ranked among placebos, combs that
+mean nothing: their lines come from `ORDERS` fundamentals that are no line of the bearing, each harmonic from one of
+them at random. Whole combs at one fundamental would be too few (some tens do not overlap), and lines from a fundamental
+each would lose that lines of other sources are harmonics of each other.
 
-No such placebo is as strong as another bearing's comb, which by chance may lie in the very window that is searched. So
-the comb is ranked among whole combs too, which are as few as the windows that do not overlap; `joint_false_alarm`
-weighs both ranks.
+No such placebo is as strong as another bearing's comb, which by chance may be in the window searched. So the comb is
+also ranked among whole combs, as few as the windows that do not overlap; `joint_false_alarm` weighs both ranks.
 """
 
 import math
@@ -24,21 +23,21 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.signal.periodogram import NOISE_BINS, Periodogram
 
-# Placebos, at least: their least rank stays below `comb.PLACEBO_FALSE_ALARM`, times nine trials too.
+# Least number of placebos: their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`.
 COMBS = 1000
-# Different fundamentals that the lines of one placebo come from.
+# Number of fundamentals of the lines of one placebo.
 ORDERS = 2
-# Fundamentals to choose from per half window.
+# Fundamentals per half window.
 GRID = 8
-# Fewer whole windows among the placebos' fundamentals are no sample of the record.
+# Least number of whole windows among the placebos' fundamentals.
 LEAST_WINDOWS = 4
-# Share of records taken to hold a comb of another source besides. Stated, for few sets show it: without it any window
-# would rule the comb of another machine part out, and the stronger of two combs exclude the other in a diagnosis. Of 0,
-# 0.1, 0.2 and 0.3 the best by the log score of diagnoses with rigs left out, before their evidence was simplified.
+# Assumed share of records with a comb of another source. Without it any window would exclude the comb of another
+# machine part, and the stronger of two combs would exclude the other in a diagnosis. Of 0, 0.1, 0.2 and 0.3 the best by
+# the log score of diagnoses with rigs left out.
 FOREIGN_COMB = 0.1
-# A window this many half windows from another shares no line with it.
+# Windows this many half windows apart share no line.
 APART = 2.0
-# The upper part of the placebos that the tail is fitted to.
+# Upper share of the placebos to which the tail is fitted.
 TAIL = 0.1
 # Candidates per bin of the highest line.
 _OVERSAMPLING = 2
@@ -58,9 +57,9 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """`snr` [..., h] over the true noise, as it is on average where noise reaches it: smaller for fewer `bins`.
+    """Mean ratio of `snr` [..., h] to the true noise if noise reaches it: smaller for fewer `bins`.
 
-    Noise reaches far above its estimate mostly where the estimate is too low. With `neg_log_p` S this is x dS/dx.
+    Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S this is x dS/dx.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -72,10 +71,9 @@ def false_alarm(
 ) -> float:
     """Probability that noise shows a peak of a comb with at least this `neg_log_p` anywhere inside the window.
 
-    `share` [h + 1] is the part of the window where this number of the comb's lines is visible, the rest being masked.
-    The sum rises above a level on average N times (`upcrossings`), each time to a peak; the probability of any peak is
-    ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, whose window may also begin above the level: that is no peak
-    inside it). One harmonic is a single line.
+    `share` [h + 1] is the part of the window in which this number of the comb's lines is not masked. The sum rises
+    above a level on average N times (`upcrossings`), each time to a peak; the probability of any peak is ``1 -
+    exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
     """
     crossings = sum(
         float(share[lines]) * upcrossings(total_neg_log_p, total_ratio, lines, half_window_hz, seconds)
@@ -86,17 +84,17 @@ def false_alarm(
 
 
 def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: float, seconds: float) -> float:
-    """How often the summed `neg_log_p` of a comb rises above `level` within +-`half_window_hz`, on noise alone.
+    """Mean number of rises of a comb's summed `neg_log_p` above `level` within +-`half_window_hz`, on noise alone.
 
-    Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. Of a record of
-    T = `seconds`, without a window, the spectrum moves with the mean square derivative (pi T)^2 / 3; harmonic h
-    moves h times as fast. With the gamma density p of the level S, the sum R of the harmonics' ratios to the noise
+    Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. The spectrum of a
+    record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; harmonic h moves h times as
+    fast. With the gamma density p of the level S, the sum R of the harmonics' ratios to the noise
     (`true_noise_ratio`; S itself where the noise is known) and shares d_h of it uniform on the simplex::
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
-    The expectation is sqrt(mean h^2) less a term in the spread of h^2. Below the level that is crossed most often
-    a false alarm is certain: the result is infinite.
+    The expectation is sqrt(mean h^2) less a term in the spread of h^2. The result is infinite, a certain false alarm,
+    below the level that is crossed most often.
     """
     if level < harmonics - 0.5:
         return math.inf
@@ -111,14 +109,13 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 def neg_log_rank(score: float, placebos: FloatArray, *, independent: float = math.inf, ties: bool = False) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
 
-    Inside it is the `rank` among `placebos` [n]. The mean excess over the upper tenth's threshold is the tail's (a
-    generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not
-    checked). Known from the m in the upper tenth of so many `independent` placebos, it leaves to the next a tail of
-    (1 + x / m)^-m for an excess of x means (the predictive density of an exponential variable by Jeffreys' prior,
-    Aitchison & Dunsmore 1975, Statistical Prediction Analysis, quoted from memory, not checked); the exponential itself
-    claims to know more than so few show. An extrapolation: it grades strong lines. With `ties`, for placebos that share
-    lines, those equal to the threshold belong to the tail. Where all of the upper tenth are equal there is no tail, but
-    the rank.
+    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n]. The mean excess over the threshold is
+    that of the tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
+    from memory, not checked). With m of so many `independent` placebos in the upper tenth, the predictive tail is
+    (1 + x / m)^-m for an excess of x means (exponential variable with Jeffreys' prior, Aitchison & Dunsmore 1975,
+    Statistical Prediction Analysis, quoted from memory, not checked). It is an extrapolation that grades strong lines.
+    With `ties`, for placebos that share lines, those equal to the threshold belong to the tail. If all of the upper
+    tenth are equal, the result is the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -137,20 +134,19 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """The larger of the probability from noise and of that among `mixed` placebos or, by `FOREIGN_COMB`, `whole` ones.
+    """The larger of the probability from `noise` and the mean of the ranks among `mixed` and `whole` combs.
 
-    A mixture of two worlds: other lines in the record have little in common, or one comb of another source stands in
-    one of the windows, no matter which. Where the comb is the strongest of m + 1 windows it is at least
-    `FOREIGN_COMB` / (m + 1). The study `reading` counts how often it falls below 0.01.
+    The mean, weighted by `FOREIGN_COMB`, is a mixture of two cases: other lines of the record have little in common, or
+    a comb of another source is in one of the windows. For the strongest comb of m + 1 windows it is at least
+    `FOREIGN_COMB` / (m + 1). The study `reading` counts how often it is below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """`false_alarm`: a comb's `rank` among placebos; `tail_false_alarm`: the same by `neg_log_rank`.
+    """Rank of a comb among placebos (`rank`), the same by `neg_log_rank`, and its rank among whole combs.
 
-    `whole_false_alarm` is its rank among whole combs, each at one fundamental: (1 + those at least as strong) / (m + 1)
-    of the m windows that share no line.
+    The latter is (1 + whole combs at least as strong) / (m + 1) for m windows that share no line.
     """
 
     false_alarm: float
@@ -172,13 +168,13 @@ def rank_among_placebos(
     *,
     combs: int = COMBS,
 ) -> PlaceboRank | None:
-    """The comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
+    """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
-    `placebo_hz` [n] are of `fundamentals`, more than two half windows from `expected_hz`. A placebo has the same
-    number of lines, in windows of the same relative width, visible wherever the comb's own lines are. One of its
-    fundamentals may lie in the comb's own window, as that of any other may: left out, the strongest line of the record
-    would never be among the placebos of a comb that holds it by chance. The draw is the same for every record. None
-    where `placebo_hz` holds less than `LEAST_WINDOWS` windows.
+    `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the same number of
+    lines, in windows of the same relative width, masked as the comb's own lines are. One of its fundamentals may be in
+    the comb's own window, since otherwise the strongest line of the record would never be among the placebos of a comb
+    that contains it by chance. The draw is the same for every record. None if `placebo_hz` covers fewer than
+    `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID * LEAST_WINDOWS:
@@ -188,7 +184,7 @@ def rank_among_placebos(
     log_hz = np.arange(math.log(lowest), math.log(record.limit_hz), step)
     hz = np.exp(log_hz)
     visible, snr = ~record.masked(hz), record.snr_at(hz, to_limit=True)
-    # Single precision: half the memory to move, digits enough to rank.
+    # Single precision halves the memory and is enough to rank.
     scores = neg_log_p(snr[:, None], np.array([NOISE_BINS]))[:, 0].astype(np.float32)
     width = 2 * max(1, round(math.log1p(relative) / step)) + 1
 
@@ -198,7 +194,7 @@ def rank_among_placebos(
 
     at_own = [slice(at := int(first(expected_hz, number)), at + width) for number in range(1, harmonics + 1)]
     seen, own = (np.array([values[at] for at in at_own]) for values in (visible, scores))
-    # Windows of the placebos are cut from what is visible, so that each shows as much as the comb's own.
+    # Windows of the placebos are cut from the visible part, so that each shows as much as the comb's own.
     place = np.cumsum(visible) - 1
     windows = np.lib.stride_tricks.sliding_window_view(scores[visible], width)
 
@@ -222,11 +218,11 @@ def rank_among_placebos(
 def _drawn_fundamentals(
     expected_hz: float, relative: float, placebo_hz: FloatArray, harmonics: int, combs: int
 ) -> FloatArray:
-    """The fundamental that each line of each placebo is a harmonic of [Hz], [harmonics, combs]."""
+    """Fundamental of each line of each placebo [Hz], [harmonics, combs]."""
     rng = np.random.default_rng(0)
     near = fundamentals(expected_hz * math.exp(-APART * relative), expected_hz * math.exp(APART * relative), relative)
     choice = rng.choice(placebo_hz, (ORDERS, combs))
-    # The first of its fundamentals may be one near the comb's own, but not all lines come from that one.
+    # The first of its fundamentals may be near the comb's own, but not all lines come from it.
     choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
     group = rng.integers(0, ORDERS, (harmonics, combs))
     group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, ORDERS, combs)
@@ -236,7 +232,7 @@ def _drawn_fundamentals(
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:
     """The highest interior maximum of each row, [combs]; minus infinity where there is none."""
     top = np.max(total, axis=1)
-    edge = (total[:, 0] == top) | (total[:, -1] == top)  # of what stands outside: few rows, looked at closely
+    edge = (total[:, 0] == top) | (total[:, -1] == top)  # a line outside the window: few rows
     left, middle, right = (total[edge, first : total.shape[1] - 2 + first] for first in range(3))
     top[edge] = np.max(middle, axis=1, where=(middle >= left) & (middle > right), initial=-np.inf)
     return np.asarray(top)

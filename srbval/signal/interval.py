@@ -1,4 +1,4 @@
-"""Uncertainty of a line's frequency: the Cramer-Rao bound of noise, and a calibrated table where slip may add to it."""
+"""Uncertainty of a line's frequency: the Cramer-Rao bound of noise, and a calibrated table for noise with slip."""
 
 import functools
 import importlib.resources
@@ -11,7 +11,7 @@ import numpy as np
 import scipy.special
 
 NORMAL_95 = 1.959964
-# Where the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
+# If the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
 WEAK_SNR = 10.0
 
 
@@ -19,8 +19,8 @@ def frequency_error_hz(information: float, seconds: float) -> float:
     """Least standard error of the frequency of a steady tone of unknown amplitude and phase in noise [Hz].
 
     It is ``sqrt(6 / information) / (2 pi T)``, Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is
-    the tone's peak over its noise's mean power, both in a periodogram of the whole record; of several tones that move
-    with the frequency, the sum of these, each times the square of how far it moves. Infinite where there is none.
+    the tone's peak over the mean power of its noise, both in a periodogram of the whole record; for several tones the
+    sum of these, each times the square of its derivative by the frequency. Infinite without information.
     """
     return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
 
@@ -46,7 +46,7 @@ class SlipInterval:
 
 @functools.cache
 def slip_interval() -> SlipInterval:
-    """The table that this version was calibrated with (`slip_interval.toml`)."""
+    """The calibrated table (`slip_interval.toml`)."""
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
@@ -54,16 +54,15 @@ def slip_interval() -> SlipInterval:
 
 
 def walk_share(log_spread: float) -> float:
-    """From 0 to 1: how clearly the residuals show a random walk besides the noise."""
+    """Clearness, from 0 to 1, of a random walk besides the noise in the residuals."""
     return -math.expm1(-(max(log_spread - slip_interval().start, 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
     """95 % half width in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    `snr` is the line's power over its noise. The table is for many blocks of a strong line, and noise alone needs no
-    more. The walk's share is widened by Student's t for few blocks, and for a weak line, whose phases scatter by more
-    than to first order (simulated).
+    `snr` is the line's power over its noise. The table is for many blocks of a strong line. The walk's share is widened
+    by Student's t for few blocks, and for a weak line, whose phases scatter by more than to first order (simulated).
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table.log_spread, table.factor))

@@ -1,8 +1,8 @@
-"""What of a signal repeats with a passage: means over its phase, the quietest part of it, a steady tone beside it.
+"""The part of a signal that repeats with a passage: means over its phase, its quietest part, a steady tone beside it.
 
-The phase of a passage, in periods, is cut into `CELLS`; a quarter of a period, wherever it begins, is a part that may
-be quiet. The quietest part is looked for in every other passage and read in those between them, and the other way
-round: the least of many noisy means lies below their true least, the mean of other passages there does not.
+The phase of a passage, in periods, is cut into `CELLS`; any quarter of a period may be quiet. The quietest quarter is
+found in every other passage and read in the passages between them, and vice versa: the least of many noisy means is
+biased low, the mean of other passages there is not.
 """
 
 import math
@@ -14,7 +14,7 @@ from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
 CELLS, QUIET_CELLS = 48, 12
-PADDING = 16  # of a tone's spectrum: between two lines its phase is off by 0.1 at most
+PADDING = 16  # of a tone's spectrum: between two lines the phase is wrong by at most 0.1
 LEAST_BLOCKS = 4
 LEAST_PASSAGES = 4 * LEAST_BLOCKS  # two in each block of either half
 
@@ -23,9 +23,9 @@ LEAST_PASSAGES = 4 * LEAST_BLOCKS  # two in each block of either half
 class LockedMean:
     """Mean of a signal over the phase of a passage less its mean in the quietest quarter, in the signal's unit.
 
-    Without a passage the `value` is zero but for noise, of either sign. `u` is its standard deviation by leaving out
-    each of `blocks` successive parts in turn (jackknife, on average too large: Efron & Stein 1981, Ann. Statist. 9,
-    586). `halves`: the same of each half of the passages.
+    Without a passage the `value` is zero but for noise of either sign. `u` is its standard deviation by the jackknife
+    over `blocks` successive parts (on average too large: Efron & Stein 1981, Ann. Statist. 9, 586). `halves` are the
+    values of each half of the passages.
     """
 
     value: float
@@ -35,17 +35,17 @@ class LockedMean:
 
     @property
     def ci95(self) -> float:
-        """Half width of its 95 % interval: Student's t of as many blocks; a smaller value is not shown."""
+        """Half width of the 95 % interval, by Student's t; a smaller value is not significant."""
         from scipy.special import stdtrit
 
         return float(stdtrit(self.blocks - 1, 0.975)) * self.u
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
-    """Of `samples` [n], none negative, at that phase of a passage [n, in periods, rising].
+    """Locked mean of `samples` [n], none negative, at the phase `periods` of a passage [n, rising].
 
-    `blocks` (at least `LEAST_BLOCKS`) as long as what comes back after several passages, or longer: they are taken as
-    independent. `DataError` for fewer than `LEAST_PASSAGES`.
+    The `blocks` (at least `LEAST_BLOCKS`) count as independent: they must be as long as a pattern that repeats after
+    several passages. Raises `DataError` for fewer than `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
@@ -69,9 +69,9 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Amplitude A, and slip s, of a tone beside passages in an analytic signal [n]: A exp(2 pi i (`tone` + s k / n)).
 
-    `tone` is its phase in periods, [n], but for the slip, looked for within +- `slip` periods over the signal. Read in
-    the quarter of the passage's phase in which a tone leaves the least power, so that nothing of what a passage excites
-    at this frequency is taken for it; over the whole signal where there are no passages.
+    `tone` is its phase in periods, [n], without the slip, which is within +- `slip` periods over the signal. It is read
+    in the quarter of the passage's phase in which the tone leaves the least power, so that the passages do not add to
+    it; over the whole signal without passages.
     """
     from scipy.signal import zoom_fft
 

@@ -10,7 +10,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 
-# Parts of the record whose mean speeds give its drift: shorter ones would show the tachometer's noise.
+# Parts of the record whose mean speeds give its drift; shorter parts would show the tachometer's noise.
 DRIFT_PARTS = 8
 
 
@@ -18,8 +18,7 @@ DRIFT_PARTS = 8
 class ShaftAngle:
     """Angle of the shaft over time: `turns` [k] at `time_s` [k] from the record's start, about one knot per turn.
 
-    Between the knots a cubic spline; so what a tachometer shows within a turn (errors of its disc, noise) is not
-    followed, a ramp is.
+    Between the knots it is a cubic spline, which follows a ramp but not the errors of a tachometer within a turn.
     """
 
     time_s: FloatArray
@@ -27,9 +26,9 @@ class ShaftAngle:
 
     @classmethod
     def from_speed(cls, speed_hz: FloatArray, rate_hz: float) -> ShaftAngle:
-        """Integral of an evenly sampled speed signal [Hz], by the trapezoidal rule, whichever way the shaft turns.
+        """Integrate an evenly sampled speed signal [Hz] of either sign by the trapezoidal rule.
 
-        Raises `DataError` where the shaft stands still, turns back, or turns fewer than three times.
+        Raises `DataError` if the shaft stops, turns back, or turns fewer than three times.
         """
         speed = speed_hz if float(np.mean(speed_hz)) >= 0 else -speed_hz
         turned = np.concatenate(([0.0], np.cumsum((speed[1:] + speed[:-1]) / (2 * rate_hz))))
@@ -44,25 +43,24 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """How many bins of the whole record a line of `order` moves: highest less lowest of `DRIFT_PARTS` means."""
+        """Shift of a line of `order` in bins of the record: highest less lowest of `DRIFT_PARTS` means."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
 
     def turns_at(self, at_s: FloatArray) -> FloatArray:
-        """Turns at these instants, rising [n]; beyond the speed signal the shaft goes on as at its ends."""
+        """Turns at rising instants [n]; beyond the speed signal the shaft keeps the speed of its ends."""
         from scipy.interpolate import CubicSpline
 
         turns: FloatArray = CubicSpline(*_extended(self.time_s, self.turns, at_s[0], at_s[-1]))(at_s)
         return turns
 
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
-        """`samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` of them per turn.
+        """Resample `samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` per turn.
 
-        Read as a record at `fs_hz` the shaft turns at exactly `mean_hz` in it and a line of order k stands at
-        ``k mean_hz``. Cubic splines: for lines below a fifth of `fs_hz` (error 1e-3; below a tenth, 1e-4). Not for the
-        raw vibration: resonances stay put in time, so demodulate first. Outside the speed signal the shaft goes on at
-        the speed of its first or last knot interval.
+        As a record at `fs_hz` the shaft then turns at exactly `mean_hz`, and a line of order k is at ``k mean_hz``. The
+        cubic splines have an error of 1e-3 for lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first:
+        resonances do not move with the shaft. Outside the speed signal the shaft keeps the speed of the nearest knots.
         """
         from scipy.interpolate import CubicSpline
 
@@ -77,7 +75,7 @@ class ShaftAngle:
 
 
 def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
-    """The knots, with one more at either end where the record reaches beyond them, at the speed of that end."""
+    """The knots, with one more at an end beyond which the record reaches, at the speed of that end."""
     rate = np.diff(turns) / np.diff(time_s)
     if first_s < time_s[0]:
         turns = np.concatenate(([turns[0] - rate[0] * (time_s[0] - first_s)], turns))

@@ -18,27 +18,27 @@ from scipy.ndimage import median_filter
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
-# Blocks that a record is summed in. A line within a bin of its frequency loses less than 2e-4 of its power in them.
+# Blocks of a record for sums. A line within a bin of its frequency loses less than 2e-4 of its power in them.
 BLOCKS = 96
 # Points per independent bin of the padded transform.
 PADDING = 8
-# Independent bins that the local noise is estimated from, and the least number; odd, so that one is the median.
+# Independent bins for the estimate of the local noise, and their least number; odd for the median.
 NOISE_BINS, LEAST_NOISE_BINS = 65, 9
-# Half width of the zone around a shaft harmonic that is neither line nor noise, in independent bins.
+# Half width of the masked zone about a shaft harmonic, in independent bins.
 MASK_BINS = 1.5
 # Reduced sampling rate in units of the highest frequency of interest: flat to there after the filter.
 _RATE = 4.0
-# Share of the reduced rate up to which the noise is not yet coloured by that filter.
+# Share of the reduced rate below which that filter does not colour the noise.
 _FLAT_SHARE = 0.4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phasors:
-    """Sums over blocks of the record demodulated at given frequencies [c]: `sums`, [c, blocks]; what a local fit needs.
+    """Sums over blocks of the record demodulated at given frequencies [c], for a local fit: `sums`, [c, blocks].
 
-    `time_s`, [blocks], are the blocks' middles counted from the record's middle, so that a line's frequency does not
-    correlate with its amplitude and phase; `moments` [c, blocks] are the same sums with each sample times its
-    distance in time from its block's middle; `seconds` is the whole record's duration.
+    `time_s`, [blocks], are the middles of the blocks, counted from the record's middle, so that a line's frequency does
+    not correlate with its amplitude and phase. `moments` [c, blocks] are the sums with each sample times its distance
+    in time from its block's middle; `seconds` is the duration of the record.
     """
 
     sums: ComplexArray
@@ -48,12 +48,12 @@ class Phasors:
 
     @classmethod
     def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = BLOCKS) -> Phasors:
-        """Demodulate `samples` [n]; records shorter than `blocks` samples get one block per sample."""
+        """Demodulate `samples` [n]; a record with fewer samples than `blocks` has one block per sample."""
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
-        # Within a block the phase starts at its first sample: one short table of phases serves every block.
-        # Real products: the record is real, and making it complex would cost more than everything else.
+        # Within a block the phase starts at its first sample, so that one short table of phases serves every block. The
+        # products are real, since a complex record would cost more than all else.
         within = np.arange(longest)
         angle = 2 * np.pi * np.outer(frequency_hz / fs_hz, within)
         cosine, sine = np.cos(angle), np.sin(angle)
@@ -74,22 +74,22 @@ class Phasors:
         )
 
     def shifted(self, by_hz: FloatArray) -> Phasors:
-        """The same demodulated at `by_hz` [c] higher frequencies; for shifts well within a block's bin."""
+        """Demodulate at frequencies higher by `by_hz` [c], well within a block's bin."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return dataclasses.replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
     def power(self) -> FloatArray:
-        """Power of each line, |sum over the record|^2, [c]."""
+        """Power |sum over the record|^2 of each line, [c]."""
         return np.abs(self.sums.sum(axis=1)) ** 2
 
     def in_blocks(self, blocks: int) -> ComplexArray:
-        """The sums in fewer blocks, [c, blocks]; `blocks` should divide the present number."""
+        """Sums in fewer blocks, [c, blocks]; `blocks` should divide their number."""
         bounds = np.linspace(0, self.sums.shape[1], blocks + 1).astype(int)[:-1]
         return np.add.reduceat(self.sums, bounds, axis=1)
 
 
 class Noise(NamedTuple):
-    """Local mean noise power, median / ln 2 of an odd number of `bins`."""
+    """Local mean noise power: the median of an odd number of `bins` over ln 2."""
 
     mean_power: float
     bins: int
@@ -99,10 +99,10 @@ class Noise(NamedTuple):
 class Periodogram:
     """Power of a record [n] on a grid `PADDING` times finer than its bins.
 
-    `samples` and `fs_hz` are the record at a rate reduced to what `limit_hz` needs, its `mean` removed;
-    `power` is |sum x exp(-i w t)|^2 on the grid of step `step_hz` from zero up. `masks_hz`, [m, 2], are the
-    zones that count neither as line nor as noise: the shaft's harmonics and what `masking` adds. There is no
-    window: a strong line's side lobes raise the noise of its neighbours.
+    `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed; `power` is
+    |sum x exp(-i w t)|^2 on a grid of step `step_hz` from zero. `masks_hz`, [m, 2], are zones that are neither line nor
+    noise: the shaft's harmonics and those of `masking`. There is no window: side lobes of a strong line raise the noise
+    about it.
     """
 
     samples: FloatArray
@@ -134,12 +134,12 @@ class Periodogram:
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
     def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
-        """The same record with further zones masked, each at least `MASK_BINS` bins to either side, in rising order."""
+        """The record with further zones masked, each at least `MASK_BINS` bins to either side, in rising order."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]
         reach = np.maximum.accumulate(zones[:, 1])
-        first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))  # of those that overlap, which are joined
+        first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))  # zones that overlap are joined
         last = np.concatenate((first[1:], [True]))
         return dataclasses.replace(self, masks_hz=np.column_stack((zones[first, 0], reach[last])))
 
@@ -154,7 +154,7 @@ class Periodogram:
         return 1 / self.seconds
 
     def masked(self, frequency_hz: FloatArray) -> NDArray[np.bool_]:
-        """Whether each frequency lies in a masked zone."""
+        """True for each frequency in a masked zone."""
         if self.masks_hz.size == 0:
             return np.zeros(np.shape(frequency_hz), dtype=bool)
         zone = np.searchsorted(self.masks_hz[:, 0], frequency_hz) - 1
@@ -169,19 +169,19 @@ class Periodogram:
         return np.arange(self.power.size, dtype=np.float64) * self.step_hz
 
     def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
-        """Power from the Fourier sum itself; for a handful of frequencies."""
+        """Power from the Fourier sum itself, for a few frequencies."""
         return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
 
     def depth_at(self, frequency_hz: float) -> float:
-        """Amplitude of a line over the record's mean; for an envelope the depth of its modulation."""
+        """Amplitude of a line over the record's mean: the depth of modulation of an envelope."""
         power = float(self.exact_power_at(np.array([frequency_hz]))[0])
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 
     def noise_near(self, centre_hz: float, half_window_hz: float) -> Noise:
-        """Mean noise power near `centre_hz`, from the nearest bins outside the window and outside the masks.
+        """Mean noise power near `centre_hz`, from the nearest bins outside the window and the masks.
 
-        The mean is the median over ln 2, so that other lines among the neighbours do not count. Raises
-        `DataError` where fewer than nine bins are left: the record is too short to estimate its noise there.
+        The mean is the median over ln 2, which other lines among the neighbours hardly change. Raises `DataError` if
+        fewer than nine bins are left.
         """
         nearest = self._nearest_bins(centre_hz, half_window_hz)
         if nearest.size < LEAST_NOISE_BINS:
@@ -191,7 +191,7 @@ class Periodogram:
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def _nearest_bins(self, centre_hz: float, half_window_hz: float) -> NDArray[np.int64]:
-        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first; searches no wider than it must."""
+        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first."""
         spacing = PADDING * self.step_hz
         last = min(math.floor(self.power.size / PADDING), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
         reach = half_window_hz / spacing + 2 * NOISE_BINS
@@ -201,16 +201,16 @@ class Periodogram:
             frequency = bins.astype(np.float64) * spacing
             distance = np.abs(frequency - centre_hz)
             usable = (distance > half_window_hz + self.bin_hz) & ~self.masked(frequency)
-            # Nothing was searched beyond `reach`, so only bins within it are known to be the nearest.
+            # Only bins within `reach`, the range searched, are known to be the nearest.
             usable &= distance < reach * spacing
             if np.count_nonzero(usable) >= NOISE_BINS or (low == 2 and high >= last):
                 return bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
             reach *= 2
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over local noise at each frequency [n], the noise a running median of unmasked bins over ln 2.
+        """Power over local noise at each frequency [n]; the noise is a running median of unmasked bins over ln 2.
 
-        With `to_limit` the median runs no further than the record's limit, which is faster.
+        With `to_limit` the median ends at the record's limit, which is faster.
         """
         spacing = PADDING * self.step_hz
         last = self.power.size // PADDING

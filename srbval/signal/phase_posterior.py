@@ -1,9 +1,9 @@
 """Posterior of the mean frequency of a weak line that may slip, over all paths that its phase may have taken.
 
-A weak line's phase cannot be estimated block by block, and slip as large as the noise cannot be told from it. Instead
-all paths are weighted at once: the phase is a hidden random walk on the circle, observed through the harmonics of each
-block, and the likelihood of the record for a given mean frequency and slip is summed over all paths by the forward
-recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle than this: see `slip`.
+The phase of a weak line cannot be estimated block by block, and slip as large as the noise cannot be distinguished from
+it. Instead all paths are weighted at once: the phase is a hidden random walk on the circle, observed through the
+harmonics of each block, and the likelihood of the record for a mean frequency and slip is summed over all paths by the
+forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see `slip`.
 """
 
 import math
@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
 
-# Points of the circle: enough for a line whose phase the whole record gives no better than to 0.03 rad.
+# Points of the circle, enough for a line whose phase is known to 0.03 rad or worse.
 CIRCLE = 128
-# Jitters of the spacing of impacts, relative to it, each with prior weight one; and the prior weight of no jitter.
+# Relative jitters of the spacing of impacts, each with prior weight one; and the prior weight of no jitter.
 JITTERS = np.geomspace(0.0005, 0.0325, 10)
 STEADY_WEIGHT = 2.0
-# How far from the start the mean frequency is searched, in bins and in its own standard errors, and how finely.
+# Range of the search for the mean frequency, in bins and in its standard errors, and its step.
 REACH_BINS, REACH_ERRORS = 1.5, 4.0
 STEP, FINEST_BINS = 0.6, 0.08
 _FIRST_ROUNDS, _LATER_ROUNDS = 5, 2
 _ORDER = np.arange(CIRCLE // 2 + 1)
-# Points of the circle for a line that keeps its phase, and of the density that joins all jitters.
+# Points of the circle for a line without slip, and of the density that joins all jitters.
 _STEADY_CIRCLE, _DENSITY = 512, 4001
 COVERAGE = 0.95
 
@@ -34,9 +34,8 @@ COVERAGE = 0.95
 class Posterior:
     """Mean shift of the line and half width of its 95 % credible interval [Hz].
 
-    `steady` is the probability that nothing slips. As a confidence interval `credible_hz` is too wide where nothing
-    slips and too narrow where little does (`interval.weak_factor`): the amplitudes are point estimates, and slip can
-    hide in noise.
+    `steady` is the probability of no slip. As a confidence interval `credible_hz` is too wide without slip and too
+    narrow with little slip (`interval.weak_factor`): the amplitudes are point estimates, and noise can hide slip.
     """
 
     shift_hz: float
@@ -47,9 +46,9 @@ class Posterior:
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
     """Posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
 
-    Blocks last `block_s` and were demodulated at the multiples of `line_hz`. The prior is flat in the frequency and
-    over `JITTERS`, with `STEADY_WEIGHT` for no jitter. Amplitudes of the harmonics are those of greatest likelihood
-    for each jitter, by expectation maximisation (Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
+    Blocks of `block_s` are demodulated at the multiples of `line_hz`. The prior is flat in the frequency and over
+    `JITTERS`, with `STEADY_WEIGHT` for no jitter. Amplitudes of the harmonics have the greatest likelihood for each
+    jitter, by expectation maximisation (Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s
@@ -71,7 +70,7 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
-    """Shifts to compute the likelihood at [Hz], for a standard error of the mean frequency of about `error_hz`."""
+    """Shifts for the likelihood [Hz], for a standard error of the mean frequency of about `error_hz`."""
     reach = REACH_BINS / seconds + REACH_ERRORS * error_hz
     count = math.ceil(reach / (STEP * error_hz))
     return np.linspace(-reach, reach, 2 * count + 1)
@@ -83,7 +82,7 @@ def _steps(step_rad2: FloatArray, mean_step_rad: FloatArray) -> ComplexArray:
 
 
 def _stepped(density: FloatArray, steps: ComplexArray) -> FloatArray:
-    """`density` [b, CIRCLE] after one step: a circular convolution."""
+    """Density [b, CIRCLE] after one step, by a circular convolution."""
     return np.maximum(scipy.fft.irfft(scipy.fft.rfft(density, axis=1) * steps, n=CIRCLE, axis=1), 0.0)
 
 
@@ -93,14 +92,14 @@ def _rotations(number: FloatArray, circle: int) -> ComplexArray:
 
 
 def _block_likelihood(sums: ComplexArray, number: FloatArray, amplitude: ComplexArray) -> FloatArray:
-    """Log likelihood of each block at each phase, less that of no line: [blocks, w, CIRCLE] for `amplitude` [w, c]."""
+    """Log likelihood ratio of each block at each phase to no line, [blocks, w, CIRCLE], for `amplitude` [w, c]."""
     weighted = np.conj(amplitude)[:, :, None] * sums
     aligned = (weighted.transpose(2, 0, 1) @ _rotations(number, CIRCLE)).real
     return np.asarray(2 * aligned - np.sum(np.abs(amplitude) ** 2, axis=1)[:, None])
 
 
 def _forward(block_likelihood: FloatArray, steps: ComplexArray, which: NDArray[np.int64]) -> FloatArray:
-    """Log likelihood [b] of the record for `steps` [b, orders]; row b uses the blocks' likelihoods of `which[b]`."""
+    """Log likelihood [b] of the record for `steps` [b, orders]; row b uses the likelihoods of blocks of `which[b]`."""
     peak = block_likelihood.max(axis=2)
     likelihood = np.exp(block_likelihood - peak[:, :, None])
     density = likelihood[0][which] / CIRCLE
@@ -132,7 +131,7 @@ def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
 
 
 def _initial_amplitudes(sums: ComplexArray, number: FloatArray, step_rad2: FloatArray) -> ComplexArray:
-    """Amplitudes [w, c] for each walk, the likelier of two starts: a constant phase, the clearest harmonic alone."""
+    """Amplitudes [w, c] for each walk from the likelier of two starts: a constant phase, or the clearest harmonic."""
     power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0.02)
     clearest = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0.0)
     first = np.repeat([np.mean(sums, axis=1), clearest], step_rad2.size, axis=0)
@@ -146,7 +145,7 @@ def _initial_amplitudes(sums: ComplexArray, number: FloatArray, step_rad2: Float
 def _fitted(
     sums: ComplexArray, number: FloatArray, amplitude: ComplexArray, steps: ComplexArray, rounds: int
 ) -> ComplexArray:
-    """Amplitudes [w, c] of greater likelihood, by expectation maximisation."""
+    """Amplitudes [w, c] after `rounds` of expectation maximisation."""
     rotations = _rotations(number, CIRCLE).T
     for _ in range(rounds):
         expected = _smoothed(_block_likelihood(sums, number, amplitude), steps) @ rotations
@@ -155,7 +154,7 @@ def _fitted(
 
 
 def _steady_likelihood(sums: ComplexArray, number: FloatArray, step_rad: FloatArray) -> FloatArray:
-    """Log likelihood of a line without slip whose phase advances by `step_rad` [s] per block, [s]."""
+    """Log likelihood, [s], of a line without slip whose phase advances by `step_rad` [s] per block."""
     index = np.arange(sums.shape[1]) - (sums.shape[1] - 1) / 2
     rotation = np.exp(-1j * step_rad[:, None, None] * number[:, None] * index)
     whole = np.sum(rotation * sums, axis=2)
@@ -167,7 +166,7 @@ def _steady_likelihood(sums: ComplexArray, number: FloatArray, step_rad: FloatAr
 
 
 def _mixture(tables: list[tuple[FloatArray, FloatArray]]) -> Posterior:
-    """One density from the log likelihood of each jitter over its own grid of shifts; the first is without slip."""
+    """Join the log likelihoods of all jitters, each on its grid of shifts; the first is without slip."""
     peak = max(float(table.max()) for _, table in tables)
     reach = max(float(grid[-1]) for grid, _ in tables)
     shift = np.linspace(-reach, reach, _DENSITY)

@@ -1,11 +1,11 @@
 """Mean frequency of a slipping line from its phase over the record, and its interval from noise and slip.
 
 Random slip makes the phase of a line a random walk; noise adds an independent error to each block's phase. The
-frequency is the slope of that phase. Its variance under noise alone is known; the walk adds `ratio` times that, and
-the ratio is estimated from the phase's residuals about a straight line. Their modes carry so little of it that slip as
-large as the noise cannot be distinguished from none by any method: the half width is a tabulated multiple of the spread
-that the residuals suggest (`interval`). The whole path of the phase is found at once by dynamic programming (Viterbi
-1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn; then it is refined about itself.
+frequency is the slope of that phase. Its variance under noise alone is known; the walk adds `ratio` times that
+variance, and the ratio is estimated from the phase's residuals about a straight line. The residuals contain so little
+of it that no method distinguishes slip as large as the noise from none: the half width is a tabulated multiple of the
+spread that the residuals suggest (`interval`). The path of the phase is found by dynamic programming (Viterbi 1967,
+IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
 """
 
 from __future__ import annotations
@@ -24,29 +24,28 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, wa
 from srbval.signal.periodogram import Phasors
 from srbval.signal.phase_posterior import posterior
 
-# Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used. Blocks last at
-# least two periods of what modulates the line, or one where fewer than `FEW_BLOCKS` of two fit: the phases of fewer do
-# not distinguish slip from noise, and intervals that allow for it cover all steady lines.
+# Numbers of blocks of the record; the largest that noise and sidebands allow is used. Blocks last at least two periods
+# of the modulation, or one if fewer than `FEW_BLOCKS` of two fit: fewer phases do not distinguish slip from noise.
 BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4)
 FEW_BLOCKS = 8
 # Information of all harmonics about the phase, sum h^2 rho, below which all paths are weighted at once
-# (`phase_posterior`), and the power over noise of the strongest harmonic below which slip is not estimated.
+# (`phase_posterior`), and power over noise of the strongest harmonic below which slip is not estimated.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
 WEAK_BLOCKS = 32
-# Power over noise that the strongest harmonic needs in a block for its phase to be tracked.
+# Least power over noise of the strongest harmonic in a block for tracking its phase.
 BLOCK_SNR = 1.0
-# Largest jitter of the spacing of impacts that is tracked, relative to it.
+# Largest relative jitter of the spacing of impacts that is tracked.
 LARGEST_JITTER = 0.035
 # Ratios of walk to noise, in the variance of the slope, and their prior weights.
 RATIOS = np.geomspace(0.05, 1e10, 93)
 WEIGHTS = (1 + RATIOS) ** -0.5
-# Variances of the steps that tracks are started with, relative to that of the largest jitter.
+# Variances of the steps at the start of a track, relative to that of the largest jitter.
 STEP_SHARES = (1.0, 0.03)
-# Noise at the line over that of its neighbourhood; any but the first must be likelier by this log likelihood.
+# Noise at the line over the noise about it; any but the first must be likelier by this log likelihood.
 EXCESSES, EXCESS_MARGIN = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
 # Exponent of the odds, because the log evidence is approximate.
 TEMPER = 0.5
-# A track, which was chosen among all paths, must be likelier than the straight line by this log likelihood.
+# A track, chosen among all paths, must be likelier than the straight line by this log likelihood.
 STRAIGHT_MARGIN = 8.0
 # Least noise power in a bin, relative to the line's power.
 LEAST_NOISE = 1e-12
@@ -58,14 +57,14 @@ _ROUNDS, _PASSES = 4, 4
 def track_slip(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, line_hz: float, period_s: float = 0.0
 ) -> tuple[float, float] | None:
-    """How far the mean frequency of a line that may slip lies from `line_hz`, and its 95 % half width [Hz].
+    """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
 
-    From the line's phase, block by block; None if it is too weak. Component c of `phasors` moves with `number[c]` times
-    the line's fundamental; `noise_power[c]` is its mean noise power in a bin of the whole record. What modulates
-    the line has a `period_s`; in shorter blocks its sidebands would be part of the line. The half width is infinite
-    where the record holds too few blocks to show slip. A steady drift of the speed is taken as slip.
+    It is estimated from the line's phase in blocks; None if the line is too weak. Component c of `phasors` moves with
+    `number[c]` times the fundamental; `noise_power[c]` is its mean noise power in a bin of the record. `period_s` is
+    that of the modulation; in shorter blocks its sidebands would be part of the line. The half width is infinite if the
+    record has too few blocks to show slip. A steady drift of the speed counts as slip.
     """
-    # Without any noise there is nothing to compare a random walk with.
+    # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
     if float(np.max(phasors.power() / noise_power)) < LEAST_SNR:
         return None
@@ -111,9 +110,9 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> tuple[float, float]:
-    """Mean over tracks started from a straight line and from larger and smaller steps, weighted by their evidence.
+    """Mean over tracks from a straight line and from larger and smaller steps, weighted by their evidence.
 
-    Where several fit the record about equally well, their differences widen the interval.
+    If several fit the record about equally well, their differences widen the interval.
     """
     starts = [np.zeros(sums.shape[1]), *(_viterbi_path(sums, number, step_rad2 * share) for share in STEP_SHARES)]
     log_evidence, slope, half = np.array([_track(sums, number, start) for start in starts]).T
@@ -129,10 +128,7 @@ def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, b
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
-    """Log evidence, phase per block and its 95 % half width [rad] of the track that `path_rad` [blocks] leads to.
-
-    The path is refined about itself; its log evidence is over that of no line.
-    """
+    """Log evidence over no line, phase per block and its 95 % half width [rad] of the track refined from `path_rad`."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     for _ in range(_ROUNDS):
@@ -145,7 +141,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(RATIOS))
-    # The frequency of highest power needs no correction while no walk shows, and is then better for weak lines.
+    # Without a walk the frequency of highest power needs no correction, and is better for weak lines.
     slope = float(modes.slope @ phase - modes.carried(weight) @ residual) * walk_share(log_spread)
     strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
     error = math.sqrt(excess * variance * modes.slope_variance)
@@ -153,10 +149,10 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise over that of the neighbourhood where residuals clearly show more, with weight and likelihood (`weigh`).
+    """Noise at the line over the noise about it, if residuals clearly show more, with weight and likelihood (`weigh`).
 
-    Noise may be higher at a line than next to it, where skirts and sidebands leak into the blocks. It scatters phases
-    independently, and must not be taken for a random walk.
+    Skirts and sidebands that leak into the blocks raise the noise at a line. They scatter phases independently, unlike
+    a random walk.
     """
     tried = []
     for excess in EXCESSES:
@@ -170,9 +166,9 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 class Modes:
     """Modes of the residuals of n phases about a straight line, in which both walk and noise are uncorrelated.
 
-    `contrasts` [n - 2, n] are orthonormal, so noise is white in them; a walk that contributes as much as the noise to
-    the slope's variance has variance `share` [n - 2] there, and covariance `with_slope` with the `slope` [n]. The
-    noise contributes `slope_variance`.
+    `contrasts` [n - 2, n] are orthonormal, so noise is white in them. A walk that contributes as much as the noise to
+    the variance of the slope has the variance `share` [n - 2] in them, and the covariance `with_slope` with the `slope`
+    [n]. The noise contributes `slope_variance`.
     """
 
     contrasts: FloatArray
@@ -182,7 +178,7 @@ class Modes:
     slope_variance: float
 
     def carried(self, weight: FloatArray) -> FloatArray:
-        """Share of each residual that the walk carries into the slope, [n - 2]."""
+        """Share of each residual that a walk contributes to the slope, [n - 2]."""
         ratios = RATIOS[:, None]
         return np.asarray(weight @ (ratios * self.with_slope / (1 + ratios * self.share)), dtype=np.float64)
 
@@ -198,7 +194,7 @@ def weigh(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
 
 @functools.cache
 def modes_of(count: int) -> Modes:
-    """The modes of `count` blocks, with the walk averaged over each block."""
+    """Modes of `count` blocks, with the walk averaged over each block."""
     index = np.arange(count)
     walk = np.minimum.outer(index, index) + 0.5 - np.eye(count) / 6
     middle = index - (count - 1) / 2
@@ -218,9 +214,9 @@ def modes_of(count: int) -> Modes:
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
-    """The most likely path of the fundamental's phase [rad], [blocks], started from its clearest harmonic.
+    """Most likely path of the fundamental's phase [rad], [blocks], starting from its clearest harmonic.
 
-    `sums` [c, blocks] are in units of their noise; steps from block to block have variance `step_rad2` at most.
+    `sums` [c, blocks] are in units of their noise; steps between blocks have the variance `step_rad2`.
     """
     grid = np.arange(PHASES) * (2 * math.pi / PHASES)
     rotation = np.exp(-1j * np.outer(number, grid))
@@ -232,7 +228,7 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
     for _ in range(_PASSES):
         likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real
         before, path = path, np.asarray(grid[_best_path(likelihood, cost)], dtype=np.float64)
-        if np.array_equal(path, before):  # and so would every further pass
+        if np.array_equal(path, before):  # no further pass would change it
             break
         amplitude = _amplitudes(sums, number, path)
     return np.unwrap(path)
@@ -244,10 +240,10 @@ def _refined(
     """Each block's phase [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
     rotation = np.exp(-1j * np.outer(number, path_rad))
     parts = number**2 * np.abs(amplitude) ** 2
-    # No less than what noise alone would show.
+    # At least the value of noise alone.
     least = float(np.min(number**2)) / sums.shape[1]
     used = max(float(parts.sum()), least)
-    # Harmonics that are only noise are clipped at zero where they fall below it, but not where they exceed it.
+    # Harmonics of noise alone are clipped if negative, but not if positive.
     raw = number**2 * (np.abs(np.mean(sums * rotation, axis=1)) ** 2)
     information = max(float(np.sum(raw - number**2 / sums.shape[1])), float(parts.max()), used / 10, least)
     aligned = np.conj(amplitude)[:, None] * sums * rotation
@@ -255,7 +251,7 @@ def _refined(
 
 
 def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
-    """Complex amplitude of each harmonic along a path, less what noise alone would show, [c]."""
+    """Complex amplitude of each harmonic along a path, less that of noise alone, [c]."""
     mean = np.mean(sums * np.exp(-1j * np.outer(number, path_rad)), axis=1)
     power = np.abs(mean) ** 2
     share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)

@@ -1,4 +1,4 @@
-"""Spectra, kurtogram and scalogram; records whose amplitudes or phases alone are kept."""
+"""Spectra, kurtogram and scalogram; prewhitened and phase-randomised records."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 if TYPE_CHECKING:
     import pandas
 
-# The highest edge, as a share of the Nyquist frequency: a band must lie below it.
+# Highest edge of a band, as a share of the Nyquist frequency.
 _TOP = 0.99
-# Independent samples of an envelope below which its kurtosis means nothing.
+# Least number of independent samples of an envelope for its kurtosis.
 LEAST_SAMPLES = 64
-# Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: short enough to separate the impulses of a
-# fault, at a relative bandwidth (one standard deviation) of 1 / (pi sqrt(2 B)), some 18 %.
+# Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: short enough to separate the impulses of a fault,
+# with a relative bandwidth (one standard deviation) of 1 / (pi sqrt(2 B)), some 18 %.
 BANDWIDTH = 1.5
-# The wavelet is cut off this many periods from its middle, at 6e-8 of its peak.
+# Half length of the wavelet in periods, at 6e-8 of its peak.
 REACH = 5
-# pywt picks the nearest of 2^precision points of the wavelet; at its default of 12 the low rows get steps.
+# pywt picks the nearest of 2^precision points of the wavelet; its default of 12 makes steps in the low rows.
 PRECISION = 18
-# Above this share of the sampling rate a row's wavelet has too few samples.
+# Highest row, as a share of the sampling rate: above it the wavelet has too few samples.
 LARGEST_SHARE = 0.1
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
@@ -36,9 +36,9 @@ SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Spectrum:
-    """Amplitude over frequency: `frequency_hz` and `amplitude`, both [m], from zero upwards.
+    """Amplitude over frequency: `frequency_hz` and `amplitude`, both [m], from zero.
 
-    `resolution_hz` is one over the record's duration; the bins may stand closer than that.
+    `resolution_hz` is one over the record's duration; the bins may be closer.
     """
 
     frequency_hz: FloatArray
@@ -46,7 +46,7 @@ class Spectrum:
     resolution_hz: float
 
     def height_at(self, line_hz: float) -> float:
-        """Height of a line: the larger of the two bins it lies between."""
+        """Height of a line: the larger of the two bins about it."""
         return float(self.amplitude[np.argsort(np.abs(self.frequency_hz - line_hz))[:2]].max())
 
     def to_frame(self) -> pandas.DataFrame:
@@ -61,10 +61,10 @@ class Spectrum:
 
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
-    """Spectrum of `samples` [n] about its mean; a sine of amplitude a on a bin reads a.
+    """Spectrum of `samples` [n] less their mean; a sine of amplitude a on a bin has the height a.
 
-    No window, so that the resolution is the record's own; padded to a fast length. For a carrier A modulated with
-    depth m the line reads A m in the spectrum of the envelope and 2 A^2 m in that of the squared envelope.
+    There is no window; the record is padded to a fast length. A carrier of amplitude A modulated with depth m has a
+    line of A m in the spectrum of the envelope and of 2 A^2 m in that of the squared envelope.
     """
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
@@ -76,10 +76,10 @@ def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
 
 
 def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> Spectrum:
-    """Amplitude spectrum of the envelope (the modulus) of `samples` [n] in `band_hz` [Hz], ends dropped, in their unit.
+    """Amplitude spectrum of the envelope of `samples` [n] in `band_hz` [Hz], without the ends, in their unit.
 
-    What the pictures show; lines are read from the spectrum of `squared_envelope_one_pass`. Raises what
-    `analytic_signal` and `drop_ends` raise.
+    It is for figures; lines are read from the spectrum of `squared_envelope_one_pass`. Raises what `analytic_signal`
+    and `drop_ends` raise.
     """
     modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz))
     return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
@@ -88,13 +88,13 @@ def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, f
 def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and power density of `samples` [n] per Hz, by Welch's method.
 
-    Hann segments of `segment_s`, or of the whole record where it is shorter, half overlapping, freed of their means.
+    Hann segments of `segment_s`, or of the whole record if it is shorter, overlap by half and have their means removed.
     """
     return scipy.signal.welch(samples, fs_hz, nperseg=min(round(segment_s * fs_hz), samples.size))
 
 
 def kurtosis(samples: FloatArray | ComplexArray) -> float:
-    """Mean fourth power of the modulus over the square of the second, of `samples` [n] about zero; nan for zeros.
+    """Mean fourth power of the modulus of `samples` [n] over the square of the mean second power; nan for zeros.
 
     3 for Gaussian noise, 2 for complex Gaussian noise, 3/2 for a sine, 1 for a complex tone.
     """
@@ -104,14 +104,14 @@ def kurtosis(samples: FloatArray | ComplexArray) -> float:
 
 
 def prewhitened(samples: FloatArray) -> FloatArray:
-    """`samples` [n] with every spectral line brought to the same height and its phase kept, of variance one, [m].
+    """Bring every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
 
     The real cepstrum is set to zero but for its first value, that is X / |X| (Borghesani, Pennacchi, Randall, Sawalhi &
-    Ricci 2013, Mech. Syst. Signal Process. 36, 370; authors and page quoted from memory, not checked). A tone or a
-    modulated gear mesh is some narrow lines among all: of equal height they carry next to nothing. Impacts that stray a
-    little are spread over every line of a band, whose phases keep them; resonances and loud bands lose their weight.
-    Impacts that never stray are tones too and are lost as well. The mean is removed; m is the largest length not above
-    n that transforms fast. Raises `DataError` where the record is constant.
+    Ricci 2013, Mech. Syst. Signal Process. 36, 370; authors and page quoted from memory, not checked). Tones and
+    modulated gear meshes, a few narrow lines of equal height, then have next to no power. Impacts with some jitter are
+    spread over every line of a band, whose phases keep them; resonances and loud bands lose their weight. Impacts
+    without jitter are lost like tones. The mean is removed; m is the largest length up to n that transforms fast.
+    Raises `DataError` if the record is constant.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())
@@ -125,17 +125,17 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 
 
 def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
-    """A signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
+    """Signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
 
-    The surrogate of Theiler, Eubank, Longtin, Galdrikian & Farmer (1992, Physica D 58, 77; quoted from memory, not
-    checked). What many lines make is normal by the central limit theorem, whatever impacts there were; a tone stays
-    one. Mean and power are kept.
+    This is the surrogate of Theiler, Eubank, Longtin, Galdrikian & Farmer (1992, Physica D 58, 77; quoted from memory,
+    not checked). A sum of many lines is normal by the central limit theorem, without impacts; a tone stays a tone. Mean
+    and power are kept.
     """
     lines = scipy.fft.rfft(samples)
     turned = np.abs(lines) * np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
     turned[0] = lines[0]
     if samples.size % 2 == 0:
-        turned[-1] = lines[-1]  # as the mean, a line without a phase
+        turned[-1] = lines[-1]  # like the mean, a line without a phase
     return np.asarray(scipy.fft.irfft(turned, n=samples.size))
 
 
@@ -151,7 +151,7 @@ class Kurtogram:
 
     @property
     def best_hz(self) -> tuple[float, float]:
-        """The most impulsive band; `DataError` where no band fits the record."""
+        """The most impulsive band; `DataError` if no band fits the record."""
         if self.kurtosis.size == 0:
             raise DataError("kurtogram: no band fits; use a longer record, a higher sampling rate or narrower bands.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
@@ -161,11 +161,10 @@ class Kurtogram:
 def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highest_hz: float = math.inf) -> Kurtogram:
     """Kurtogram of `samples` [n] on the tree of halves and thirds of the fast kurtogram.
 
-    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... side by side, the lowest of each width left out (it begins at zero)
-    (Antoni 2007, Mech. Syst. Signal Process. 21, 108). Bands are cut sharply in the frequency domain, not by a tree of
-    short filters, and 50 ms are dropped at each end. Left out are bands narrower than `least_width_hz`, among them
-    topmost ones cut off below Nyquist, bands that reach above `highest_hz`, and those with too few independent samples
-    for a kurtosis (`LEAST_SAMPLES`): all in a short record.
+    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... are side by side, without the lowest of each width, which begins at zero
+    (Antoni 2007, Mech. Syst. Signal Process. 21, 108). They are cut sharply in the frequency domain, without 50 ms at
+    each end. Omitted are bands narrower than `least_width_hz` or above `highest_hz`, and bands with too few independent
+    samples for a kurtosis (`LEAST_SAMPLES`).
     """
     nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)
@@ -190,10 +189,10 @@ def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], se
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scalogram:
-    """Amplitude, shape [rows, columns], in the unit of the signal; a sine of amplitude a reads a in its row.
+    """Amplitude, shape [rows, columns], in the unit of the signal; a sine of amplitude a has the value a in its row.
 
-    `time_s`, [columns], are the middles of the columns, each the mean of the samples in it; `frequency_hz`,
-    [rows], rises in nearly equal ratios. Nearer than `edge_s`, [rows], to either end a row is affected by the ends.
+    `time_s`, [columns], are the middles of the columns, each the mean of its samples; `frequency_hz`, [rows], rises in
+    nearly equal ratios. Nearer than `edge_s`, [rows], to either end a row is affected by the ends.
     """
 
     time_s: FloatArray
@@ -207,10 +206,10 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 
-    For a stretch of some thousand samples: ``pywt.cwt`` transforms it whole for every row. It draws a row half a sample
-    off where its wavelet has an odd number of samples, and low by sin(x)/x, x = pi f / fs, since it differences an
-    integrated wavelet: so rows stand at the nearest frequencies whose wavelet is sampled symmetrically, and are divided
-    by that. Raises `ConfigurationError` where the record is too short or too coarsely sampled for `range_hz`.
+    For some thousand samples, since ``pywt.cwt`` transforms all of them for every row. It shifts a row by half a sample
+    if its wavelet has an odd number of samples, and reads low by sin(x)/x, x = pi f / fs, since it differences an
+    integrated wavelet. So rows are at the nearest frequencies whose wavelet is sampled symmetrically, and are divided
+    by sin(x)/x. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
     """
     import pywt
 
