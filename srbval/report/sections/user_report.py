@@ -249,7 +249,8 @@ def _times(record: UserRecord, suffix: str) -> Block:
         words: dict[str, Any] = {
             "id": f"time-figure{key}{suffix}",
             "badge": badge_of(one.analysis),
-            "title": title.capitalize(),
+            "title": title,
+            "heading": title.capitalize(),
         }
         panels.append(TEXTS.figure("time", plot, wide=False, **words))
     start, stop = view.record.window_s
