@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -68,61 +67,26 @@ def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:
     return {"PATH": path, "DASK_JOBQUEUE__SLURM__DEATH_TIMEOUT": str(DEATH_TIMEOUT_S)}
 
 
-START_S = 60  # for the scheduler and its workers to start on a busy machine
-END_S = 10  # for one of them to end by itself
-DEATHS = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(ATTEMPTS - 1)}
-
-
-@dataclass(frozen=True)
-class Scheduler:
-    """Where the scheduler is and its worker processes; with nannies, the workers' parents."""
-
-    address: str
-    workers: list[subprocess.Popen[bytes]]
-
-
 @contextlib.contextmanager
-def running_scheduler(
-    folder: Path,
-    *,
-    nannies: bool = False,
-    environment: Mapping[str, str] | None = None,
-    scheduler_environment: Mapping[str, str] | None = None,
-) -> Iterator[Scheduler]:
-    """A scheduler and two workers of one thread each; `environment` is the workers', `nannies` replace dead ones."""
+def dask_cluster(environment: Mapping[str, str] | None = None) -> Iterator[Any]:
+    """A cluster of Dask with two worker processes of one thread each, which have that `environment`."""
     distributed = pytest.importorskip("distributed")
-    file = folder / "scheduler.json"
-    dask = [sys.executable, "-m", "dask"]
-    common = ["--scheduler-file", str(file), "--no-dashboard"]
-    one_thread = ["--nthreads", "1", "--nanny" if nannies else "--no-nanny"]
-    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
-    own, theirs = os.environ | DEATHS | dict(scheduler_environment or {}), os.environ | dict(environment or {})
-    started = [
-        subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *common], env=own, **quiet),
-        *(subprocess.Popen([*dask, "worker", *one_thread, *common], env=theirs, **quiet) for _ in range(2)),
-    ]
-    try:
-        with distributed.Client(scheduler_file=str(file), timeout=f"{START_S} s") as client:
-            client.wait_for_workers(2, timeout=START_S)
-            address = str(client.scheduler.address)
-        yield Scheduler(address, started[1:])
-    finally:
-        for process in reversed(started):
-            process.terminate()
-        for process in started:
-            try:
-                process.wait(timeout=END_S)
-            except subprocess.TimeoutExpired:  # a worker may hang where its scheduler goes while it says goodbye
-                process.kill()
-                process.wait()
+    import dask
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
+        distributed.LocalCluster(**options, env=dict(environment or {}), silence_logs="CRITICAL") as made,
+    ):
+        yield made
 
 
 @contextlib.contextmanager
 def cluster(engine: str, folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, ...]]:
-    """What `engine` needs, with `environment`, to which it may add; the options of the command."""
+    """The cluster that `engine` needs, with `environment`, to which it may add; yields options of the command."""
     if engine == "dask":
-        with running_scheduler(folder, nannies=True, environment=environment) as scheduler:
-            yield "--engine", engine, "--address", scheduler.address
+        with dask_cluster(environment) as made:
+            yield "--engine", engine, "--address", made.scheduler_address
         return
     if engine == "slurm":
         environment |= stand_in_for_slurm(folder)

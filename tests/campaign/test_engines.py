@@ -6,7 +6,6 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +17,11 @@ from srbval.campaign.local import Job, LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, small
-from tests.campaign.command import MANY, Scheduler, running_scheduler, stand_in_for_slurm, start
-from tests.marked import marked, until
+from tests.campaign.command import MANY, dask_cluster, stand_in_for_slurm, start
+from tests.marked import until
 
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
-
-
-@pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
-    with running_scheduler(tmp_path) as running:
-        yield running
 
 
 def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) -> None:
@@ -62,21 +55,23 @@ def test_slurm_jobs_give_the_same(adapt: bool, whole: Path, tmp_path: Path, monk
 
 
 @pytest.mark.slow
-def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path, scheduler: Scheduler) -> None:
+def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path) -> None:
     """As when all jobs reach their time limit: a client would wait for ever for another worker."""
     campaign = small(scene=TINY, axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
 
-    def lose_all() -> None:
-        while not any(tmp_path.glob("cases/*.h5")):
-            time.sleep(0.01)
-        for worker in scheduler.workers:
-            worker.kill()
+    with dask_cluster() as cluster:
 
-    thread = threading.Thread(target=lose_all, daemon=True)
-    thread.start()
-    with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command resumes"):
-        run_campaign(campaign, tmp_path, engine=choose_engine("dask", address=scheduler.address, wait_s=2.0))
-    thread.join()
+        def lose_all() -> None:
+            while not any(tmp_path.glob("cases/*.h5")):
+                time.sleep(0.01)
+            cluster.scale(0)
+
+        thread = threading.Thread(target=lose_all, daemon=True)
+        thread.start()
+        with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command resumes"):
+            engine = choose_engine("dask", address=cluster.scheduler_address, wait_s=2.0)
+            run_campaign(campaign, tmp_path, engine=engine)
+        thread.join()
     kept = len(list(tmp_path.glob("cases/*.h5")))
     assert 0 < kept < 60
     again = run_small(campaign, tmp_path)
@@ -122,8 +117,8 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
             patched.setenv("PYTHONPATH", paths)
             found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
     else:
-        with running_scheduler(tmp_path, nannies=True, environment={"PYTHONPATH": paths}) as scheduler:
-            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine("dask", address=scheduler.address))
+        with dask_cluster({"PYTHONPATH": paths}) as cluster:
+            found = run_campaign(campaign, tmp_path / "run", engine=DaskEngine(cluster))
     assert (found.cases, found.done) == (6, 6)
     endings = ["crashed", "timed-out", "timed-out", "timed-out"]
     assert [(entry["case"], entry["ending"]) for entry in found.failed] == list(zip((1, 3, 4, 5), endings, strict=True))
@@ -234,20 +229,15 @@ def _said(process: subprocess.Popen[bytes]) -> list[str]:
 
 @pytest.mark.slow
 def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
-    mark = {"SRBVAL_TEST": str(tmp_path)}
     file = _many(tmp_path, "4 s")
-    with running_scheduler(tmp_path, environment=mark, scheduler_environment=mark) as scheduler:
-        options = ("--engine", "dask", "--address", scheduler.address)
+    with dask_cluster() as cluster:
+        options = ("--engine", "dask", "--address", cluster.scheduler_address)
         process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE)
         until(lambda: any((tmp_path / "run").glob("cases/*.h5")) or process.poll() is not None)
-        for pid, command in marked(mark).items():
-            if "scheduler --host" in command:
-                os.kill(pid, signal.SIGKILL)
-        (line,) = _said(process)
+    (line,) = _said(process)
     assert process.returncode == 3
     assert "is gone" in line or "failed (" in line
     assert "the same command resumes" in line
-    until(lambda: not marked(mark))
 
 
 def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
