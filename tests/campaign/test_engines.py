@@ -68,8 +68,8 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
 
         thread = threading.Thread(target=lose_all, daemon=True)
         thread.start()
+        engine = choose_engine("dask", address=cluster.scheduler_address, wait_s=2.0)
         with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command resumes"):
-            engine = choose_engine("dask", address=cluster.scheduler_address, wait_s=2.0)
             run_campaign(campaign, tmp_path, engine=engine)
         thread.join()
     kept = len(list(tmp_path.glob("cases/*.h5")))
