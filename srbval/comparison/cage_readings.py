@@ -13,9 +13,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import families_of, placebo_fundamentals, window_share
+from srbval.reading.families import Family, families_of, placebo_fundamentals, window_share
 from srbval.reading.pipeline import (
     LEAST_REVOLUTIONS,
     MEASURED_SPEEDS,
@@ -88,56 +89,44 @@ def _by_fault(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trackin
     found: list[tuple[LineReading, tuple[float, float]]] = []
     for band_hz in BANDS:
         record = periodogram_of(process(recording, band_hz=band_hz, tracking=tracking), bearing, speed)
-        reading = read_comb(
-            record,
-            family.kinematic_hz,
-            window_share(bearing, speed) * family.kinematic_hz,
-            sideband_hz=family.sideband_hz,
-            period_s=1 / speed.value_hz,
-        )
+        reading = _comb(record, family, bearing, speed, sideband_hz=family.sideband_hz)
         if reading is not None and reading.detected:
             found.append((reading, band_hz))
     if not found:
         return None
     reading, band_hz = max(found, key=lambda one: one[0].snr[0])
-    return _made(recording, bearing, speed, reading, f"{family.name} comb, envelope", band_hz)
+    return _made(recording, bearing, speed, reading, (f"{family.name} comb, envelope", band_hz))
 
 
 def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, tracking: Tracking) -> CageReading | None:
     """Reading by the multiples of BPFO in the vibration: forced lines follow the shaft, so no envelope is needed."""
-    band_hz = BANDS[-1]
+    band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
-    signal = one_signal(recording)
     vibration = tracked(signal - signal.mean(), recording.fs_hz, 0.0, tracking)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
-    reading = read_comb(
-        record,
-        family.kinematic_hz,
-        window_share(bearing, speed) * family.kinematic_hz,
-        harmonics=math.floor(band_hz[1] / family.kinematic_hz),
-        period_s=1 / speed.value_hz,
-    )
+    reading = _comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
     if reading is None:
         return None
     placebo_hz = placebo_fundamentals(family, reading, record, families, speed)
     rank = rank_among_placebos(record, family.kinematic_hz, reading.half_window_hz, len(reading.snr), placebo_hz)
     if rank is None or not is_improbable(reading.noise_false_alarm, rank.false_alarm):
         return None
-    return _made(recording, bearing, speed, reading, f"{family.name} multiples, vibration", band_hz)
+    return _made(recording, bearing, speed, reading, (f"{family.name} multiples, vibration", band_hz))
+
+
+def _comb(record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpeed, **how: Any) -> LineReading | None:
+    half_hz = window_share(bearing, speed) * family.kinematic_hz
+    return read_comb(record, family.kinematic_hz, half_hz, period_s=1 / speed.value_hz, **how)
 
 
 def _made(
-    recording: Recording,
-    bearing: Bearing,
-    speed: ShaftSpeed,
-    reading: LineReading,
-    read_from: str,
-    band_hz: tuple[float, float],
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
+    """The reading of a comb as a cage ratio; `of` are the comb's name and band."""
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
-    inner = read_from.startswith(Fault.INNER.line or "")
+    inner = of[0].startswith(Fault.INNER.line or "")
     per_speed = share if inner else -share
     return CageReading(
         record=Path(recording.file or recording.name).name,
@@ -148,6 +137,6 @@ def _made(
         reading_u=reading.ci95_hz / NORMAL_95 / hz_per_ratio,
         speed_u=abs(per_speed) * speed.ci95_hz / NORMAL_95 / speed.value_hz,
         per_speed=per_speed,
-        read_from=read_from,
-        band_hz=band_hz,
+        read_from=of[0],
+        band_hz=of[1],
     )
