@@ -29,7 +29,6 @@ from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import Features, features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
-from srbval.signal import BandFilter
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.json_files import to_json
 
@@ -59,7 +58,6 @@ def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[Recor
             largest_slip_pct=options.cage_slip,
             band_hz=(options.band[0], options.band[1]) if options.band else None,
             auto_band=options.auto_band,
-            band_filter=BandFilter(options.filter),
             healthy=options.healthy,
             healthy_scale=options.healthy_scale,
             background=options.background,

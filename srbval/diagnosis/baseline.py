@@ -114,7 +114,7 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band and with the filter of `analysis`; raises what `analyse` raises.
+    """Analyse `healthy` in the band of `analysis`; raises what `analyse` raises.
 
     Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
     """
@@ -132,7 +132,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
             "State what full scale (or 1) is in the unit given: --scale F for the record, --healthy-scale F for the "
             "healthy one. With --unit unknown only shares of the mean are compared."
         )
-    found = analyse(healthy, bearing=analysis.bearing, band_hz=processed.band_hz, band_filter=processed.band_filter)
+    found = analyse(healthy, bearing=analysis.bearing, band_hz=processed.band_hz)
     rpm, wanted_rpm = 60 * found.speed.value_hz, 60 * analysis.speed.value_hz
     loads = (
         (f"{kind} load", there / N_PER_KN, here / N_PER_KN)

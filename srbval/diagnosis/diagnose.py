@@ -128,8 +128,6 @@ def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
         if name not in found and own is not None and x.size == own.size and x.min() < x.max():
             found[name] = dataclasses.replace(
                 analysis,
-                processed=process(
-                    recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
-                ),
+                processed=process(recording, band_hz=done.band_hz, channel=name, tracking=done.tracking),
             )
     return found

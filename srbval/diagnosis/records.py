@@ -27,7 +27,6 @@ from srbval.recordings.load import LeftOpenError, open_channels, subject_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
-from srbval.signal import BandFilter
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
@@ -52,7 +51,6 @@ class RecordRequest:
     band_hz: tuple[float, float] | None = None
     auto_band: bool = False
     auto_band_if_undeclared: bool = False
-    band_filter: BandFilter = BandFilter.BUTTERWORTH
     healthy: str | None = None
     healthy_scale: float | None = None
     background: str | None = None
@@ -125,7 +123,6 @@ def read_recording(
         recording,
         bearing=bearing,
         band_hz=request.band_hz,
-        band_filter=request.band_filter,
         healthy=healthy,
         choose_on_record=request.auto_band
         or (request.auto_band_if_undeclared and request.band_hz is None and not _band_is_declared(recording)),

@@ -22,7 +22,8 @@ from srbval.reading.pipeline import (
 from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, search
 from srbval.reading.verdict import Closure, closure_of, describe_lines
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.signal import NORMAL_95, BandFilter
+from srbval.signal import NORMAL_95
+from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
 
 if TYPE_CHECKING:
     import pandas
@@ -94,8 +95,8 @@ class Analysis:
             "outside": self.outside,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
-                "filter": self.processed.band_filter,
-                "filter_in_words": self.processed.band_filter.label,
+                "filter": FILTER,
+                "filter_in_words": FILTER_IN_WORDS,
                 "ends_dropped_s": self.processed.end_s,
                 "read_from": "squared envelope",
                 "unit": SQUARED_UNIT,
@@ -134,7 +135,6 @@ def analyse(
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
     channel: str | None = None,
-    band_filter: BandFilter = BandFilter.BUTTERWORTH,
     choose_on_record: bool = False,
     healthy: Recording | None = None,
 ) -> Analysis:
@@ -167,9 +167,7 @@ def analyse(
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
     readings = []
     for band in bands:
-        processed = process(
-            recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking
-        )
+        processed = process(recording, band_hz=band.band_hz, channel=channel, tracking=tracking)
         revolutions = round(processed.seconds * known_speed.value_hz, 1)
         if revolutions < LEAST_REVOLUTIONS:
             raise DataError(

@@ -132,7 +132,8 @@ class Line:
 
     def stated(self) -> "Line":
         """The line as printed: without a frequency if not detected, since some peak is always found."""
-        return self if self.detected else replace(self, **dict.fromkeys(_IF_DETECTED))
+        nothing: dict[str, Any] = dict.fromkeys(_IF_DETECTED)
+        return self if self.detected else replace(self, **nothing)
 
     @property
     def is_first(self) -> bool:

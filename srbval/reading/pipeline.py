@@ -19,7 +19,6 @@ from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.scene.read import size_of
 from srbval.signal import (
-    BandFilter,
     Kurtogram,
     Periodogram,
     ShaftAngle,
@@ -34,7 +33,7 @@ from srbval.signal import (
     rotate_axes,
     squared_envelope_one_pass,
 )
-from srbval.signal.envelope import END_PERIODS
+from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: the best bands for the simulated signals and for the rig's.
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
@@ -101,7 +100,6 @@ class Processed:
     squared_fs_hz: float
     fs_hz: float
     band_hz: tuple[float, float]
-    band_filter: BandFilter
     end_s: float
     scale: float
     tracking: Tracking
@@ -113,7 +111,7 @@ class Processed:
 
     @functools.cached_property
     def _analytic(self) -> NDArray[np.complex128]:
-        return analytic_signal(self.whole, self.fs_hz, self.band_hz, band_filter=self.band_filter)
+        return analytic_signal(self.whole, self.fs_hz, self.band_hz)
 
     @functools.cached_property
     def filtered(self) -> FloatArray:
@@ -139,7 +137,7 @@ class Processed:
     def chain(self) -> str:
         """Band and filter in words."""
         low, high = self.band_hz
-        return f"{low:g} to {high:g} Hz, {self.band_filter.label}; {self.end_s:.3g} s dropped at each end"
+        return f"{low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {self.end_s:.3g} s dropped at each end"
 
 
 def process(
@@ -147,7 +145,6 @@ def process(
     *,
     band_hz: tuple[float, float],
     channel: str | None = None,
-    band_filter: BandFilter = BandFilter.BUTTERWORTH,
     tracking: Tracking = NOT_TRACKED,
 ) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
@@ -158,7 +155,7 @@ def process(
     """
     signal = one_signal(recording, channel)
     whole = normalise(signal)
-    square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz, band_filter=band_filter)
+    square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz)
     ends = end_s(band_hz)
     return Processed(
         whole=whole,
@@ -166,7 +163,6 @@ def process(
         squared_fs_hz=rate,
         fs_hz=recording.fs_hz,
         band_hz=band_hz,
-        band_filter=band_filter,
         end_s=ends,
         scale=float(np.std(signal)),
         tracking=tracking,

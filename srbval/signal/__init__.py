@@ -5,7 +5,6 @@ Other rooms import the names below from here, anything else from its module.
 
 from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb
 from srbval.signal.envelope import (
-    BandFilter,
     analytic_signal,
     butterworth_gain,
     drop_ends,

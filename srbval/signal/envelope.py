@@ -3,7 +3,6 @@
 Filter and envelope are computed in one pass, in which only the bins of the band are transformed back.
 """
 
-import enum
 import math
 
 import numpy as np
@@ -22,6 +21,8 @@ END_S, END_PERIODS = 0.05, 12.0
 _CONSTANT = 1e-12
 # The closed-form gain is cut off where it has fallen to this value.
 _LEAST_GAIN = 1e-5
+# The filter by its name and in words.
+FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward and backward (closed form)"
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
@@ -79,30 +80,14 @@ def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = END_S) -> Floa
     return samples[end : samples.size - end]
 
 
-class BandFilter(enum.StrEnum):
-    """Band-pass filters of the one-pass chain; both without phase shift."""
-
-    BUTTERWORTH = "butterworth"  # squared magnitude of the two-way filter, 1/2 at both edges
-    BRICK_WALL = "brick-wall"  # 1 inside the band, 0 outside; rings as 1/t from either end of the record
-
-    @property
-    def label(self) -> str:
-        """Description for captions."""
-        if self is BandFilter.BUTTERWORTH:
-            return f"Butterworth of order {ORDER}, forward and backward (closed form)"
-        return "brick wall"
-
-
-def analytic_signal(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
-) -> ComplexArray:
+def analytic_signal(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
 
     The modulus is the envelope, which is not band-limited and needs the full rate. The
     record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel here, which decays
     with the filter. Raises `ConfigurationError` for an impossible band.
     """
-    lines, first, length = _band_lines(samples, fs_hz, band_hz, band_filter)
+    lines, first, length = _band_lines(samples, fs_hz, band_hz)
     whole = np.zeros(length, dtype=np.complex128)
     whole[first : first + lines.size] = lines
     analytic: ComplexArray = scipy.fft.ifft(whole, overwrite_x=True)[: samples.size]
@@ -110,7 +95,7 @@ def analytic_signal(
 
 
 def squared_envelope_one_pass(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
 ) -> tuple[FloatArray, float]:
     """Squared envelope of `samples` [n] in `band_hz`, in their unit squared, and its lower sampling rate [Hz].
 
@@ -118,7 +103,7 @@ def squared_envelope_one_pass(
     the bandwidth that is left, so that the square is free of aliases. As in `analytic_signal` the ends are not dropped.
     Raises `ConfigurationError` for an impossible band.
     """
-    lines, _, length = _band_lines(samples, fs_hz, band_hz, band_filter)
+    lines, _, length = _band_lines(samples, fs_hz, band_hz)
     reduced = scipy.fft.next_fast_len(2 * lines.size)
     whole = np.zeros(reduced, dtype=np.complex128)
     np.multiply(lines, reduced / length, out=whole[: lines.size])
@@ -142,21 +127,19 @@ def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, fl
     return math.tan(math.pi * band_hz[0] / fs_hz), math.tan(math.pi * band_hz[1] / fs_hz)
 
 
-def _band_lines(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], band_filter: BandFilter
-) -> tuple[ComplexArray, int, int]:
-    """Spectral lines of the analytic signal inside the band, the bin number of the first, the padded length."""
+def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, int, int]:
+    """Spectral lines of the analytic signal inside the band, the bin number of the first, the padded length.
+
+    The band ends at the frequencies where the gain has fallen to `_LEAST_GAIN`.
+    """
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)
-    low, high = band_hz
-    if band_filter is BandFilter.BUTTERWORTH:  # to where the gain has fallen to `_LEAST_GAIN`
-        first_edge, last_edge = _warped_edges(band_hz, fs_hz)
-        half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER)) * (last_edge - first_edge) / 2
-        root = math.sqrt(half**2 + first_edge * last_edge)
-        low, high = (math.atan(root + side * half) * fs_hz / math.pi for side in (-1, 1))
+    first_edge, last_edge = _warped_edges(band_hz, fs_hz)
+    half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER)) * (last_edge - first_edge) / 2
+    root = math.sqrt(half**2 + first_edge * last_edge)
+    low, high = (math.atan(root + side * half) * fs_hz / math.pi for side in (-1, 1))
     first, last = math.ceil(low * length / fs_hz), min(math.floor(high * length / fs_hz), lines.size - 1)
     inside = 2 * lines[first : last + 1]
-    if band_filter is BandFilter.BUTTERWORTH:
-        inside *= butterworth_gain(np.arange(first, last + 1) * (fs_hz / length), fs_hz, band_hz)
+    inside *= butterworth_gain(np.arange(first, last + 1) * (fs_hz / length), fs_hz, band_hz)
     return inside, first, length

@@ -9,9 +9,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line, sidak_corrected
 from srbval.reading.pipeline import band_kurtogram, declared_band
 from srbval.recordings import Origin
-from srbval.signal import BandFilter
 from srbval.signal.comb import FALSE_ALARM
-from srbval.storage.json_files import to_json
 from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
 
 ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
@@ -85,12 +83,3 @@ def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
     assert "2 times as large" in declared_band(run, None, larger).why
     assert declared_band(run, (600, 900), larger).band_hz == (600, 900)
     assert declared_band(run, None, BEARING).band_hz == (500, 1500)  # a ball bearing's: not similar to the paper's
-
-
-def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():
-    sharp = analyse(OUTER, bearing=BEARING, band_filter=BandFilter.BRICK_WALL)
-    chain = to_json(sharp)["chain"]
-    assert (chain["filter"], chain["read_from"]) == ("brick-wall", "squared envelope")
-    assert chain["unit"] == "squared standard deviations"
-    smooth = analyse(OUTER, bearing=BEARING).line("BPFO").found_hz
-    assert sharp.line("BPFO").found_hz == pytest.approx(smooth, rel=FILTER_RELATIVE)

@@ -8,6 +8,7 @@ from srbval.report.blocks import Block, Listing, Section, Tone
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import badge_of
 from srbval.report.prose import Prose
+from srbval.signal.envelope import FILTER
 
 TEXTS = Prose("srbval.report", "texts/records.md")
 MOST_NAMED = 20  # files in a list; report.json has all
@@ -46,5 +47,5 @@ def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
                 "shaft_rpm_ci95": 60 * speed.ci95_hz or None,
                 "speed_source": speed.source.value,
                 "seconds": recording.seconds,
-                "band": f"{low:g} to {high:g}, {shown.band_filter.value}{', tracked' if shown.tracking.used else ''}",
+                "band": f"{low:g} to {high:g}, {FILTER}{', tracked' if shown.tracking.used else ''}",
             }
