@@ -107,7 +107,6 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
         del row["views"], row["denied"]
     sets = Counter(row["dataset"] for row in seen)
     content = {
-        "evidence_kind": "recorded",
         "data_sets": [{"name": name, "records": count} for name, count in sets.items()],
         "methods": counted(seen),
         "records": seen,
