@@ -14,7 +14,8 @@ from srbval.recordings import Recording
 from srbval.report.blocks import Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
-from srbval.report.findings.findings import Findings, gather
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.gather import gather
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page

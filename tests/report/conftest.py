@@ -28,7 +28,7 @@ from srbval.report.blocks import (
     VerdictBox,
 )
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
-from srbval.report.findings import findings as gathering
+from srbval.report.findings import gather as gathering
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble

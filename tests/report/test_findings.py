@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from srbval.comparison.table6 import table6
-from srbval.report.findings.findings import at_drawn_points
+from srbval.report.findings.gather import at_drawn_points
 from srbval.report.findings.records import fault_cursors, tall_peaks
 from srbval.storage.stored_result import newest_result
 

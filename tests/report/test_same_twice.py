@@ -18,11 +18,11 @@ AGAIN = """
 import pickle, sys
 from pathlib import Path
 from srbval.cli import main
-from srbval.report.findings import findings
+from srbval.report.findings import gather
 runs, facts, models = pickle.loads(Path("runs.pickle").read_bytes())
-simulated = findings.run_counterpart
-findings._simulate = lambda *_: (runs, facts)
-findings.run_counterpart = lambda rig, **given: models.get(rig.recording.name) or simulated(rig, **given)
+simulated = gather.run_counterpart
+gather._simulate = lambda *_: (runs, facts)
+gather.run_counterpart = lambda rig, **given: models.get(rig.recording.name) or simulated(rig, **given)
 sys.exit(main(sys.argv[1:]) not in (0, 1))
 """
 

@@ -10,11 +10,11 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.report.blocks import Callout, Listing
-from srbval.report.findings import findings as gathering
+from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.rows import cautions
 from srbval.report.plain import literal
-from srbval.report.sections.records import MOST_NAMED, records_section
+from srbval.report.sections.assemble import MOST_NAMED, records_section
 from srbval.studies.harness import pages
 from tests.readme_table import in_readme, readme_table
 

@@ -1,8 +1,9 @@
 """The rows of ``report.json`` that follow from the findings: comparisons, Table 6, sum rule, cage ratios."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,20 +16,18 @@ from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
+from srbval.models.run import Run
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
-from srbval.report.findings.load_path import load_sharing, point_passing
+from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import sideband_shares
 from srbval.signal import NORMAL_95
-
-if TYPE_CHECKING:
-    from srbval.report.findings.findings import Findings
 
 SCHEMA_VERSION = 1
 MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
 
 
 def compared_rows(
-    found: "Findings",
+    found: Findings,
     models: Mapping[Fault, AnalysedRun],
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
@@ -144,4 +143,22 @@ def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
         "model_pct": own and rig + own["error_pct"],
         "u_pct": own and own["u_pct"],
         "verdict": own and own["verdict"],
+    }
+
+
+def load_sharing(run: Run) -> dict[str, float]:
+    """The radial load of a run and the parts of it that the housing's spring and the rollers carry [N]."""
+    radial_n, share = run.scene.load.radial_n, run.roller_load_share
+    spring_n = math.hypot(*(run.displacement_m.mean(axis=0))) * run.scene.housing.stiffness_n_m
+    return {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
+
+
+def point_passing(run: Run) -> dict[str, float]:
+    """Frequencies at which rollers pass the points of the raceways in a run, numerical [Hz]."""
+    points, shaft_hz = run.scene.contact.points_per_circle, run.scene.shaft_hz
+    return {
+        "points_per_circle": points,
+        "shaft_rpm": 60 * shaft_hz,
+        "outer_hz": points * run.cage_ratio * shaft_hz,
+        "inner_hz": points * (1 - run.cage_ratio) * shaft_hz,
     }

@@ -1,23 +1,27 @@
-"""Put the report together: its sections in order, the limits, the command and the sources."""
+"""Put the report together: its sections in order; the records, the limits, the command and the sources."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.comparison import rows_of
 from srbval.comparison.vocabulary import Verdict
-from srbval.report.blocks import Command, KeyValues, Listing, Report, Section, Value
+from srbval.report.blocks import Block, Command, KeyValues, Listing, Report, Section, Tone, Value
 from srbval.report.findings.findings import Findings
+from srbval.report.findings.records import badge_of
 from srbval.report.pages import Page, joined_data
 from srbval.report.prose import Prose
 from srbval.report.sections.answer import cage_ratio_section, stated_verdicts, verdict_box
 from srbval.report.sections.figures import figures_section
-from srbval.report.sections.records import records_section
 from srbval.report.sections.table6 import speed_or_slip_section, table6_section
+from srbval.signal.envelope import FILTER
 from srbval.storage.json_files import to_json
 
-LIMITS, GLOSSARY, COMMAND = (Prose("srbval.report", f"texts/{name}.md") for name in ("limits", "glossary", "command"))
+RECORDS, LIMITS, GLOSSARY, COMMAND = (
+    Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "glossary", "command")
+)
+MOST_NAMED = 20  # files in a list; report.json has all
+GROUPS = {"paper's speed": "paper", "at the rig's speed": "model", "rig side": "rig"}
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
 ROWS = ("comparisons", "matrix", "bias", "speed_and_slip", "published_speeds", "joint_tests", "runs")
 
@@ -52,13 +56,51 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     )
 
 
+def records_section(findings: Findings) -> Section:
+    """One row for each record, after the problems of the registered data."""
+    table = RECORDS.table("records", list(_rows(findings)))
+    return RECORDS.section(RECORDS.paragraph("kinds", runs=len(findings.runs)), *_problems(findings), table)
+
+
+def _problems(findings: Findings) -> Iterator[Block]:
+    """Registered recordings that are not used, or are used with a caution; nothing if there are none."""
+    if findings.data["register_unreadable"]:
+        yield RECORDS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
+    for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
+        if rows:
+            yield RECORDS.callout(name, tone=Tone.WARNING, files=len({row["file"] for row in rows}))
+            shown = [RECORDS.text(f"{name}-row", **row) for row in rows[:MOST_NAMED]]
+            more = [RECORDS.text("more", more=len(rows) - MOST_NAMED)] if len(rows) > MOST_NAMED else []
+            yield Listing((*shown, *more))
+
+
+def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
+    for group, side in GROUPS.items():
+        for analysis in findings.analyses[side].values():
+            recording, shown, speed = analysis.recording, analysis.processed, analysis.speed
+            low, high = shown.band_hz
+            yield {
+                "name": Path(recording.file).name if recording.file else "model run",
+                "name_badge": badge_of(analysis),
+                "group": group,
+                "state": recording.state.label if recording.state else "not stated",
+                "shaft_rpm": 60 * speed.value_hz,
+                "shaft_rpm_ci95": 60 * speed.ci95_hz or None,
+                "speed_source": speed.source.value,
+                "seconds": recording.seconds,
+                "band": f"{low:g} to {high:g}, {FILTER}{', tracked' if shown.tracking.used else ''}",
+            }
+
+
 def limits_section(findings: Findings) -> Section:
     """Section on the subjects that the report does not cover, and on open questions."""
     records, compared = findings.matrix.records, findings.matrix.comparisons["record"]
     axial = bool(records[records["file"].isin(compared)]["axial_kn"].any())
     passing = findings.data["point_passing"]
     items = (
-        blind_sentence(rows_of(findings.matrix.comparisons), predicted="prediction_outcome" in findings.results),
+        blind_sentence(
+            findings.matrix.comparisons.to_dict("records"), predicted="prediction_outcome" in findings.results
+        ),
         *missed_sentence(stated_verdicts(findings)),
         *LIMITS.items(
             "limits",

@@ -1,0 +1,151 @@
+"""Gather the findings of the report: run, read, analyse and compare everything before anything is shown."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.comparison.cage_readings import cage_readings
+from srbval.comparison.compared_quantities import effects_of
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
+from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
+from srbval.comparison.table6 import Table6, table6
+from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.models.run import Run
+from srbval.models.run_file import scene_dict
+from srbval.progress import Progress, silent, stage
+from srbval.reading.analyse import analyse
+from srbval.recordings import recording_from_run
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import RegisteredRecording, listing, load_entry, rig_recordings
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.provenance import provenance, run_facts
+from srbval.report.findings.records import envelope_scalogram, record_view
+from srbval.report.findings.rows import compared_rows
+from srbval.report.pages import Page, results_of
+
+SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
+# Stored results that uncertainties and verdicts are made of.
+RESULTS = ("inputs",)
+
+
+def gather(
+    *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
+) -> Findings:
+    """Run the cases and analyse everything; the rig's recordings are those registered.
+
+    `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
+    per core), `pages` what the report shows of stored results. Raises what simulating and loading raise; a failed run
+    is a `NumericsError` that names it, a state without a recording that can be read a `DataError`.
+    """
+    if seconds < SHORTEST_S:
+        raise ConfigurationError(
+            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
+            "or more."
+        )
+    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, *RESULTS)
+    with stage(progress, "Look up the registered recordings"):
+        register = listing(or_none=True)
+        of_rig = rig_recordings(register.recordings)
+        chosen = choose_rig_recordings(printed, of_rig)
+    runs, facts = _simulate(seconds, jobs, progress)
+    stored = results.content("inputs")
+    known = effects_of(stored)
+    points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
+    with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
+        matrix = build_matrix(
+            of_rig,
+            bearing=bearing,
+            effects=known,
+            keep_sides_of=set(points.values()),
+            jobs=jobs,
+            counterpart=lambda rig: run_counterpart(rig, progress=progress),
+        )
+    with stage(progress, "Read the cage ratio of every record"):
+        readings = cage_readings([load_entry(one) for one in at_drawn_points(of_rig, printed, stored)], bearing)
+    with stage(progress, "Analyse the paper's runs"):
+        paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
+    sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
+    models = _models(sides, matrix)
+    analyses = {
+        "paper": paper,
+        "model": {state: side.analysis for state, side in models.items()},
+        "rig": {state: rig for state, (rig, _) in sides.items()},
+    }
+    runs |= {side.case.id: side.run for side in models.values()}
+    facts += [run_facts(side.case, side.run) for side in models.values()]
+    with stage(progress, "Prepare the records that figures show"):
+        views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
+    scene, geometry = runs["paper-outer"].scene, bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    registered = [chosen[state] for state in sides]
+    found = Findings(
+        data={},
+        bearing=bearing,
+        printed=printed,
+        runs=runs,
+        run_facts=tuple(facts),
+        analyses=analyses,
+        views=views,
+        scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
+        known=known,
+        matrix=matrix,
+        cage_readings=readings,
+        datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
+        results=results,
+        provenance=provenance(runs.values(), registered),
+    )
+    data = compared_rows(found, models, register, registered)
+    return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
+
+
+def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dict[str, Run], list[dict[str, Any]]]:
+    """The runs that no recording asks for, by their case, and how each went."""
+    cases = paper_cases(seconds)
+    runs = run_cases(cases, jobs=jobs, progress=progress)
+    return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
+
+
+def _models(found: Mapping[Fault, Sides], matrix: Matrix) -> dict[Fault, AnalysedRun]:
+    """The run at the speed of the rig's recording of each state; figures cannot do without a recording or a run."""
+    if missing := [state.label for state in PAPER_STATES if state not in found]:
+        unusable = "".join(f"\n{file}: {why}" for file, why in matrix.unusable)
+        raise DataError(
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
+            f"install it again, and see what `srbval data verify` names.{unusable}"
+        )
+    models = dict[Fault, AnalysedRun]()
+    for state, (_, model) in found.items():
+        if isinstance(model, str):
+            raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
+        models[state] = model
+    return models
+
+
+def at_drawn_points(
+    registered: Iterable[RegisteredRecording], printed: Table6, stored: Mapping[str, Any]
+) -> list[RegisteredRecording]:
+    """Recordings at the paper's load without axial load, at a speed of the model's stored draws if there are any."""
+    speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
+    at_load = [one for one in registered if one.radial_kn == printed.radial_kn and not one.axial_kn]
+    return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
+
+
+def choose_rig_recordings(
+    printed: Table6, registered: Iterable[RegisteredRecording]
+) -> dict[Fault, RegisteredRecording]:
+    """Recordings of the rig for the comparison: one nominal speed, the paper's load, no axial load.
+
+    The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
+    a state the longest, as in the matrix.
+    """
+    by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
+    for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
+        at_load = entry.radial_kn == printed.radial_kn and not entry.axial_kn
+        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= SHORTEST_S:
+            by_state = by_speed.setdefault(entry.nominal_rpm, {})
+            if entry.state in PAPER_STATES and entry.state is not None:
+                by_state.setdefault(entry.state, entry)
+    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)), default=None)
+    chosen = {} if best is None else by_speed[best]
+    return {state: chosen[state] for state in PAPER_STATES if state in chosen}
