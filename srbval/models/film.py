@@ -74,11 +74,6 @@ def asperity_share(film_m: float, roughness_m: float) -> float:
     return math.exp(-ASPERITY * (film_m / roughness_m) ** ASPERITY_EXPONENT)
 
 
-def mean_pressure_pa(load_n_m: FloatArray, radius_m: float) -> FloatArray:
-    """Mean pressure of a line contact over its width, after Hertz: sqrt(pi E* q / (16 R))."""
-    return np.sqrt(math.pi * CONTACT_MODULUS_PA * load_n_m / (16 * radius_m))
-
-
 def line_load_n_m(pressure_pa: float, radius_m: float) -> float:
     """The load per length that has this mean pressure."""
     return 16 * radius_m * pressure_pa**2 / (math.pi * CONTACT_MODULUS_PA)

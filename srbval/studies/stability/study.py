@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 import pandas as pd
@@ -12,13 +13,13 @@ from srbval.models.health import ENERGY_LIMIT, FORCE_LIMIT, SLIDING, STEP_LIMIT
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_limits import predict
-from srbval.progress import Progress, silent
+from srbval.progress import Progress
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.studies.harness import StudyResult
 from srbval.studies.stability.claims import claims
 from srbval.sweep.pool import Attempt, side_by_side
-from srbval.sweep.scenes import bench_scene, check_names, lasting_passages
+from srbval.sweep.scenes import bench_scene, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records
 
 SCENES = ("play0-outer", "interference-outer", "rig-outer")
@@ -59,27 +60,19 @@ def run_stability(
     solvers: Sequence[str] = SOLVERS,
     rpm: Sequence[float] = RPM,
     steps_per_s: Sequence[int] = STEPS_PER_S,
-    jobs: int | None = None,
-    progress: Progress = silent,
+    **how: Any,
 ) -> Row:
     """Find the largest stable step for every scene, solver and speed; predict it; answer the paper's claims.
 
     A cell is stable if its run works, see `srbval.models.run.works`; the step's error is estimated in every run.
-    Raises `ConfigurationError` for an unknown scene or solver.
+    `how`: `jobs` and `progress`. Raises `ConfigurationError` for an unknown scene or solver.
     """
-    check_names(scenes, solvers)
-    groups = grid(scene=list(scenes), solver=list(solvers), rpm=list(rpm))
-    lines, cells = bisect(
-        groups,
+    groups, steps = (
+        grid(scene=list(scenes), solver=list(solvers), rpm=list(rpm)),
         pd.Series(steps_per_s, name="steps_per_s"),
-        scene_of,
-        measure,
-        lambda cell: bool(cell["stable"]),
-        step=Step.CHECKED,
-        jobs=jobs,
-        progress=progress,
     )
-    predicted = predictions(groups, jobs, progress)
+    lines, cells = bisect(groups, steps, scene_of, measure, itemgetter("stable"), step=Step.CHECKED, **how)
+    predicted = predictions(groups, **how)
     lines = lines.merge(predicted).assign(
         model=cells.groupby("scene")["model"].first().reindex(lines["scene"]).to_numpy(),
         largest_stable_dt_s=1 / lines["steps_per_s"],
@@ -95,20 +88,14 @@ def run_stability(
     }
 
 
-def predictions(groups: pd.DataFrame, jobs: int | None, progress: Progress) -> pd.DataFrame:
+def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
     """Predicted limits of every row: of the whole linear system, and of its elastic part without friction."""
     solvers = list(groups["solver"].unique())
     scenes = {
         (row["scene"], row["rpm"]): scene_of(row | {"steps_per_s": STEPS_PER_S[0]})
         for row in groups.drop_duplicates(["scene", "rpm"]).to_dict("records")
     }
-    found = side_by_side(
-        scenes,
-        lambda key, _: predict(scenes[key], solvers),
-        task="limits of linear theory",
-        jobs=jobs,
-        progress=progress,
-    )
+    found = side_by_side(scenes, lambda key, _: predict(scenes[key], solvers), task="linear theory", **how)
     return pd.DataFrame([
         {"scene": scene, "rpm": rpm, "solver": name, "predicted_limit_dt_s": limits.whole_s,
          "predicted_elastic_limit_dt_s": limits.elastic_s}
