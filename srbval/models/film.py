@@ -24,7 +24,7 @@ from srbval.scene import Oil
 # steel, 207 GPa and 0.3: contact modulus E / (2 (1 - nu^2)) of two bodies, after Hertz, and Dowson's E', twice that
 CONTACT_MODULUS_PA = 207e9 / (2 * (1 - 0.3**2))
 REDUCED_MODULUS_PA = 2 * CONTACT_MODULUS_PA
-LOAD_EXPONENT = -0.10  # of Dowson & Toyoda's film
+LOAD_EXPONENT = -0.10  # Dowson & Toyoda's film
 ROLLING_EXPONENT, ROLLING_LOAD_EXPONENT = 0.648, 0.246
 
 

@@ -30,7 +30,7 @@ from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_sh
 from srbval.models.solvers import METHODS, Method
 from srbval.scene import Scene
 
-CARRIES = 0.01  # of the highest load: rollers that count
+CARRIES = 0.01  # share of the highest load from which a roller counts
 SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
 
 
@@ -154,7 +154,7 @@ def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
     """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
     load_n = float(model.drive.load[1, 0])
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
+    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # the load less the spring's part
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:

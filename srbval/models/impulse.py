@@ -31,10 +31,10 @@ from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
 MOST_AT_ONCE = 2_000_000  # samples of pulses worked on together
-# Of a bearing of which only orders are known:
+# For a bearing with known orders only:
 PULSE_S = 5e-4  # up to 3 kHz is excited
 LINE_CONTACT = 10 / 9
-HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, no clearance
+HIGHEST_SHARE = 4.08  # highest load in the mean load, line contact, no clearance
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

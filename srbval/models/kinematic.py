@@ -21,8 +21,8 @@ from srbval.models.outputs import Outputs, chunks
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
-CLICK_M_S2 = 1.0  # of no meaning
-MOST_PASSAGES = 10_000_000  # of a defect in a run that is computed at once
+CLICK_M_S2 = 1.0  # arbitrary
+MOST_PASSAGES = 10_000_000  # passages in a run that is computed at once
 GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are taken as constant
 
 

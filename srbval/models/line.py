@@ -46,7 +46,7 @@ from srbval.models.full.point_cloud import cross_section, inner_circle, outer_ci
 from srbval.scene import Contact, Defect, DefectShape, Scene
 
 DENSER = 4  # points for each of the scene's, near a defect
-PARTS = 24  # of a defect that is not flat, each of one height
+PARTS = 24  # pieces of one height in a defect that is not flat
 
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

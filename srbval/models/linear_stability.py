@@ -16,7 +16,7 @@ from srbval.models.solvers import LEAPFROG, Coefficients, Method
 # Eigenvalues closer to zero are bodies that move freely, read with the rounding of the differences [1/s].
 FREE_PER_S = 1.0
 RAY = np.arange(0.005, 12.0, 0.005)  # |h lambda| looked at; no method here is stable further out
-ROUNDING = 1e-9  # by which |R| may exceed one
+ROUNDING = 1e-9  # excess of |R| over one that counts as stable
 # A step map may grow this much faster than the system itself does [1/s]: not noticeable in the runs there are.
 GROWTH_PER_S = 1.0
 SHORTEST_S, LONGEST_S = 1e-7, 1e-2  # steps looked at for implicit methods

@@ -24,9 +24,9 @@ from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary, bearing_of
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
-ROWS = 4096  # of a chunk on disk
+ROWS = 4096  # rows in a chunk on disk
 SENSOR = "acceleration_sensor_m_s2"
-NOT_KEPT = ("scene", "step_error", "stored_utc")  # of a summary in its file
+NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that its file lacks
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
 VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_text(encoding="utf-8"))
 
@@ -45,7 +45,7 @@ class RunWriter:
         for name, variable in VARIABLES.items():
             values = arrays[variable.get("array", name)]
             values = values[:, variable["column"]] if "column" in variable else values
-            if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # that the model has
+            if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # the model has it
                 self._extend(name, values, variable["units"], variable["long_name"])
         if len(signals.get("sensor_m_s2", ())):
             self._extend(SENSOR, signals["sensor_m_s2"], "m s-2", "acceleration at the sensor, behind the path to it")
@@ -144,7 +144,7 @@ def read_run(path: Path, summary: RunSummary) -> Run:
     import h5py
 
     with h5py.File(path) as file:
-        dry = 0.0 if "drive_w" in file else np.nan  # what oil takes in a run without oil, of a model that has energies
+        dry = 0.0 if "drive_w" in file else np.nan  # losses to oil in a run without oil, for a model with energies
         found = {
             name: file[name][:] if name in file else np.full(summary.samples, dry if "oil" in variable else np.nan)
             for name, variable in VARIABLES.items()
@@ -176,7 +176,7 @@ def scene_dict(scene: Any) -> dict[str, Any]:
 def _attributes(run: RunSummary) -> dict[str, Any]:
     scene, known = run.scene, {}
     bearing = bearing_of_run(scene)
-    if bearing is not None:  # what a reader needs of it to find its lines, wherever the bearing's own file is by then
+    if bearing is not None:  # for readers that do not have the bearing's file
         known = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
         known |= vars(bearing.orders)
     return {

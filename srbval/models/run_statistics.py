@@ -156,7 +156,7 @@ class RunStatistics:
         """Figures and status of all that was added."""
         scene, n, interval_s = self.scene, max(self.samples, 1), 1 / self.scene.output_rate_hz
         shaft, direction = scene.mean_shaft_rad_s or math.nan, load_direction(scene)
-        with np.errstate(all="ignore"):  # of a state that is not finite
+        with np.errstate(all="ignore"):  # the state may not be finite
             missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
         run = RunSummary(
             **self.figures,

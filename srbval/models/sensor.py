@@ -9,7 +9,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 
-ORDER = 4  # of the Butterworth band-pass
+ORDER = 4  # order of the Butterworth band-pass
 FILTER_S = 0.05  # length of a path's filters
 
 

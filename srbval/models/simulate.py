@@ -37,9 +37,9 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5
 from srbval.storage.sources import content_version
 
-COPIES = 3  # of the signals that are in memory at once when they are put together
+COPIES = 3  # copies of the signals in memory while they are joined
 RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
-DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
+DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # fields of a chunk beside its columns
 
 
 class Step(enum.StrEnum):

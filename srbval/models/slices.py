@@ -49,9 +49,9 @@ HOLE_SLICES = 12  # across a hole
 # in 500 to 1500 and 1400 to 2800 Hz against 61 slices: 1 gives +30 and +22 %, 1.2 +6 and +13, 1.4 0 and +4, 1.6 -3
 # and +5.
 GRADING = 1.4
-CARRIES = 0.01  # of the highest load: contacts whose films count
+CARRIES = 0.01  # share of the highest load from which a contact's film counts
 THINNEST_M = 1e-6  # edges nearer to each other than this count as one
-LEAST_SPREAD_M = 1e-8  # of the penetration over a slice, where both profiles have the same radius
+LEAST_SPREAD_M = 1e-8  # least spread of the penetration over a slice, if both profiles have one radius
 
 
 def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
@@ -66,7 +66,9 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     if own.traction is Traction.LUBRICATED:
         critical_ratio = own.traction_limit / own.traction_slope
         law = law._replace(static_friction=own.traction_limit, dynamic_friction=own.traction_limit)
-    shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m  # of the inner arc's centre, along the normal
+    shift = (
+        geometry.inner_profile_radius_m - geometry.raceway_radius_m
+    )  # shift of the inner arc's centre along the normal
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
         raise ConfigurationError("two defects of one roller: the slices model handles one of each; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # as the model numbers its rollers

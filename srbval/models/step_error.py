@@ -25,7 +25,7 @@ from srbval.models.run_statistics import EnergyBalance, RunStatistics
 from srbval.models.sensor import along_sensor, band_squares
 from srbval.scene import BANDS_HZ, Scene
 
-BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
+BlockMeans = dict[str, FloatArray]  # means of samples (of squares for bands), [BLOCKS], by quantity
 CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
 # Added to the means that are compared (squares of a band's): levels of no interest. Accelerometers of industrial
@@ -34,10 +34,10 @@ LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, 
 LEAST_BLOCKS = 4  # blocks that carry a band's power; if fewer do, knocks carry it and blocks are compared one by one
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
-PASSAGES = 4.0  # of rollers over a point of the outer race, at least
-LONGEST_S = 1.0  # of a piece: of a slow shaft it holds fewer passages
+PASSAGES = 4.0  # least number of roller passages over a point of the outer race in a piece
+LONGEST_S = 1.0  # longest piece: at slow shafts it has fewer passages
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
-LEAST_S = 0.02  # of a piece whose bands are compared
+LEAST_S = 0.02  # shortest piece whose bands are compared
 
 
 def check_step(stats: RunStatistics, *, choose: bool) -> None:

@@ -29,13 +29,13 @@ from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.steps import rates
 from srbval.models.outputs import DEEPEST_M
 
-RING_TOLERANCE_N = 1e-2  # where the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
-BALANCED_N = 1.0  # what counts as balanced: a ring with play and no load has no stiffness to be settled by
+RING_TOLERANCE_N = 1e-2  # residual at which the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
+BALANCED_N = 1.0  # largest residual in balance: a ring with play and no load has no stiffness
 SLIDE_TOLERANCE_N = 1e-4
 NUDGE_M = 1e-9  # difference quotients; far below the depth of any loaded contact, far above rounding
 FREE_N_M = 1e4  # a roller softer than this touches nothing: one point of the paper's has 5e7 N/m
 SOFTEST_N_M = 1e6  # stiffness a free ring is given, so that its Newton step stays finite
-LONGEST_STEP_M = 1e-4  # of the ring in one iteration
+LONGEST_STEP_M = 1e-4  # largest step of the ring in one iteration
 OVERSHOOT = 0.5  # a step may end where the force along it is reversed and at most this share of the first
 SLIDE_RANGE_M = 3e-3  # beyond touching; more than any defect (1 mm) and any contact that is carried
 UNCARRIED = 0.01  # share of the load that may be left before the scene is refused

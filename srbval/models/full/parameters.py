@@ -34,7 +34,7 @@ IntArray = NDArray[np.int64]
 POCKETS = 19  # second word of the seed of what is drawn for the cage's slots
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281
-POINTS_OF_A_WAVE = 16  # of the shortest; straight lines between them miss it by 2 %
+POINTS_OF_A_WAVE = 16  # angles in the shortest wave; straight lines between them miss it by 2 %
 MOST_LOADED = 5.0  # times the mean load along the force: of a bearing with clearance, after Stribeck; from memory
 
 
@@ -100,10 +100,10 @@ class Parameters(NamedTuple):
     centre_distance: float  # roller centre from the bearing centre [m]
     tilt_cosine: float
     tilt_sine: float
-    race_radius: tuple[float, float]  # of the outer and the inner profile arc [m]
+    race_radius: tuple[float, float]  # outer and inner profile arc [m]
     inner_centre_radial: float  # circle of centres of the inner profile [m]
     inner_centre_axial: float
-    slot_angle: FloatArray  # of each roller in the cage, row 1 first, shape [2 M] [rad]
+    slot_angle: FloatArray  # angle of each roller in the cage, row 1 first, shape [2 M] [rad]
     # bodies
     roller_mass: float
     roller_axial: float

@@ -16,9 +16,9 @@ from srbval.scene import Defect, DefectShape
 
 IntArray = NDArray[np.int64]
 
-MOST_POINTS = 500_000  # of a circle
-MOST_BYTES = 2e8  # of candidate points of both races; a scene of the paper's has 200 kB
-SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
+MOST_POINTS = 500_000  # in a circle
+MOST_BYTES = 2e8  # candidate points of both races; the paper's scene has 200 kB
+SAGITTA_SHARE = 0.98  # share of a point's clearance by its circle's curvature: axes are not quite parallel
 
 
 class Circle(NamedTuple):

@@ -41,7 +41,7 @@ from srbval.scene import Defect, DefectShape, Scene
 BoolArray = NDArray[np.bool_]
 NUDGE_M = 1e-9  # for the stiffness
 SLIDE_M = 2e-3  # how far a roller may slide: twice the highest defect
-HALVINGS = 40  # of the range in which an element is looked for: to 2e-15 m
+HALVINGS = 40  # of the search range: to 2e-15 m
 DEEPEST_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
 STEP_M = 2.5e-7  # between entries of the plain table; force is off by less than 1e-4 of a loaded roller's
 DEFECT_STEP_M = 2e-6
@@ -51,7 +51,7 @@ FULLEST = 4.0  # times the load of the most loaded element, without clearance, u
 HIGHEST_SHARE = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}  # Stribeck: times load over number, no clearance
 LEAST_DEPTH_M = 1e-6
 FLATTEST = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
-POSITIONS = 64  # of a defect, from straight under the roller to out of its reach
+POSITIONS = 64  # tabulated positions of a defect, from under the roller to out of its reach
 
 
 class DefectHeight(NamedTuple):
@@ -346,7 +346,7 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
     share = (along_1_m - across_1_m) / total
     k = float(brentq(lambda k: missing(k) - share, 1 + 1e-6, FLATTEST)) if share > 1e-9 else 1.0
     first, second = float(ellipk(1 - 1 / k**2)), float(ellipe(1 - 1 / k**2))
-    size = (3 / total * (1 - POISSON**2) / YOUNG_N_M2) ** (1 / 3)  # of two equal materials, under 1 N
+    size = (3 / total * (1 - POISSON**2) / YOUNG_N_M2) ** (1 / 3)  # two equal materials, under 1 N
     return Ellipse(
         across_m=size * (2 * k**2 * second / math.pi) ** (1 / 3),
         along_m=size * (2 * second / (math.pi * k)) ** (1 / 3),

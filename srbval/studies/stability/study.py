@@ -27,7 +27,7 @@ RPM = (127.0, 355.0, 710.0, 1000.0, 1500.0, 3000.0, 6000.0)
 # Divisors of a second. Bisection runs the middle one first: the paper's, so that every line has a cell at its step.
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
 PASSAGES, SETTLE_PASSAGES, LEAST_S = 4.0, 2.0, 0.25  # roller passages in a run and before it; least duration
-# What a run must keep in order to work; `srbval simulate` applies the same limits.
+# Limits that a run must keep to work, the same as in `srbval simulate`.
 LIMITS = {**TOLERANCE, "sliding_cage": SLIDING, "energy": ENERGY_LIMIT, "force": FORCE_LIMIT, "step": STEP_LIMIT}
 Row = dict[str, Any]
 
