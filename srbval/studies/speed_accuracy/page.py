@@ -18,21 +18,20 @@ COST, ERROR = "cpu_per_simulated_s", "cage_error"
 @panel
 def chart(runs: pd.DataFrame, paper_s: float) -> Drawn:
     """Error in cage speed over cost for two scenes; runs that do not work are faint, the default has a ring."""
-    figure = new_figure(SIZE_INCHES)
-    for axes, scene in zip(figure.subplots(1, len(SHOWN), squeeze=False)[0], SHOWN, strict=True):
+    figure, scenes = new_figure(SIZE_INCHES), [scene for scene in SHOWN if scene in set(runs["scene"])]
+    for axes, scene in zip(figure.subplots(1, len(scenes), squeeze=False)[0], scenes, strict=True):
         own = runs[(runs["scene"] == scene) & (runs[ERROR] > 0)]
         for (solver, line), (mark, colour) in zip(own.groupby("solver", sort=False), SERIES, strict=False):
             works = line["ok"].astype(bool)
-            axes.plot(line[COST], line[ERROR], "-", color=colour, lw=0.6, alpha=0.5)
-            axes.plot(line[COST][works], line[ERROR][works], mark, color=colour, ms=5, label=solver)
-            axes.plot(line[COST][~works], line[ERROR][~works], mark, color=colour, ms=5, mfc="none", alpha=0.5)
+            axes.plot(line[COST], line[ERROR], f"{mark}-", color=colour, ms=5, mfc="none", lw=0.5, label=solver)
+            axes.plot(line[COST][works], line[ERROR][works], mark, color=colour, ms=5)
         default = own[own["mark"] == "the default"]
         axes.plot(default[COST], default[ERROR], "o", mfc="none", mec=INK, ms=11)
         axes.axvline(paper_s, color=VERMILION, lw=1)
         axes.annotate("paper", (paper_s, 0.5), xycoords=("data", "axes fraction"), rotation=90, ha="right", fontsize=7)
         axes.set(xscale="log", yscale="log", xlabel="CPU s per simulated s", ylabel="Error in cage speed")
         axes.set_title(scene, fontsize=8.5)
-        axes.legend(frameon=False, fontsize=7)
+    figure.axes[0].legend(frameon=False, fontsize=7)
     return figure, {
         key: runs[key].to_list() for key in ("scene", "solver", "dt_s", COST, ERROR, "noise_floor", "status")
     }
