@@ -8,7 +8,7 @@ cage ratio over all records.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from srbval.bearing import Fault
 from srbval.comparison.vocabulary import Verdict, verdict_on_error
@@ -39,43 +39,45 @@ class QuantityValue:
     kinematic: float | None = None
 
 
+class RowNames(TypedDict, total=False):
+    """Texts of a row of the table of comparisons.
+
+    `kind` groups quantities that share a bias. Model and rig are in `unit`. `scene` is the bundled scene that the model
+    ran at the record's speed and load. `used_for`: ``fit`` if anything of the model was fitted to the record,
+    ``withheld`` if nothing was but the record had been seen, ``blind`` if it was predicted before it was opened.
+    """
+
+    record: str
+    kind: str
+    quantity: str
+    unit: str
+    error_unit: str
+    scene: str
+    used_for: str
+
+
 def comparison_row(
     *,
     model: QuantityValue,
     rig: QuantityValue,
     error: float,
     parts: Mapping[str, float],
-    record: str = "",
     state: Fault = Fault.HEALTHY,
-    kind: str = "",
-    quantity: str = "",
-    unit: str = "",
-    error_unit: str = "",
-    scene: str = "paper",
-    used_for: str = "withheld",
     margin: float | None = None,
     verdict: Verdict | None = None,
+    **names: Unpack[RowNames],
 ) -> Row:
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
-    `kind` groups quantities that share a bias. Model and rig are in `unit`, `error`, `margin` and `parts` (95 % half
-    widths) in `error_unit`. `scene` is the bundled scene that the model ran at the record's speed and load. `used_for`:
-    ``fit`` if anything of the model was fitted to the record, ``withheld`` if nothing was but the record had been seen,
-    ``blind`` if it was predicted before it was opened. `verdict` is given for quantities without an uncertainty.
-
-    The uncertainty is None if no part by numerics or inputs is known. No verdict is given on a level that one side does
-    not show, since that level is the noise's.
+    `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. `verdict` is given for
+    quantities without an uncertainty. The uncertainty is None if no part by numerics or inputs is known. No verdict is
+    given on a level that one side does not show, since that level is the noise's.
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - set(DATA_PARTS) else None
     known = model.present and rig.present and rig.ci95 is not None
-    return {
-        "record": record,
+    texts = dict.fromkeys(RowNames.__annotations__, "") | {"scene": "paper", "used_for": "withheld"} | names
+    return texts | {
         "state": state.value,
-        "kind": kind,
-        "quantity": quantity,
-        "unit": unit,
-        "scene": scene,
-        "used_for": used_for,
         "model": model.value,
         "model_ci95": model.ci95,
         "model_present": model.present,
@@ -84,7 +86,6 @@ def comparison_row(
         "rig_present": rig.present,
         "kinematic": rig.kinematic,
         "error": error,
-        "error_unit": error_unit,
         "uncertainty": uncertainty,
         "data_ci95": math.hypot(*(parts.get(part, 0.0) for part in DATA_PARTS)),
         "parts": dict(parts),
