@@ -134,7 +134,7 @@ class Campaign(Limited):
             raise ConfigurationError(f"outputs is empty; name some of {', '.join(Output)}.")
 
     def limit_s(self, expected_s: float) -> float | None:
-        """Wall time that a case may take which should take `expected_s`; None: no limit."""
+        """Limit of the wall time [s] of a case that is expected to take `expected_s`; None if there is no limit."""
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
     def points(self) -> Iterator[dict[str, Any]]:

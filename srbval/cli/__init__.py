@@ -159,7 +159,7 @@ def _reader_gone() -> bool:
 
 
 def _prepare_streams() -> None:
-    """Streams that were closed lead nowhere; characters that cannot be written become escapes."""
+    """Replace closed streams by the null device; escape characters that a stream cannot encode."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             os.dup2(os.open(os.devnull, os.O_RDWR), number)

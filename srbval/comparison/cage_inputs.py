@@ -40,7 +40,7 @@ def free_contact_angle_rad(clearance_m: FloatArray, groove_sum: FloatArray, ball
 
 
 def largest_clearance_m(elements: RollingElements) -> float:
-    """Largest clearance of class C3 at the bore that follows from the dimensions; in proportion beyond the table."""
+    """Largest clearance of class C3 for the bore that the dimensions imply; proportional beyond the table."""
     table = _ranges()["largest_clearance"]
     bore_mm = 1e3 * (elements.pitch_diameter_m - _ranges()["ball_diameters_to_bore"] * elements.element_diameter_m)
     return 1e-6 * next((um for most_mm, um in table if bore_mm <= most_mm), table[-1][1] * bore_mm / table[-1][0])

@@ -59,7 +59,7 @@ def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
 
 
 def order_of(_: Fault, order: float, __: int) -> float:
-    """The order itself: of a roller's line, the roller's own rotation, which the cage does not fix."""
+    """The order itself, for a roller's line: the cage does not determine the roller's own rotation."""
     return order
 
 
@@ -212,7 +212,7 @@ def _presence(model: Value, rig: Value) -> dict[str, Any]:
 
 
 def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, Value]:
-    """Quantities of a run by name: as read, or by the line's `order` if the run knows it and the quantity takes it."""
+    """Quantities of a run by name, read from its signal or, if its own speeds give the line's `order`, from that."""
     found = {}
     for row in (row for row in COMPARED if fault in row.faults):
         read = row.read(analysis, fault)

@@ -17,10 +17,10 @@ BANDS, LEAST_EXCESS, LEAST_MARGIN = 8, 8.0, 3.0
 
 
 def common_practice(recording: Recording, bearing: Bearing) -> dict[str, Fault | None]:
-    """What each rule of common practice calls: the highest fault line in an envelope spectrum, above a threshold.
+    """Fault that each rule of common practice calls: the highest line in an envelope spectrum, above a threshold.
 
-    In the data set's band, in the most impulsive band of the record, in the best of eight bands, or in the whole band
-    after cepstrum prewhitening.
+    The rules demodulate in the data set's band, in the most impulsive band of the record, in the best of eight bands,
+    or in the whole band after cepstrum prewhitening.
     """
     speed, signal, fs_hz = recording.speed, normalise(one_signal(recording)), recording.fs_hz
     assert speed is not None, "every data set states a speed"

@@ -267,7 +267,7 @@ def _remedy(run: RunSummary, beyond: Sequence[Estimate] = ()) -> str:
 
 
 def _finer(run: RunSummary, times: int = 2) -> str:
-    """The longest step that the scene's contacts allow; if they allow its own, so many times finer steps."""
+    """Step to recommend: the longest that the contacts allow, or a `times` finer one if they allow the present step."""
     scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:

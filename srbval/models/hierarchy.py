@@ -65,7 +65,7 @@ class FidelityLevel:
 
     @property
     def run(self) -> Callable[..., Any]:
-        """The level's function."""
+        """Function that runs a scene with this level."""
         return imported(self.place)
 
     @property

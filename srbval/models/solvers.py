@@ -78,7 +78,10 @@ class Coefficients(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """`order` of consistency, `evaluations` of the right-hand side in a step; `implicit`: friction and damping are."""
+    """One-step method: its `order` of consistency and its `evaluations` of the right-hand side in a step.
+
+    `implicit` is true if the method takes friction and damping implicitly.
+    """
 
     name: str
     title: str

@@ -220,9 +220,9 @@ def behind(run: Run, path: SensorPath | None) -> Recording:
 
 
 def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Adjoining third octaves, each narrower than `least_hz` joined with those below it, by their lowest middles [Hz].
+    """Join adjoining third octaves until each band is at least `least_hz` wide; bands by their lowest middle [Hz].
 
-    A rest that is too narrow at the low end is left out.
+    Bands are joined downwards; at the low end, a remainder that is too narrow is dropped.
     """
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):

@@ -187,7 +187,7 @@ def read_lines(
     bare = record
 
     def read_all(record: Periodogram, waiting: Sequence[Family]) -> dict[Family, LineReading]:
-        """Readings of the families in the record's reach."""
+        """Read the families whose frequencies lie within the record's range."""
         readings = {}
         for family in waiting:
             centre = scale * family.kinematic_hz

@@ -170,7 +170,7 @@ def process(
 
 
 def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
-    """Follow the speed signal if there is one for the whole record, whose mean is `speed`; otherwise say why not.
+    """Choose order tracking if a speed signal covers the whole record, with mean `speed`; otherwise give the reason.
 
     Raises `DataError` if the shaft stops in it.
     """

@@ -309,7 +309,7 @@ def _terms(line_hz: float) -> list[tuple[int, int]]:
 
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
-    """Speed in the window with the largest joint -log p of all terms; None if noise or a rival reaches it."""
+    """Speed in the window with the largest joint -log p of all terms; None if noise or another speed is as high."""
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
     score, used = np.zeros(speeds.size), 0
     for harmonic, order in _terms(line_hz):

@@ -30,11 +30,11 @@ AGREES = 0.1  # of the speed stated by the user: more is a wrong number of pulse
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a tachometer signal [Hz], sampled evenly at `rate_hz`, with its 95 % interval and drift.
 
-    The interval belongs to the mean over this very signal: clocks (`SCALE_CI95`) and the sensor's noise. White noise
-    has a sixth of the variance of the second differences. Where the sensor smooths its signal these hold none, but
-    what is wrong with the angle at the two ends stays: the error of the times of whole revolutions (`turn_error_s`).
-    How the shaft's speed varies meanwhile (`spread_hz`) is no error of it. Raises `DataError` for a signal that cannot
-    be a shaft speed.
+    The interval of the mean contains the errors of the clocks (`SCALE_CI95`) and the sensor's noise. White noise has a
+    sixth of the variance of the second differences. If the sensor smooths its signal, second differences contain no
+    noise, but the errors of the angle at both ends remain: those of the times of whole revolutions (`turn_error_s`).
+    The variation of the shaft's speed (`spread_hz`) is not an error of the mean. Raises `DataError` for a signal that
+    cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")

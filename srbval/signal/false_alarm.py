@@ -57,7 +57,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
-    """Mean ratio of `snr` [..., h] to the true noise if noise reaches it: smaller for fewer `bins`.
+    """Expected ratio to the true noise of a peak of noise that is `snr` [..., h] times its estimate from `bins`.
 
     Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S this is x dS/dx.
     """

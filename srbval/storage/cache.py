@@ -44,7 +44,7 @@ def cache_folder(kind: str) -> Path:
 
 
 def cache_use() -> tuple[CacheUse, ...]:
-    """What every kind of content occupies, by name; folders that an earlier version left behind are among them."""
+    """Space that each kind of content occupies, by name; includes folders of earlier versions of srbval."""
     root = _root()
     names = {Path(name).name for name in next(os.walk(root), (root, [], []))[1]}
     kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]

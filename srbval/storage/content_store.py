@@ -36,7 +36,10 @@ _read_utc: list[str] = []  # when what this process has read was made, ISO 8601
 
 @contextlib.contextmanager
 def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
-    """Within, nothing is read if `fresh`, in child processes too; when what was read was made, ISO 8601."""
+    """Context in which no stored result is read if `fresh`, also in child processes.
+
+    Yields a list that is filled with the dates (ISO 8601) of the results that were read.
+    """
     before, _read_utc[:] = os.environ.get(FRESH, ""), []
     os.environ[FRESH] = "1" if fresh else before
     try:
@@ -46,7 +49,7 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 
 
 def is_fresh() -> bool:
-    """Whether nothing that is stored may be read."""
+    """True if stored results must not be read."""
     return bool(os.environ.get(FRESH))
 
 

@@ -81,7 +81,7 @@ def file_sha256(path: Path) -> str:
 
 
 def read_limited(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
-    """The content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder, or whatever else."""
+    """Content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder or anything else."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise DataError(f"{path}: not a regular file. Check the path.")

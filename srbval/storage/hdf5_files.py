@@ -46,7 +46,7 @@ class _PatientFile(io.FileIO):
         return len(data)
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the length, or after an error pretend to."""
+        """Set the length; after an error do nothing, but report success, so that HDF5 can close the file."""
         try:
             return super().truncate(size) if self.error is None else size or 0
         except (OSError, KeyboardInterrupt) as error:

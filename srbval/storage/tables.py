@@ -198,7 +198,7 @@ def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T
 
 @cache
 def _declared(cls: type, stored: bool) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
-    """Types and fields of a dataclass by name, and the names by the keys that spell them."""
+    """Types and fields of a dataclass by name, and the field names by their keys in a TOML table."""
     omitted = getattr(cls, "JSON_OMITTED", ()) if stored else ()
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.name not in omitted}
     spelling = {name: name for name in fields}

@@ -139,7 +139,7 @@ CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, thre
 class StateIndices(NamedTuple):
     """Index of the first value of each part of a state vector; velocities follow from `slide_rate` on.
 
-    `relative_angle`, `relative_rate`: of a second cage; without one there is nothing, and the next part begins there.
+    `relative_angle` and `relative_rate` belong to a second cage; without it they are the indices of the next part.
     """
 
     slide: int

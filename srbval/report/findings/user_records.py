@@ -37,8 +37,8 @@ HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's b
 class ModelSide:
     """A run of the model at a record's speed, with the defect of `state`, and its arrays for figures.
 
-    `stated_load` is true if the record states its load, else the scene's own was taken; `open_cage` is what the
-    dimensions leave open of the cage's speed, if the model takes it from them.
+    `stated_load` is true if the record states its load; otherwise the scene's load was used. `open_cage` is the
+    uncertainty of the cage's speed from the dimensions, if the model computes the speed from them.
     """
 
     run: Run

@@ -129,7 +129,7 @@ def missed_sentence(stated: Iterable[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def provenance_section(origin: Mapping[str, Any], sources: tuple[str, ...] = ()) -> Section:
-    """The command that makes the report again, what it was made with, and the sources of its numbers."""
+    """Command that reproduces the report, versions and machine, and the sources of its numbers."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
     if recordings := ", ".join(origin.get("recordings", ())):
