@@ -65,7 +65,7 @@ def run_bench(
     cases = grid(scene=list(scenes), solver=list(solvers), steps_per_s=list(settings.steps_per_s))
     converged = grid(scene=list(scenes), solver=[default_solver()], steps_per_s=[settings.converged])
     planned = seconds_planned(cases, settings, jobs) + seconds_planned(converged, replace(settings, repeats=0), jobs)
-    progress(f"speed against accuracy: about {planned:.0f} s planned, compiling aside", 0.0)
+    progress(f"about {planned:.0f} s planned, compiling aside", 0.0)
 
     def compared(case: Case) -> Scene:
         return _scene(case, settings.compared_s, settings.settle_s)
@@ -162,13 +162,12 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
 
     Cost is processor time, nearness the error in cage speed.
     """
-
     keys = ("cpu_per_simulated_s", "cage_error")
-    good = [row for row in rows if row["ok"] and None not in (row[keys[0]], row[keys[1]])]
+    good = [row for row in rows if row["ok"] and all(row[key] is not None for key in keys)]
 
     def beats(one: Row, row: Row) -> bool:
-        nearer, cheaper = (one[key] < row[key] for key in keys), (one[key] <= row[key] for key in keys)
-        return one["scene"] == row["scene"] and all(cheaper) and any(nearer)
+        alike = one["scene"] == row["scene"] and all(one[key] <= row[key] for key in keys)
+        return alike and any(one[key] < row[key] for key in keys)
 
     return [row | {"pareto": row in good and not any(beats(one, row) for one in good)} for row in rows]
 
