@@ -16,7 +16,6 @@ import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.budget import VERDICT
 from srbval.errors import DataError
 from srbval.models.sensor import ORDER
 from srbval.reading.locked import locked_powers
@@ -29,7 +28,6 @@ from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, powe
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
-MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
 SEGMENT_S, BLOCKS = 0.25, 8
 SCATTERS_DB = np.linspace(0.02, 12.0, 600)  # between mountings, tried
 HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
@@ -82,17 +80,15 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
     return found
 
 
-def levels(recording: Recording, healthy: Recording | None, mounting_db: float = 0.0) -> dict[str, Amplitude]:
+def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
     """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, levels of the record.
 
-    The increment D - H has the variance (D^2 + H^2) / (B T). If the levels of a mounting scatter by `mounting_db`,
-    2 (H s)^2 is added, with s the scatter as a share of the power. An increment below two deviations is not present.
+    The increment D - H has the variance (D^2 + H^2) / (B T); below two deviations it is not present.
     """
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
     for name, (low, high) in bands.items():
-        noise = math.hypot(own[name], floor[name]) / math.sqrt((high - low) * recording.seconds)
-        u = math.hypot(noise, math.sqrt(2) * floor[name] * mounting_db / DB_OF_SHARE)
+        u = math.hypot(own[name], floor[name]) / math.sqrt((high - low) * recording.seconds)
         increment = max(own[name] - floor[name], 0.1 * u)
         ci95 = NORMAL_95 * DB_OF_SHARE * min(u / increment, 1.0)
         found[name] = Amplitude(value=decibels(increment), ci95=ci95, present=own[name] - floor[name] > 2 * u)

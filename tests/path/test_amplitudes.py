@@ -76,9 +76,7 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
     assert 0 < value.ci95 < 0.4
     assert sum(value.present for value in levels(one, other).values()) <= 1
     louder = dataclasses.replace(one, channels={"a": 1.4 * one.channels["a"]})
-    shown = [sum(value.present for value in levels(louder, other, mounting_db).values()) for mounting_db in (0.0, 2.0)]
-    assert shown[0] > 10
-    assert shown[1] == 0, "twice the power of another mounting is nothing that a fault must have added"
+    assert sum(value.present for value in levels(louder, other).values()) > 10
     with pytest.raises(DataError, match="no shaft speed"):
         pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
