@@ -1,4 +1,4 @@
-"""``srbval analyse``: recordings and simulated runs through the one signal pipeline, the answer first."""
+"""``srbval analyse``: recordings and simulated runs through the signal pipeline, the answer first."""
 
 import argparse
 import sys
@@ -48,7 +48,7 @@ SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
 def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[RecordRequest]:
-    """The request for each file that the options state."""
+    """Request for each file, as the options state."""
     settings = recording_settings(options)
     return [
         RecordRequest(
@@ -67,10 +67,10 @@ def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[Recor
 
 
 def run(options: argparse.Namespace) -> int:
-    """Analyse one file and print its answer, or many and print a table; exit code 3 where some could not be read."""
+    """Analyse one file and print its answer, or many and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
-    zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
+    zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
     many = options.one_machine or len(options.files) > 1 or Path(options.files[0]).is_dir()
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
@@ -91,7 +91,7 @@ def _run_one(options: argparse.Namespace) -> int:
     if options.plot:
         write_plot(reading, Path(options.plot), command=own_command())
     zone, severity = _severity(options, features_of(reading.analysis))
-    part = options.defect  # of the lines to be printed; below, how their names begin
+    part = options.defect  # whose lines are printed; `line` is the start of their names
     line = "" if part is None else "FTF" if part == CAGE else Fault(part).line or ""
     document = to_json(reading) | {"zone": zone}
     for rows in ("lines", "families"):
@@ -102,7 +102,7 @@ def _run_one(options: argparse.Namespace) -> int:
 
 
 def _severity(options: argparse.Namespace, features: Features) -> tuple[str | None, str]:
-    """The zone of the velocity by the limits that the options or the machine's file state, and a sentence of it."""
+    """Zone of the velocity by the limits of the options or the machine's file, and a sentence about it."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
     zone = zone_of(features.velocity_rms_mm_s, boundaries)
     if not boundaries:
@@ -148,7 +148,7 @@ def _run_many(options: argparse.Namespace) -> int:
 
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
-    """The documents of all files named or in folders named, the files that failed, and those that are no recordings."""
+    """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
     files = files_of(options.files)
     with progress_display() as progress:
         documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
@@ -156,7 +156,7 @@ def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[F
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
-    """Say on standard error which files could not be read, and why; the exit code."""
+    """Print the files that could not be read, and why, to standard error; returns the exit code."""
     for one in failed:
         print(f"srbval: not read: {one.file}: {str(one.error).removeprefix(f'{one.file}: ')}", file=sys.stderr)
     if other:
@@ -165,14 +165,14 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
 
 
 def short_names(files: Iterable[str]) -> dict[str, str]:
-    """Files as a table names them: by their last part, with their folder's where others are called alike."""
+    """Short names of files in a table: the file's name, with its folder if several files have the same name."""
     alike = Counter(Path(file).name for file in files)
     parts = {file: Path(file).parts[-2 if alike[Path(file).name] > 1 else -1 :] for file in files}
     return {file: printable("/".join(part), LONGEST_FILE) for file, part in parts.items()}
 
 
 def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
-    """The answer, what was detected, and what else there is to say; or everything."""
+    """Print the answer, the lines detected and the cautions; with `whole` everything."""
     result, verdict = reading.analysis, reading.verdict
     recording, speed = result.recording, result.speed
     file = printable(recording.file or recording.name, LONGEST_LINE)
@@ -206,7 +206,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
             ],
         )
     missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)
-    print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were looked for")
+    print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were searched")
     if declared := verdict.beside(recording.state):
         print(declared)
     for caution in recording.cautions[:MOST_CAUTIONS]:
@@ -230,7 +230,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     print()
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
-        p = x.false_alarm if x.detected else None  # of a peak that is not the line it says nothing
+        p = x.false_alarm if x.detected else None  # it means nothing for a peak that is not the line
         rows.append(
             (
                 x.name if x.is_first else f"{x.harmonic} x {x.name}",

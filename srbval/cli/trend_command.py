@@ -1,8 +1,9 @@
-"""``srbval trend``: how the records of one machine change, and when the first alarm was due."""
+"""``srbval trend``: changes over the records of one machine, and the first alarm."""
 
 import argparse
 import math
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,26 +13,24 @@ from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, record_times, trend_of, zone_boundaries
 from srbval.storage.files import check_suffix
 
-MOST_ROWS = 10  # of a channel, for people
+MOST_ROWS = 10  # printed for a channel
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read all records and print the trend; exit code 3 where some could not be read."""
+    """Read all records and print the trend; exit code 3 if some could not be read."""
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))
-    zone_boundaries(options.machine_class)  # a class that is not known is said before anything is read
-    cases: dict[str, float] = {}
+    zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
+    cases: dict[str, datetime | float] = {}
     if len(options.files) == 1 and (Path(options.files[0]) / TABLE).is_file():
         folder = Path(options.files[0])
         cases = {str(result_path(folder, case.key)): float(case.index) for case in read_cases(folder).cases}
         options.files = list(cases)
     documents, failed, other = read_many(options)
     files = list(dict.fromkeys(one["file"] for one in documents))
-    times, time_from = (
-        (cases, "the campaign's cases")
-        if cases
-        else record_times(files, Path(options.times) if options.times else None)
-    )
+    times, time_from = cases, "the campaign's cases"
+    if not cases:
+        times, time_from = record_times(files, Path(options.times) if options.times else None)
     trend = trend_of(
         documents,
         times,
@@ -86,7 +85,7 @@ def _row(one: ChannelTrend, point: TrendPoint, names: Sequence[str]) -> tuple[st
 
 
 def _shown(one: ChannelTrend) -> list[TrendPoint]:
-    """Some of the points, evenly spaced, with the first, the last and that of the first alarm."""
+    """Evenly spaced points, with the first, the last and the point of the first alarm."""
     step = math.ceil(len(one.points) / MOST_ROWS)
     kept = {*range(0, len(one.points), step), len(one.points) - 1, one.first_alarm}
     return [point for n, point in enumerate(one.points) if n in kept]

@@ -15,11 +15,9 @@ as a healthy machine does not change: a change of load or temperature is a rise 
 import csv
 import math
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
-from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -31,10 +29,10 @@ from srbval.diagnosis.baseline import SAME_SHARE
 from srbval.errors import ConfigurationError, DataError, UnknownNameError
 from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
+from srbval.storage.tables import read_toml
 
 ALPHA = 0.05
 LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer do not show the scatter
-ZONES_FILE = "iso_20816_3.toml"
 RMS = "RMS"
 DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
 DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
@@ -137,8 +135,8 @@ class Trend:
 
 def machine_classes() -> dict[str, tuple[float, ...]]:
     """Velocities [mm/s] between zones A, B, C and D, by class of machine."""
-    text = (resources.files("srbval.diagnosis") / ZONES_FILE).read_text(encoding="utf-8")
-    return {name: tuple(values) for name, values in tomllib.loads(text)["boundaries_mm_s"].items()}
+    found = read_toml(Path(__file__).with_name("iso_20816_3.toml"))["boundaries_mm_s"]
+    return {name: tuple(values) for name, values in found.items()}
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:

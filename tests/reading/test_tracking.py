@@ -67,14 +67,10 @@ def test_the_rig_s_records_are_tracked_and_their_mean_is_known_to_the_clocks(rec
 RAMP_RAD_S = (70.0, 78.0)
 
 
-def simulated_ramp(model, kind, seconds):
-    ramp = SpeedProfile(time_s=(0.0, seconds), speed_rad_s=RAMP_RAD_S)
-    scene = paper_scene(model=model, duration_s=seconds, defect={"kind": kind})
-    return simulate(dataclasses.replace(scene, speed_profile=ramp))
-
-
 def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_file(tmp_path):
-    run = simulated_ramp("impulse", "outer", 4.0)
+    ramp = SpeedProfile(time_s=(0.0, 4.0), speed_rad_s=RAMP_RAD_S)
+    scene = paper_scene(model="impulse", duration_s=4.0, defect={"kind": "outer"})
+    run = simulate(dataclasses.replace(scene, speed_profile=ramp))
     write_run(run, tmp_path / "ramp.h5")
     for record in (recording_from_run(run), load_recording(tmp_path / "ramp.h5")):
         analysis = analyse(record, bearing=BEARING)
@@ -84,11 +80,3 @@ def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_fi
         assert line.found_hz == pytest.approx(run.bpfo_hz, rel=READING_PCT / 100)
         without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
         assert not without.detected or abs(without.found_hz / run.bpfo_hz - 1) > 3 * READING_PCT / 100
-
-
-@pytest.mark.slow
-def test_a_ramp_of_the_full_model_reads_its_own_cage():
-    run = simulated_ramp("full", "outer", 3.0)
-    line = analyse(recording_from_run(run), bearing=BEARING).line("BPFO")
-    assert line.detected
-    assert line.found_hz == pytest.approx(run.bpfo_hz, rel=2 * READING_PCT / 100)
