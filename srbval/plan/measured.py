@@ -26,6 +26,7 @@ UNMEASURED = {
     "bodies.free_rollers": "rollers that tilt and slide along their axes (bodies.free_rollers) were not measured"
 }
 
+OF_TABLE = ("reference", "seconds", "ranges", "values", "pace")  # of what is stored about a scene
 OF_BOUND = ("scenes", "silent", "error_pct", "median_pct", "ci95_pct")  # numbers of a stored row
 Key = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
@@ -179,15 +180,8 @@ def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -
     numbers = [*known, *ends, *of_scene, *about["pace"].values(), about["seconds"], about["values"]["solver.step_s"]]
     if not math.isfinite(sum(numbers)) or min(bound.scenes for bound in bounds.values()) < 1:
         raise ValueError("numbers that are none")
-    models = tuple(level_of(model).name for model in about["models"])
-    return MeasuredErrors(
-        base=base,
-        models=models,
-        bounds=bounds,
-        **{name: about[name] for name in ("reference", "seconds", "ranges")},
-        values=about["values"],
-        pace=about["pace"],
-    )
+    known_models = {"models": tuple(level_of(model).name for model in about["models"])}
+    return MeasuredErrors(base=base, bounds=bounds, **{name: about[name] for name in OF_TABLE} | known_models)
 
 
 def table_about(scene: Scene) -> MeasuredErrors:

@@ -50,9 +50,13 @@ def _shown(row: Mapping[str, Any]) -> tuple[str, str]:
     if row["enough"] is None:
         return "cannot answer", ""
     asked, sizes = MEANING[Question(row["question"])], (row["median_pct"], *row["ci95_pct"], row["error_pct"])
-    middle, low, high, largest = ("-" if one is None else f"{asked.shown(one):.2g}" for one in sizes)
+    middle, low, high, largest = ("-" if one is None else _digits(asked.shown(one)) for one in sizes)
     silent = f"no answer on {row['silent']} of {row['scenes']} scenes"
     return f"{middle} [{low}, {high}] {asked.unit}", silent if row["silent"] else f"at most {largest}"
+
+
+def _digits(value: float) -> str:
+    return "over 1000" if value > 1000 else f"{value:.3g}" if value >= 100 else f"{value:.2g}"
 
 
 PAGE = study_page(__package__, 50, blocks, data=lambda content: {"ladder": content["ladder"]})

@@ -15,7 +15,7 @@ import pandas as pd
 
 from srbval.bearing import Fault, load_bearing
 from srbval.models.hierarchy import MODELS, level_of
-from srbval.plan.measured import Bound, measured_errors, scene_values
+from srbval.plan.measured import measured_errors, scene_values
 from srbval.plan.plan import make_plan, refusal
 from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct
 from srbval.progress import Progress
@@ -122,10 +122,9 @@ def spread(found: pd.DataFrame, *by: str) -> list[dict[str, Any]]:
         rank = max(math.floor(size.size / 2 - 0.98 * math.sqrt(size.size)), 1)
         middle = (size[(size.size - 1) // 2] + size[size.size // 2]) / 2
         numbers = (float(one) if np.isfinite(one) else None for one in (size[-1], middle, size[rank - 1], size[-rank]))
-        largest, median, low, high = numbers
-        silent = int(np.isinf(size).sum())
-        bound = Bound(scenes=size.size, silent=silent, error_pct=largest, median_pct=median, ci95_pct=(low, high))
-        rows.append(dict(zip(by, key, strict=True)) | vars(bound))
+        largest, median, *ends = numbers
+        row = {"scenes": size.size, "silent": int(np.isinf(size).sum()), "error_pct": largest, "median_pct": median}
+        rows.append(dict(zip(by, key, strict=True)) | row | {"ci95_pct": ends})
     return rows
 
 
@@ -164,8 +163,7 @@ def check_bounds(found: pd.DataFrame) -> pd.DataFrame:
         bound = {one.model: one.error_pct for one in plan.candidates}
         rows.append(of.assign(bound_pct=of.model.map(bound)).dropna(subset="bound_pct"))
         rows[-1]["vacuous"] = rows[-1].bound_pct >= MEANING[Question(question)].vacuous_pct
-    checked = pd.concat(rows)
-    return checked.assign(held=checked.error_pct <= checked.bound_pct)
+    return pd.concat(rows).assign(held=lambda checked: checked.error_pct <= checked.bound_pct)
 
 
 def run(options: Namespace, progress: Progress) -> StudyResult:
@@ -180,9 +178,7 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
     found = errors(table)
     if fresh:
         checked = check_bounds(found)
-        counts = checked.groupby("base", sort=False).agg(
-            held=("held", "sum"), asked=("held", "count"), share=("held", "mean"), vacuous=("vacuous", "sum")
-        )
+        counts = checked.groupby("base", sort=False).agg({"held": ["sum", "count", "mean"], "vacuous": "sum"})
         share = checked.held.mean()
         text = f"{counts}\nall: {share:.3f} on {fresh * SCENES_PER_POINT} scenes, seed {options.seed}"
         return StudyResult(content={"checks": checked.to_dict("records")}, text=text, sound=bool(share >= 0.9))
