@@ -16,7 +16,7 @@ from srbval.scene import Scene, load_scene
 from srbval.storage.stored_result import newest_result
 
 RESULT = "model_levels"
-REMEDY = f"srbval study run {RESULT} measures them"
+REMEDY = f"srbval evidence {RESULT} measures them"
 LEAST_SCENES = 9  # for a bound: it then holds on nine scenes in ten
 LONGER = 0.6  # of the measured duration, for a run whose errors are no larger
 # Axes of the table, and settings that change an answer only through the length of the record.

@@ -138,7 +138,7 @@ def _candidate(
         size = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
         verdict = f"errs by up to {size}, which {'is within' if ok else 'exceeds'} {asked.text(tolerance_pct)}"
         why = f"not known: its bound, {size}, is vacuous" if error >= asked.vacuous_pct else verdict
-        why += f" (with a chance of {100 * bound.coverage:.0f} %, from {bound.scenes} scenes)"
+        why += f", with a chance of {100 * bound.coverage:.0f} % from {bound.scenes} scenes"
     return Candidate(
         model=level.name,
         error_pct=error,

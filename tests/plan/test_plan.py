@@ -46,7 +46,7 @@ def test_a_bound_is_the_largest_error_and_states_its_chance() -> None:
     line = candidate(plan, "line")
     assert line.bound is not None
     assert (plan.chosen, line.error_pct, line.bound.scenes, line.bound.coverage) == ("line", 1.9, 19, 0.95)
-    assert "with a chance of 95 %, from 19 scenes" in line.why
+    assert "with a chance of 95 % from 19 scenes" in line.why
     assert not make_plan(paper("outer"), measured=made(2.0), tolerance_pct=1.95).met
 
 
@@ -77,7 +77,7 @@ def test_a_changed_base_makes_its_table_unknown() -> None:
 def test_tables_are_read_or_refused() -> None:
     broken = ({}, {"bases": {}, "bounds": []}, {"bases": {"paper": {}}, "bounds": []}, {"bases": [1], "bounds": 2})
     for content in broken:
-        with pytest.raises(DataError, match="srbval study run model_levels"):
+        with pytest.raises(DataError, match="srbval evidence model_levels"):
             read_errors(content)
     with pytest.raises(DataError, match="numbers that are none"):
         made(float("nan"))
@@ -85,7 +85,7 @@ def test_tables_are_read_or_refused() -> None:
 
 def test_without_a_result_the_command_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measured, "newest_result", lambda _: None)
-    with pytest.raises(DataError, match="srbval study run model_levels"):
+    with pytest.raises(DataError, match="srbval evidence model_levels"):
         measured_errors.__wrapped__()
 
 
