@@ -1,6 +1,5 @@
 """The planner on the measured errors that come with the program, and on tables made by hand."""
 
-import re
 from dataclasses import replace
 from typing import Any
 
@@ -107,10 +106,10 @@ def test_a_tighter_tolerance_never_chooses_a_cheaper_model() -> None:
 
 
 def test_where_no_model_keeps_the_tolerance_that_is_said() -> None:
-    plan = make_plan(paper("inner"), question=Question.SIDEBANDS, tolerance_pct=1e-6)
+    plan = make_plan(paper("inner"), question=Question.SLIP, tolerance_pct=1e-6)
     assert (plan.chosen, plan.met) == ("full", False)
-    assert "load zone" in candidate(plan, "kinematic").why
-    assert re.search("exceeds|is vacuous", candidate(plan, "full").why)
+    assert "cannot answer: its cage turns as in pure rolling" in candidate(plan, "kinematic").why
+    assert "exceeds" in candidate(plan, "full").why
 
 
 @pytest.mark.parametrize(
@@ -157,6 +156,8 @@ def test_each_scene_is_planned_by_the_table_about_its_own_base(base: str, kind: 
 def test_the_least_model_for_an_amplitude_depends_on_the_amplitude() -> None:
     """About the rig's scene: a lower model's load zone makes the depth, none of its contacts makes the level."""
     scene, three = load_scene("rig", {"defect": {"kind": "inner"}}), pct_of(3.0)
+    if table_about(scene).bound(scene, "slices", Question.DEPTH) is None:
+        pytest.skip("the stored result has too few scenes with amplitudes; srbval evidence model_levels")
     depth = make_plan(scene, question=Question.DEPTH, tolerance_pct=30.0)
     octaves = make_plan(scene, question=Question.THIRD_OCTAVES, tolerance_pct=three)
     assert (depth.met, octaves.met) == (True, True)

@@ -19,7 +19,6 @@ from srbval.plan.measured import measured_errors, scene_values
 from srbval.plan.plan import make_plan, refusal
 from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct
 from srbval.progress import Progress
-from srbval.progress.tables import text_rows
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, load_scene, merge
 from srbval.studies.harness import StudyResult
@@ -43,7 +42,7 @@ class Base:
     fits: tuple[str, ...] = ("play",)
     kinds: tuple[Fault, ...] = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
     height_mm: tuple[float, float] = (-0.5, -0.5)
-    finest: Mapping[str, Any] = field(default_factory=lambda: {"line_contact": {"slices": 31}})
+    finest: Mapping[str, Any] = field(default_factory=lambda: {"line_contact": {"slices": 21}})
 
 
 BASES = {
@@ -183,6 +182,6 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
         text = f"{counts}\nall: {share:.3f} on {fresh * SCENES_PER_POINT} scenes, seed {options.seed}"
         return StudyResult(content={"checks": checked.to_dict("records")}, text=text, sound=bool(share >= 0.9))
     bases = {name: about(name, table) for name in BASES}
-    rows = summary(found, bases)
-    content = {"bases": bases, "ladder": rows, "bounds": spread(found, *OF_SCENES, "model", "question")}
-    return StudyResult(content=content, text=text_rows(rows), name="model_levels")
+    ladder, bounds = summary(found, bases), spread(found, *OF_SCENES, "model", "question")
+    text = pd.DataFrame(ladder).drop(columns="ci95_pct").to_string(index=False, float_format="{:.4g}".format)
+    return StudyResult(content={"bases": bases, "ladder": ladder, "bounds": bounds}, text=text, name="model_levels")
