@@ -196,9 +196,9 @@ def choose_model(options: argparse.Namespace) -> int:
             if not c.ok:
                 print(f"{c.model}: {c.why}")
         chosen = next(c for c in plan.candidates if c.model == plan.chosen)
-        print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         if not plan.met:
             print(f"No model is known to keep the tolerance: {_remedy(plan.outside)}.")
+        print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         for reason in plan.outside:
             print(f"outside what was measured: {reason}", file=sys.stderr)
 
