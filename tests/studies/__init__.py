@@ -9,7 +9,7 @@ import pytest
 
 @contextmanager
 def stored_in(folder: Path) -> Iterator[None]:
-    """Within, results of scenes are stored in `folder`."""
+    """Context in which results of scenes are stored in `folder`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("srbval.storage.content_store.cache_folder", lambda _: folder)
         yield

@@ -1,4 +1,4 @@
-"""Tests of a study are collected where its folder is: without the folder nothing is said of it."""
+"""Collect the tests of a study only if its folder exists."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ HERE = Path(__file__).parent
 
 
 def _tested(path: Path) -> bool:
-    """Is what a file is named after there, a study's folder or a module that several studies share?"""
+    """True if the study, or the shared module, after which a test file is named exists."""
     name = path.stem.removeprefix("test_")
     return (FOLDER / name).is_dir() or (FOLDER / f"{name}.py").is_file()
 

@@ -1,4 +1,4 @@
-"""Studies stand on their own: each says what it asks, and the rest does without any of them."""
+"""Every study states its question and options; results are stored as the options ask."""
 
 import argparse
 from pathlib import Path
@@ -8,18 +8,11 @@ import pytest
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
-from srbval.studies.harness import (
-    Study,
-    StudyResult,
-    load_study,
-    make_result,
-    run_study,
-    study_names,
-)
+from srbval.studies.harness import Study, StudyResult, load_study, make_result, run_study, study_names
 
 
 @pytest.mark.parametrize("name", study_names())
-def test_every_study_says_what_it_asks_and_has_options_that_parse(name: str) -> None:
+def test_every_study_states_its_question_and_has_options_that_parse(name: str) -> None:
     study = load_study(name)
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0

@@ -62,14 +62,8 @@ def test_the_spread_is_largest_median_and_order_statistics() -> None:
 
 
 def test_the_page_names_the_cheapest_model_that_is_enough() -> None:
-    found = pd.DataFrame(
-        {
-            "base": "paper",
-            "question": "power",
-            "model": ["kinematic", "line", "full"],
-            "error_pct": [100.0, 3.0, 0.1],
-        }
-    )
+    measured = {"model": ["kinematic", "line", "full"], "error_pct": [100.0, 3.0, 0.1]}
+    found = pd.DataFrame({"base": "paper", "question": "power"} | measured)
     rows = summary(found, {"paper": {"pace": {"kinematic": 0.001, "line": 0.1, "full": 0.4}}})
     assert [row["enough"] for row in rows] == [None, True, True]
     assert least(rows) == "line"
