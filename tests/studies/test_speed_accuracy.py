@@ -14,7 +14,7 @@ from srbval.storage.json_files import to_json
 from srbval.studies.speed_accuracy import study
 from srbval.studies.speed_accuracy.page import blocks
 from srbval.sweep.scenes import bench_scene
-from tests.studies import stored_in
+from tests.sweep import stored_in
 
 TINY = study.Settings(
     steps_per_s=(20480, 61440), converged=122880, timed_s=0.002, repeats=1, compared_s=0.25, settle_s=0.0

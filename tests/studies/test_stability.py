@@ -15,7 +15,7 @@ from srbval.studies.stability import study
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.page import blocks
 from srbval.sweep.scenes import PAPER
-from tests.studies import stored_in
+from tests.sweep import stored_in
 
 CELL_KEYS = {"model", "solver", "dt_s", "rpm", "status", "reason", "stable", "predicted_limit_dt_s"}
 LIMIT_KEYS = {"model", "solver", "rpm", "largest_stable_dt_s", "predicted_limit_dt_s", "runs"}

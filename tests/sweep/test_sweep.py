@@ -15,7 +15,7 @@ from srbval.scene import Scene, paper_scene
 from srbval.sweep.pool import Attempt, attempt, side_by_side
 from srbval.sweep.scenes import OUTPUT_RATE_HZ, PAPER, bench_scene, lasting_passages
 from srbval.sweep.sweep import Case, bisect, draws, grid, records, sweep
-from tests.studies import stored_in
+from tests.sweep import stored_in
 
 RUNS: list[float] = []
 
