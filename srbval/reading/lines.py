@@ -186,31 +186,13 @@ def read_lines(
     stronger: list[Line] = []
     bare = record
 
-    def read_all(record: Periodogram, waiting: Sequence[Family]) -> dict[Family, LineReading]:
-        """Read the families whose frequencies lie within the record's range."""
-        readings = {}
-        for family in waiting:
-            centre = scale * family.kinematic_hz
-            reading = read_comb(
-                record,
-                centre,
-                half_window_hz(centre, record, share),
-                harmonics=HARMONICS,
-                sideband_hz=family.sideband_hz,
-                period_s=1 / speed.value_hz,
-            )
-            if reading is not None:
-                readings[family] = reading
-        return readings
-
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
         """Add the lines of a reading, its first harmonic ranked and explained; returns whether the family shows."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
-            rank = rank_among_placebos(
-                within, centre, reading.half_window_hz, len(reading.snr), placebo_hz, combs=combs
-            )
+            half_hz, harmonics = reading.half_window_hz, len(reading.snr)
+            rank = rank_among_placebos(within, centre, half_hz, harmonics, placebo_hz, combs=combs)
         if rank is not None:
             reading = replace(reading, placebo_false_alarm=rank.false_alarm, comb_false_alarm=rank.whole_false_alarm)
         first = _measured(lines[family.name][0], reading, speed)
@@ -224,18 +206,14 @@ def read_lines(
                 identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
         if identity is not None and identity < LEAST_IDENTITY:
             explained = explained or OTHER_LINE
-        first = replace(
-            first,
-            detected=reading.detected and explained is None,
-            explained_by=explained,
-            identity_probability=identity,
-        )
+        detected = reading.detected and explained is None
+        first = replace(first, detected=detected, explained_by=explained, identity_probability=identity)
         lines[family.name] = _lines_of(family, first, reading, within, scale, speed, brief)
         if first.detected:
             stronger.append(first)
         return first.detected
 
-    read = read_all(record, waiting)
+    read = _readings(record, waiting, speed, scale, share)
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
@@ -245,12 +223,26 @@ def read_lines(
             record = _without(record, strongest, reading)
             if settles:
                 scale, settles = reading.found_hz / strongest.kinematic_hz, False
-            read = read_all(record, waiting)
-    for family, reading in read_all(bare, [cage]).items():
+            read = _readings(record, waiting, speed, scale, share)
+    for family, reading in _readings(bare, [cage], speed, scale, share).items():
         add(family, reading, bare, [])
 
     every = itertools.chain.from_iterable(lines.values())
     return tuple(every if brief else (_with_cover(x, scale, share, bare, record, stronger) for x in every))
+
+
+def _readings(
+    record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
+) -> dict[Family, LineReading]:
+    """Read the families in the record's reach about `scale` times kinematic, within the share `share` of each."""
+    found = {}
+    for family in families:
+        centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
+        half_hz, period_s = half_window_hz(centre, record, share), 1 / speed.value_hz
+        reading = read_comb(record, centre, half_hz, harmonics=HARMONICS, sideband_hz=sideband_hz, period_s=period_s)
+        if reading is not None:
+            found[family] = reading
+    return found
 
 
 def _with_cover(
