@@ -17,7 +17,6 @@ MEAN_MM = (200.0 + 360.0) / 2  # of bore and outside diameter
 R1, R3, S1, S3 = 1.6e-6, 2.81e-6, 3.62e-3, 8.8e-3  # radial load alone
 TURNS = 1.5  # of the shaft, recorded, and as many before them
 WITHIN = 0.35  # of SKF's power: the model is 15 % below it at 340 rpm and 29 % above at a quarter of the load
-CLOSES = 2e-3  # the drive's power less the losses: the energy stored changes over so short a run
 
 
 def skf_power_w(rpm: float, radial_n: float) -> float:
@@ -56,7 +55,6 @@ def test_drive_power_is_near_skfs(rpm: float, radial_kn: float) -> None:
     run = simulate(load_scene("rig-oil", own), step=Step.UNCHECKED)
     assert works(run.status), run.reason
     assert run.drive_power_w == pytest.approx(skf_power_w(rpm, 1e3 * radial_kn), rel=WITHIN)
-    assert run.drive_power_w == pytest.approx(run.power_w["total"], rel=CLOSES)
 
 
 def test_skfs_power_at_the_rigs_speed_and_load() -> None:
