@@ -41,6 +41,7 @@ from srbval.storage.tables import read_toml
 Values = dict[str, Value]
 RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
 STATES = (Fault.HEALTHY, *DEFECTS)
+SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # beside the default
 IMPULSE_S = 1.0  # of the record that a path is identified with
 SEPARATOR = ": "
 
@@ -114,8 +115,8 @@ def _of_model(model: str, base: str, **axes: Any) -> Values:
 def _full() -> Values:
     """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
     found = _of_model("full", "paper", fits=("play", "printed"))
-    for solver in ("ode1", "ode2", "ode4", "imex1", "ros2"):
-        changes = {"solver": {"name": solver, "step_s": 1 / 245760}}
+    for solver in SOLVERS:
+        changes = {"solver": {"name": solver, "step_s": SOLVER_STEP_S}}
         values = _of_model(
             "full", "paper", fits=("printed",), states=(Fault.OUTER,), changes=changes, seconds=RATTLING_S
         )

@@ -1,17 +1,17 @@
-"""Blind spots of the fingerprint of behaviour: which planted errors change it, and which of the others matter.
+"""Blind spots of the fingerprint of behaviour: which planted errors change its runs, and which of the others matter.
 
     python -m tests.verification.planted_fingerprint [--jobs N] [--every N] [-o FILE.json]
 
-Every error of ``planted_errors.toml`` is planted alone, and the parts of the fingerprint that run the kernels are
-computed one after another until one differs from the unharmed program. If none does, the scenes of published numbers
-are run for 0.3 s: an error that changes them and no fingerprint is a blind spot. Kernels are compiled without
-optimisation, which is faster here and leaves the arithmetic as it is.
+Every error of ``planted_errors.toml`` is planted alone. The runs of the fingerprint are continued from stored states,
+uncompiled, for two output intervals; an error that changes one of them by more than the fingerprint's tolerance changes
+the fingerprint. Any other error is planted in states of the scenes of published numbers, late in their runs: if it
+changes one of these, it is a blind spot.
 """
 
 import argparse
 import json
-import math
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -22,55 +22,89 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tests.verification.planted import plant
 
 HERE = Path(__file__).parent
-PARTS = ("full", "slices", "oil", "line")
-PUBLISHED_S = 0.3
+PROBE, PUBLISHED = "fingerprint", "published"
 CHANGED, BLIND, HARMLESS, FAILED = "changes the fingerprint", "blind spot", "changes no published number", "failed"
+OUTPUTS = 2  # output intervals that are run from each state
+PROBE_AT, PUBLISHED_AT = (0, 60, 150), (0, 1024, 2500)  # output intervals before the states, of 1/20480 s
 
 
-def numbers(stage: str) -> dict[str, Any]:
-    """The numbers of one stage: a part of the fingerprint, or the runs of published scenes."""
+def scenes(stage: str) -> Iterator[tuple[str, Any]]:
+    """Scenes of the fingerprint's parts that run kernels, or of published numbers, by name."""
     from srbval.bearing import RACE_DEFECTS, Fault
     from srbval.check import fingerprint as probes
 
-    if stage != "published":
-        return dict(probes.PARTS[stage]())
-    states = (Fault.HEALTHY, *RACE_DEFECTS)
-    found = probes._of_model("full", "paper", fits=("play", "printed"), states=states, seconds=PUBLISHED_S)
-    for rpm in (340, 859):
-        changes = {"shaft_speed_rad_s": rpm * math.pi / 30}
-        made = probes._of_model("slices", "rig", changes=changes, seconds=PUBLISHED_S)
-        found |= {f"{rpm} {name}": value for name, value in made.items()}
-    return found | probes._of_model("slices", "rig-oil", states=(Fault.HEALTHY,), seconds=PUBLISHED_S)
+    races = (Fault.HEALTHY, *RACE_DEFECTS)
+    yield from probes._of_scenes("full", "paper", fits=("play", "printed"))
+    yield from probes._of_scenes("slices", "rig")
+    yield from probes._of_scenes("slices", "rig-oil", states=(Fault.HEALTHY,))
+    yield from probes._of_scenes("line", "paper", fits=("printed",), states=races)
+    if stage == PROBE:
+        for solver in probes.SOLVERS:
+            changes = {"solver": {"name": solver, "step_s": probes.SOLVER_STEP_S}}
+            yield from (
+                (f"{solver} {name}", scene)
+                for name, scene in probes._of_scenes(
+                    "full", "paper", fits=("printed",), states=(Fault.OUTER,), changes=changes
+                )
+            )
 
 
-def child(error: dict[str, str], known: dict[str, dict[str, Any]]) -> str:
-    """What the planted error does, in this process."""
-    from srbval.storage.behaviour import differing, fingerprint_of
+def prepare(file: Path) -> None:
+    """Store the states from which runs are continued; with the compiled kernels."""
+    from srbval.bearing import load_bearing
+    from srbval.models.full_run import full_run
 
+    found = []
+    for stage, places in ((PROBE, PROBE_AT), (PUBLISHED, PUBLISHED_AT)):
+        for name, scene in scenes(stage):
+            run, done = full_run(scene, load_bearing(scene.bearing)), 0
+            for place in places:
+                run.advance(done, place - done)
+                done = place
+                found.append((stage, f"{name}, output {place}", place, pickle.dumps(run)))
+    file.write_bytes(pickle.dumps(found))
+
+
+def continued(file: Path) -> Iterator[tuple[str, str, Any]]:
+    """Stage, name and outputs of every state, continued in this process."""
+    for stage, name, place, stored in pickle.loads(file.read_bytes()):
+        with np.errstate(all="ignore"):
+            yield stage, name, pickle.loads(stored).advance(place, OUTPUTS).out
+
+
+def child(error: dict[str, str] | None, folder: Path) -> str:
+    """What the planted error does in this process; without an error, the outputs are stored."""
+    from srbval.storage.behaviour import RELATIVE
+
+    if error is None:
+        (folder / "known").write_bytes(pickle.dumps([out for *_, out in continued(folder / "states")]))
+        return "unharmed outputs stored"
     plant(error)
-    for stage in (*PARTS, "published"):
-        try:
-            changed = differing(fingerprint_of({"": known[stage]})[""], numbers(stage))
-        except Exception as failure:  # whatever a planted error raises is a change of behaviour
-            changed = [f"{type(failure).__name__}: {failure}"]
-        if changed:
-            return f"{BLIND if stage == 'published' else CHANGED}: {stage}, {changed[0]}"
+    known = pickle.loads((folder / "known").read_bytes())
+    scale = np.max([np.abs(out).max(axis=0) for out in known], axis=0)
+    try:
+        for right, (stage, name, out) in zip(known, continued(folder / "states"), strict=True):
+            if not np.all(np.abs(out - right) <= RELATIVE * np.maximum(np.abs(right), 1e-6 * scale)):
+                return f"{CHANGED if stage == PROBE else BLIND}: {name}"
+    except Exception as failure:  # whatever a planted error raises is a change of behaviour
+        return f"{CHANGED}: {type(failure).__name__}"
     return HARMLESS
 
 
-def outcome(error: dict[str, str] | None, known: Path) -> str:
-    """Run `child` in a process of its own, with an empty cache of compiled kernels."""
-    with tempfile.TemporaryDirectory() as cache:
-        environment = os.environ | {"NUMBA_CACHE_DIR": cache, "XDG_CACHE_HOME": cache, "NUMBA_OPT": "0"}
-        environment |= {"PYTHONPATH": os.pathsep.join([str(HERE.parents[1]), os.environ.get("PYTHONPATH", "")])}
-        command = [sys.executable, "-m", "tests.verification.planted_fingerprint", "--child", str(known)]
-        ended = subprocess.run(
-            command, input=json.dumps(error), env=environment, cwd=HERE.parents[1], capture_output=True, text=True,
-            check=False,
-        )  # fmt: skip
+def outcome(error: dict[str, str] | None, folder: Path) -> str:
+    """Run `child` uncompiled, in a process of its own."""
+    root = HERE.parents[1]
+    paths = os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "tests.verification.planted_fingerprint", "--child", str(folder)]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
+    ended = subprocess.run(
+        command, input=json.dumps(error), env=environment, cwd=root, capture_output=True, text=True, check=False
+    )
     lines = ended.stdout.splitlines()
     return lines[-1] if ended.returncode == 0 and lines else f"{FAILED}: {ended.stderr[-300:]}"
 
@@ -84,31 +118,21 @@ def main() -> int:
     parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.child:
-        error = json.load(sys.stdin)
-        if error is None:
-            from srbval.storage.json_files import to_json
-
-            options.child.write_text(json.dumps(to_json({stage: numbers(stage) for stage in (*PARTS, "published")})))
-            print("known")
-        else:
-            print(child(error, json.loads(options.child.read_text())).replace("\n", " "))
+        print(child(json.load(sys.stdin), options.child).replace("\n", " "))
         return 0
     errors = tomllib.loads((HERE / "planted_errors.toml").read_text())["error"][:: options.every]
-    with tempfile.TemporaryDirectory() as folder:
-        known = Path(folder) / "known.json"
-        print("unharmed:", outcome(None, known), flush=True)
-        with ThreadPoolExecutor(options.jobs) as pool:
-            found = dict(zip((one["what"] for one in errors), _shown(pool, errors, known), strict=True))
-    print(Counter(text.partition(":")[0] for text in found.values()))
+    found = {}
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.jobs) as pool:
+        prepare(Path(folder, "states"))
+        print(outcome(None, Path(folder)), flush=True)
+        outcomes = pool.map(lambda error: outcome(error, Path(folder)), errors)
+        for error, text in zip(errors, outcomes, strict=True):
+            found[error["what"]] = text
+            print(f"{error['file']}, {error['what']}: {text}", flush=True)
+    print(dict(Counter(text.partition(":")[0] for text in found.values())))
     if options.output:
         options.output.write_text(json.dumps(found, indent=1))
     return int(any(text.startswith((BLIND, FAILED)) for text in found.values()))
-
-
-def _shown(pool: ThreadPoolExecutor, errors: list[dict[str, str]], known: Path) -> Iterator[str]:
-    for error, text in zip(errors, pool.map(lambda one: outcome(one, known), errors), strict=True):
-        print(f"{error['file']}, {error['what']}: {text}", flush=True)
-        yield text
 
 
 if __name__ == "__main__":
