@@ -49,7 +49,13 @@ def _list(options: argparse.Namespace) -> int:
     rows = []
     for name in study_names():
         study, state = load_study(name), states[name]
-        asked = {"name": name, "question": study.question, "kind": study.kind.value, "minutes": study.minutes}
-        rows.append(asked | {"made_utc": state.made_utc, "stale": state.why})
+        asked: dict[str, str | float | None] = {
+            "name": name,
+            "question": study.question,
+            "kind": study.kind.value,
+            "minutes": study.minutes,
+        }
+        asked |= {"made_utc": state.made_utc, "stale": state.why}
+        rows.append(asked)
     shown = {one: one for one in ("question", "kind", "minutes", "stale")}
     return answer(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))

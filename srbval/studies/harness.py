@@ -7,18 +7,15 @@ import importlib
 import json
 import sys
 import time
-import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.about_machine import this_machine
 from srbval.progress import Progress, silent
-from srbval.progress.tables import text_rows
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.files import check_suffix
@@ -220,9 +217,3 @@ def rows_text(content: Mapping[str, Any]) -> str:
         for key, value in to_json(content).items()
     )
     return "{" + ",\n".join(items) + "}\n"
-
-
-def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:
-    """`rows` as text in the columns that ``columns.toml`` of a study's `package` names for a `table`."""
-    columns = tomllib.loads((files(package) / "columns.toml").read_text(encoding="utf-8"))
-    return text_rows(rows, columns[table])
