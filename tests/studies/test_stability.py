@@ -85,8 +85,7 @@ def test_claims_are_answered_by_counting_cells(claim: int, failed: list[tuple[st
 
 def test_page_and_command(result: dict[str, Any], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     _, claimed, figure, table = blocks(Prose("srbval.studies.stability"), result)
-    assert len(claimed.items) == 2
-    assert len(table.rows) == 2
+    assert len(claimed.items) == len(table.rows) == 2
     assert figure.draw(tmp_path, "limits").picture.is_file()
     assert "interference-outer" in study.answer_text(result)
     assert main(["stability", "--solvers", "ode9"]) == 2
