@@ -106,8 +106,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     machine = merge(base, IN_ITS_MACHINE)
     same = not isinstance(name, str) or name == base["bearing"]
     bearing = load_bearing(str(base["bearing"] if same else name))
-    size = size_of(bearing)
-    if size is None:
+    if (size := size_of(bearing)) is None:
         return merge(base, WITHOUT_DIMENSIONS)
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
@@ -154,9 +153,9 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
     base = for_bearing(_with_oil(base or bundled_table(PAPER)), table.get("bearing"), path)
     merged = _with_oil(merge(base, table))
     further = merged.get("further_defects", [])
-    if isinstance(further, list) and len(further) >= MOST_DEFECTS:  # before each is made
-        raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MOST_DEFECTS}.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
+        if len(further) >= MOST_DEFECTS:
+            raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MOST_DEFECTS}.")
         merged["further_defects"] = [
             _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
         ]
@@ -262,10 +261,8 @@ def sobol(inputs: int, power: int, *, seed: int = DRAWS_SEED) -> list[list[float
     """Shares of the ranges of so many inputs at once: ``2**power`` points of a scrambled Sobol sequence."""
     from scipy.stats import qmc
 
-    found: list[list[float]] = (
-        qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed)).random_base2(power).tolist()
-    )
-    return found
+    sequence = qmc.Sobol(d=inputs, scramble=True, rng=np.random.default_rng(seed))
+    return [[float(share) for share in row] for row in sequence.random_base2(power)]
 
 
 def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
