@@ -37,9 +37,12 @@ def render_html(report: Report, folder: Path) -> str:
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
     environment = Environment(
-        loader=FunctionLoader(_template), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=FunctionLoader(_template),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
         lstrip_blocks=True,
-    )  # fmt: skip
+    )
     style, script = _template("report.css"), _template("report.js")
     if any(figure.explore for figure in report.figures()):
         style += _template("uplot/uPlot.min.css")
