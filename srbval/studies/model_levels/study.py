@@ -38,7 +38,7 @@ class Base:
 
     reference: str
     models: tuple[str, ...]
-    seconds: float = 2.0  # eleven turns at the slowest speed
+    seconds: float = 1.75  # ten turns at the slowest speed; the pipeline needs eight
     fits: tuple[str, ...] = ("play",)
     kinds: tuple[Fault, ...] = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
     height_mm: tuple[float, float] = (-0.5, -0.5)
