@@ -21,7 +21,7 @@ INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # 
 class Parser(argparse.ArgumentParser):
     """An argument parser that reports wrong use as an ordinary `ConfigurationError` (exit code 2).
 
-    A command, option or choice that is not known is answered with the one that it resembles.
+    For an unknown command, option or choice the message suggests the closest known one.
     """
 
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
@@ -142,7 +142,7 @@ MOST_DB = 200.0
 
 
 def _inline(kind: str) -> Callable[[str], str]:
-    """A type of argument: a bearing by its numbers, as `load_bearing` takes it among the names."""
+    """Argument type of a bearing given by its numbers; returns the text that `load_bearing` accepts."""
 
     def bearing_of(text: str) -> str:
         from srbval.bearing import load_bearing

@@ -102,7 +102,7 @@ def _print(result: RegisterListing) -> None:
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Print the reason of each file that is not ok or leaves something open, by reason, and the remedy."""
+    """Print why files are not ok or not fully described, grouped by reason, with the remedy."""
     by_reason: dict[str, list[str]] = {}
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):

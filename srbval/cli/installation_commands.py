@@ -26,7 +26,7 @@ PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING") 
 
 
 def check_installation(options: argparse.Namespace) -> int:
-    """Check the installation, and clear the cache where asked; exit code 0 when sound, 1 with problems."""
+    """Check the installation, and clear the cache if asked; exit code 0 if sound, 1 with problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
     found = doctor()
     problems = found["problems"]

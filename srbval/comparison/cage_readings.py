@@ -123,7 +123,7 @@ def _comb(record: Periodogram, family: Family, bearing: Bearing, speed: ShaftSpe
 def _made(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, reading: LineReading, of: tuple[str, tuple[float, float]]
 ) -> CageReading:
-    """The reading of a comb as a cage ratio; `of` are the comb's name and band."""
+    """Convert the reading of a comb to a cage ratio; `of` contains the comb's name and band."""
     hz_per_ratio = bearing.rolling_elements * speed.value_hz
     share = reading.found_hz / hz_per_ratio
     inner = of[0].startswith(Fault.INNER.line or "")

@@ -137,7 +137,7 @@ class Line:
 
     @property
     def is_first(self) -> bool:
-        """True for the first harmonic of a family, which is no sideband."""
+        """True for the first harmonic of a fault's line, false for sidebands."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
     @property

@@ -70,7 +70,7 @@ def known_unit(text: str) -> str | None:
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """The name of a column and its text for a unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``."""
+    """Split a column's title into its name and unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``."""
     found = _IN_NAME.fullmatch(name)
     return (found[1], found[2] or found[3] or None) if found else (name, None)
 

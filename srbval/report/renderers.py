@@ -1,4 +1,4 @@
-"""The two renderers of the plain tree: one HTML file without network or need of its script, and a tagged PDF (UA-1)."""
+"""The two renderers of the plain tree: one HTML file that needs no network and no script, and a tagged PDF (UA-1)."""
 
 import base64
 import hashlib

@@ -47,7 +47,7 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     """Posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
 
     Blocks of `block_s` are demodulated at the multiples of `line_hz`. The prior is flat in the frequency and over
-    `JITTERS`, with `STEADY_WEIGHT` for no jitter. Amplitudes of the harmonics have the greatest likelihood for each
+    `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes maximise the likelihood for each
     jitter, by expectation maximisation (Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s

@@ -28,7 +28,7 @@ def shipped_folder(name: str) -> Path:
 
 
 def child_environment() -> dict[str, str]:
-    """Environment variables with which a child process imports this very package, wherever it is started."""
+    """Environment variables with which a child process imports the same package, wherever it is started."""
     here = str(package_folder().parent)
     return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
 

@@ -134,6 +134,6 @@ def bisect(
 
 
 def records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of a frame as plain mappings, None for what is missing."""
+    """Rows of a frame as plain mappings, None for missing values."""
     plain = frame.astype(object).where(frame.notna(), None)
     return [{str(name): value for name, value in row.items()} for row in plain.to_dict("records")]

@@ -4,8 +4,8 @@ Eyring's law at the slice's mean pressure p, see `srbval.models.film`, and the f
 
     drag = N (1 - s) (tau_0 / p) arsinh(u / u_0) / u + N s mu_b / (u + u_b),   u_0 = tau_0 h / eta(p)
 
-with the load share s of the asperities, and the mean of two places of the slice, Gauss's, as the slip u differs between
-its ends. Logarithm and exponential are written out: with a library's a loop would not work on many columns at once.
+with the load share s of the asperities. The drag is averaged over the two Gauss points of the slice, since the slip u
+differs between its ends. Logarithm and exponential are written out: library calls would prevent vector instructions.
 """
 
 import math

@@ -250,7 +250,7 @@ class ElementSlot:
         return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
-        """Approach at which one element carries `load_n`, or touches at all."""
+        """Approach [m], beyond the play, from which one element carries at least `load_n`."""
         approach = LEAST_DEPTH_M + max(0.0, self.play_m)
         while self.press(np.array([approach]))[0, 0] < load_n:
             approach *= 1.2

@@ -100,7 +100,7 @@ def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
 
 
 def background(name: str, count: int = RECORDS) -> Row:
-    """What is found on `count` records of one kind of background, read as those of a ball bearing."""
+    """Results on `count` records of one kind of background, read as records of a ball bearing."""
     speed = ShaftSpeed(value_hz=records.MACHINE_HZ, ci95_hz=5e-4 * records.MACHINE_HZ, source=SpeedSource.STATED)
     stated: dict[str, Any] = {"fs_hz": records.RATE_HZ, "unit": "m/s2", "channel": "x", "speed": speed}
     read = []
