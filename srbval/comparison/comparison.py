@@ -8,7 +8,7 @@ cage ratio over all records.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
 from srbval.comparison.vocabulary import Verdict, verdict_on_error
@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # models and plans use quantities and need no tables
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
+TEXTS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")  # columns of a row that are texts
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 
 
@@ -39,23 +40,6 @@ class QuantityValue:
     kinematic: float | None = None
 
 
-class RowNames(TypedDict, total=False):
-    """Texts of a row of the table of comparisons.
-
-    `kind` groups quantities that share a bias. Model and rig are in `unit`. `scene` is the bundled scene that the model
-    ran at the record's speed and load. `used_for`: ``fit`` if anything of the model was fitted to the record,
-    ``withheld`` if nothing was but the record had been seen, ``blind`` if it was predicted before it was opened.
-    """
-
-    record: str
-    kind: str
-    quantity: str
-    unit: str
-    error_unit: str
-    scene: str
-    used_for: str
-
-
 def comparison_row(
     *,
     model: QuantityValue,
@@ -65,17 +49,19 @@ def comparison_row(
     state: Fault = Fault.HEALTHY,
     margin: float | None = None,
     verdict: Verdict | None = None,
-    **names: Unpack[RowNames],
+    **names: str,
 ) -> Row:
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
     `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. `verdict` is given for
     quantities without an uncertainty. The uncertainty is None if no part by numerics or inputs is known. No verdict is
-    given on a level that one side does not show, since that level is the noise's.
+    given on a level that one side does not show, since that level is the noise's. Of the `names`, `kind` groups
+    quantities that share a bias, `unit` is that of model and rig, `scene` the bundled scene of the model, and
+    `used_for` is ``fit`` (fitted to the record), ``withheld`` (not fitted, but seen) or ``blind`` (predicted before).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - set(DATA_PARTS) else None
     known = model.present and rig.present and rig.ci95 is not None
-    texts = dict.fromkeys(RowNames.__annotations__, "") | {"scene": "paper", "used_for": "withheld"} | names
+    texts = dict.fromkeys(TEXTS, "") | {"scene": "paper", "used_for": "withheld"} | names
     return texts | {
         "state": state.value,
         "model": model.value,

@@ -76,12 +76,11 @@ def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
     """Run all `cases`, see `side_by_side`; returns runs by the cases' ids. A failed run is a `NumericsError`."""
-    by_id, scenes = {case.id: case for case in cases}, {case.id: case.scene for case in cases}
-
-    def run(key: str, report: Progress) -> Run:
-        return run_case(by_id[key], progress=report)
-
-    return side_by_side(scenes, run, task="Simulate", jobs=jobs, progress=progress)
+    by_id = {case.id: case for case in cases}
+    scenes = {name: case.scene for name, case in by_id.items()}
+    return side_by_side(
+        scenes, lambda name, own: run_case(by_id[name], progress=own), task="Simulate", jobs=jobs, progress=progress
+    )
 
 
 def with_points(scene: Scene, points: int) -> Scene:

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
@@ -15,44 +15,27 @@ from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.reading.verdict import SumRule
-from srbval.storage.tables import build, read_toml
+from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True, kw_only=True)
-class PrintedRow:
-    """One row of Table 6: frequencies [Hz] and deviations as printed [%]."""
-
-    defect: str
-    line: str
-    kinematic_hz: float
-    model_hz: float
-    model_printed_pct: float
-    rig_hz: float
-    rig_printed_pct: float
+PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # columns of the paper that rows repeat
 
 
-@dataclass(frozen=True, kw_only=True)
-class Table6:
-    """Table 6 with the speed and load it was taken at."""
+class Table6(SimpleNamespace):
+    """Table 6 with its speed and load: `row` has, by defect, frequencies [Hz] and deviations as printed [%]."""
 
-    table: str
-    shaft_rpm: float
-    motor_rpm: int
-    radial_kn: float
-    row: tuple[PrintedRow, ...]
-
-    def of(self, defect: str) -> PrintedRow:
+    def of(self, defect: str) -> SimpleNamespace:
         """The row of a defect (``outer`` or ``inner``)."""
         return next(row for row in self.row if row.defect == defect)
 
 
 def table6() -> Table6:
     """The paper's Table 6."""
-    path = Path(str(resources.files("srbval.comparison") / "paper" / "table6.toml"))
-    return build(Table6, read_toml(path), "table6.toml")
+    printed = read_toml(Path(str(resources.files("srbval.comparison") / "paper" / "table6.toml")))
+    return Table6(**printed | {"row": [SimpleNamespace(**row) for row in printed["row"]]})
 
 
 def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Row]:
@@ -71,10 +54,7 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
             rig_source="published",
             shaft_rpm=printed.shaft_rpm,
             model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
-            paper_model_hz=row.model_hz,
-            paper_rig_hz=row.rig_hz,
-            paper_model_printed_pct=row.model_printed_pct,
-            paper_rig_printed_pct=row.rig_printed_pct,
+            **{f"paper_{name}": getattr(row, name) for name in PRINTED},
             paper_model_recomputed_pct=deviation_pct(row.model_hz, row.kinematic_hz),
             paper_rig_recomputed_pct=deviation_pct(row.rig_hz, row.kinematic_hz),
         )
@@ -145,15 +125,8 @@ def sum_rules(
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed.shaft_rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
         bpfo, bpfi = (getattr(printed.of(fault.value), f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
-        yield SumRule(
-            source=name,
-            origin="published",
-            rolling_elements=rollers,
-            bpfo_order=bpfo,
-            bpfi_order=bpfi,
-            ci95=None,
-            stated_rpm=printed.shaft_rpm,
-        )
+        orders: dict[str, Any] = {"bpfo_order": bpfo, "bpfi_order": bpfi, "rolling_elements": rollers}
+        yield SumRule(source=name, origin="published", **orders, ci95=None, stated_rpm=printed.shaft_rpm)
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", paper, slip)

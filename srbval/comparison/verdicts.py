@@ -26,7 +26,7 @@ from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import CageMeans, cage_means, race_design
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.comparison import Row
-from srbval.comparison.vocabulary import Verdict
+from srbval.comparison.vocabulary import Verdict, verdict_on_tolerance
 
 QUANTILES = 128  # that represent the rig's distribution
 HALF_WIDTH = 0.95  # of an error's distribution, for U
@@ -90,14 +90,14 @@ def verdict(of: Endpoint, variant: Variant, readings: Sequence[CageReading], sca
     numerics = float(model("finer")) - nominal
     apart = np.concatenate([rig - numerics, rig + numerics])
     error, p = float(drawn.mean() - rig.mean()), p_beyond(drawn, apart)
-    answer, reversing, changing = TOLERANCE.verdict(p), list[str](), list[str]()
+    answer, reversing, changing = verdict_on_tolerance(p, TOLERANCE.risk), list[str](), list[str]()
     for place, effect in enumerate(variant["effects"]):
         curve = 100 / scale * (weights @ np.array(effect["ratios"]))
         left = drawn - at_shares(np.array(variant["at"])[:, place], effect["shares"], curve)
-        known = {TOLERANCE.verdict(p_beyond(left + value, apart)) for value in curve}
-        if {Verdict.MET, Verdict.MISSED} <= known | {answer}:
+        *known, own = (verdict_on_tolerance(p_beyond(left + x, apart), TOLERANCE.risk) for x in (*curve, nominal))
+        if {Verdict.MET, Verdict.MISSED} <= {*known, answer}:
             reversing.append(effect["name"])
-        if TOLERANCE.verdict(p_beyond(left + nominal, apart)) is not answer:
+        if own is not answer:
             changing.append(effect["name"])
     return {
         "endpoint": of.name,

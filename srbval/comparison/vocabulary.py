@@ -32,10 +32,7 @@ def verdict_on_error(error: float, uncertainty: float | None, margin: float | No
 
 
 def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
-    """Verdict by the chance that the error lies beyond the tolerance; either wrong verdict has at most chance `risk`.
-
-    The tolerance is missed if that chance is at least 1 - `risk`, and met if it is at most `risk`.
-    """
+    """Verdict by the chance that the error lies beyond the tolerance: missed from 1 - `risk` on, met up to `risk`."""
     if risk < p_beyond < 1 - risk:
         return Verdict.NOT_RESOLVED
     return Verdict.MET if p_beyond <= risk else Verdict.MISSED

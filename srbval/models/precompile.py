@@ -3,60 +3,24 @@
 ``python -m srbval.models.precompile KERNEL ...`` is the process that `jit.precompile` starts.
 """
 
-import contextlib
 import gc
 import sys
-import threading
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from srbval.bearing import load_bearing
-from srbval.errors import SrbvalError
 from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import (
-    FREE_ROLLERS,
-    OIL,
-    RATES,
-    RING,
-    compile_in_this_process,
-    kernel_cache_folder,
-    kernels_of,
-    precompile,
-)
+from srbval.models.jit import FREE_ROLLERS, OIL, RATES, RING, compile_in_this_process, kernel_cache_folder
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
-from srbval.scene import Scene, paper_scene
+from srbval.scene import paper_scene
 
 SHORTEST_S = 0.001  # simulated, to use every kernel that a run needs
-
-_loaded: set[tuple[str, ...]] = set()
-_lock = threading.RLock()
-
-
-def load_kernels(scenes: Iterable[Scene]) -> None:
-    """Load the kernels that `scenes` need into this process; precompile what is missing.
-
-    For whoever runs several scenes in threads or times them: no run then waits for another's kernels.
-    """
-    with _lock:
-        needed = {tuple(kernels_of(scene)): scene for scene in scenes}
-        new = {kernels: scene for kernels, scene in needed.items() if kernels and kernels not in _loaded}
-        precompile(*new.values())
-        for scene in new.values():
-            with contextlib.suppress(SrbvalError):  # the run itself will say what is wrong
-                shortest_run(scene.model, scene.solver.name, scene.bodies.cages)
-        _loaded.update(new)
-
-
-def shortest_run(model: str, solver: str, cages: int) -> None:
-    """Simulate just long enough to use every kernel of the model and solver."""
-    changes = {"model": model, "solver": {"name": solver}, "bodies": {"cages": cages}}
-    scene = paper_scene(**changes, duration_s=SHORTEST_S, settle_s=0.0)
-    simulate(scene, step=Step.UNCHECKED)
 
 
 def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
@@ -65,7 +29,7 @@ def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
     scene = paper_scene(model=model, bodies={"cages": cages, "free_rollers": FREE_ROLLERS[1:] in more}, **in_oil)
     compile_in_this_process(scene)
     if part == RING:
-        shortest_run(model, scene.solver.name, cages)
+        simulate(replace(scene, duration_s=SHORTEST_S, settle_s=0.0), step=Step.UNCHECKED)
         return
     parameters = level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     state = np.zeros(2 * state_layout(parameters).half)

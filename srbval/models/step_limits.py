@@ -8,7 +8,6 @@ points that enter and leave contact, impacts of a defect) are not included.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -68,31 +67,19 @@ def _sizes(layout: StateLayout) -> FloatArray:
     return sizes
 
 
-@dataclass(frozen=True, kw_only=True)
-class StepLimits:
-    """Longest stable step [s] of the linearised system, and of its elastic part without friction.
+def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, tuple[float | None, float | None]]:
+    """Longest stable steps [s] of each solver at the scene's speed and load: of the whole system, and without friction.
 
     Beyond the limit with friction an explicit method does not diverge but chatters within bounds; beyond the elastic
     limit the rollers are thrown about. None: no step up to `linear_stability.LONGEST_S` fails.
     """
 
-    whole_s: float | None
-    elastic_s: float | None
+    def least(solver: str, systems: Sequence[Linear]) -> float | None:
+        limits = (longest_step(METHODS[solver], system) for system in systems)
+        return min((limit for limit in limits if limit is not None), default=None)
 
-
-def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
-    """Step limits of each solver at the speed, load and friction of `scene`; its solver and step do not matter."""
     with one_thread():  # small matrices: waiting for other threads takes longer than the work
         states = [balanced(scene, pitches=pitches) for pitches in np.linspace(0.0, 0.5, ANGLES)]
-        systems = [(linearise(model, state), linearise(without_friction(model), state)) for model, state in states]
-        return {
-            solver: StepLimits(
-                whole_s=_least([longest_step(METHODS[solver], whole) for whole, _ in systems]),
-                elastic_s=_least([longest_step(METHODS[solver], elastic) for _, elastic in systems]),
-            )
-            for solver in solvers
-        }
-
-
-def _least(limits: Sequence[float | None]) -> float | None:
-    return min((limit for limit in limits if limit is not None), default=None)
+        whole = [linearise(model, state) for model, state in states]
+        elastic = [linearise(without_friction(model), state) for model, state in states]
+        return {solver: (least(solver, whole), least(solver, elastic)) for solver in solvers}

@@ -119,7 +119,7 @@ def test_only_an_input_that_reverses_the_answer_takes_it_back() -> None:
     assert (blurred["verdict"], blurred["reversed_by"]) == (Verdict.MISSED, [])
     reversed_ = found(readings(), variant(2 * LIMIT, reach_pct=2 * LIMIT))[LEVEL]
     assert (reversed_["verdict"], reversed_["reversed_by"]) == (Verdict.NOT_RESOLVED, ["reach"])
-    assert TOLERANCE.verdict(reversed_["p_beyond"]) is Verdict.MISSED
+    assert verdict_on_tolerance(reversed_["p_beyond"], TOLERANCE.risk) is Verdict.MISSED
 
 
 def test_an_input_whose_knowledge_would_change_the_answer_is_named() -> None:

@@ -97,9 +97,9 @@ def predictions(groups: pd.DataFrame, **how: Any) -> pd.DataFrame:
     }
     found = side_by_side(scenes, lambda key, _: predict(scenes[key], solvers), task="linear theory", **how)
     return pd.DataFrame([
-        {"scene": scene, "rpm": rpm, "solver": name, "predicted_limit_dt_s": limits.whole_s,
-         "predicted_elastic_limit_dt_s": limits.elastic_s}
-        for (scene, rpm), by_solver in found.items() for name, limits in by_solver.items()
+        {"scene": scene, "rpm": rpm, "solver": name, "predicted_limit_dt_s": whole_s,
+         "predicted_elastic_limit_dt_s": elastic_s}
+        for (scene, rpm), by_solver in found.items() for name, (whole_s, elastic_s) in by_solver.items()
     ])  # fmt: skip
 
 
