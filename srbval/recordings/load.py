@@ -39,13 +39,11 @@ def load_recording(
 ) -> Recording:
     """Load one measured file, simulated run or stand-in.
 
-    The format is recognised by the file's first bytes, the data set by its variables. The options answer what the
-    file leaves open and override its own statements: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
-    of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm], `rpm_tolerance_pct` how far
-    off it may be if it is only a set point [%]; `settings` contain these and all other statements.
-    Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
-    impossible option. Does not estimate a speed from the vibration, and does not use the settings kept in the
-    register (`registry.load_registered` does).
+    The options answer what the file leaves open and override its own statements: `channel` by name, sampling rate [Hz],
+    `unit` of the samples in the file (see `reading.UNITS`), mean shaft speed [rpm] and, if that is a set point, its
+    tolerance [%]; `settings` contain these and all others. The settings of the register are not used, see
+    `registry.load_registered`. Raises `DataError` for anything that cannot be read or is ambiguous,
+    `ConfigurationError` for an impossible option.
     """
     given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
@@ -78,10 +76,9 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
+    """The outer ring's acceleration with its radial axes x and y, or the sensor's channel if the run has a path to it.
 
-    Behind a path to the sensor, what that shows is the channel to analyse instead.
-    Does not look at the run's status: check that first, a failed run is not a vibration record.
+    The run's status is not checked: a failed run is not a vibration record.
     """
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
@@ -106,10 +103,7 @@ def recording_from_run(run: Run) -> Recording:
 
 
 def read_frf(path: Path) -> tuple[FloatArray, ComplexArray]:
-    """A measured frequency response: frequencies [Hz], rising, and the response [m/s2/N], complex.
-
-    From a table of text with `RESPONSE_COLUMNS`, or UFF dataset 58; `DataError` for anything else.
-    """
+    """Frequencies [Hz], rising, and response [m/s2/N] of a text table with `RESPONSE_COLUMNS` or UFF dataset 58."""
     kind = detect_format(path)
     columns = (RESPONSE if kind is UFF else kind).load(path).variables
     if tuple(columns) != RESPONSE_COLUMNS:
@@ -132,14 +126,10 @@ def read_file(path: Path) -> Reading:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def _no_band(reading: Reading) -> bool:
-    """True if neither a data set nor the user states a demodulation band."""
-    return reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
-
-
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=_no_band(reading))
+        no_band = reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
+        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=no_band)
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}

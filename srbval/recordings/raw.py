@@ -25,14 +25,11 @@ FREE_BYTES = 128 * 2**20  # small files may expand to this much in any case
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RawFile:
-    """Variables of a file under their own names; fields of nested structs are joined by dots.
+    """Numeric arrays and texts of a file under their own names; fields of nested structs are joined by dots.
 
-    `variables` holds numeric arrays (any shape, as stored) and texts; `attributes` the root attributes
-    of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` the file's statements about
-    single variables.
-    `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
-    With `full_scale` the samples are shares of a full scale whose value the file does not state.
-    `unusable` gives the reason for variables without samples in the file; they are NaN, and a `DataError` if used.
+    `attributes` belong to the whole file, `units` and `rates_hz` to single variables; `notes` and `cautions` are the
+    loader's. With `full_scale` the samples are shares of a full scale that the file does not state. `unusable` gives
+    the reason for variables without samples in the file; they are NaN, and a `DataError` if used.
     """
 
     path: Path
@@ -83,19 +80,13 @@ class RawFile:
 
 
 def as_signal(values: Value, what: str) -> NDArray[np.float64]:
-    """Samples as a contiguous float64 vector, shape [n], a read-only view if they are stored so.
-
-    NaN, infinity, absurdly large and complex values are refused; `what` names the samples in messages.
-    """
+    """Samples as a contiguous float64 vector, [n]; NaN, infinite, absurdly large and complex values are refused."""
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
     with np.errstate(invalid="ignore"):  # NaN makes either comparison false
-        sound = (
-            values.dtype.kind != "f"
-            or values.size == 0
-            or (float(values.min()) > -LARGEST and float(values.max()) < LARGEST)
-        )
+        whole = values.dtype.kind != "f" or values.size == 0
+        sound = whole or (float(values.min()) > -LARGEST and float(values.max()) < LARGEST)
     if not sound:
         wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
         bad = int(np.flatnonzero(wrong)[0])
@@ -113,10 +104,7 @@ def samples_down(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def printable(text: str, longest: int = LONGEST_NAME) -> str:
-    """A name or label out of a file, which may hold anything: one line without control characters.
-
-    Cut after `longest` characters. Markup is left as it is: whoever writes HTML or a terminal's colours escapes it.
-    """
+    """One line of a text out of a file, without control characters, cut after `longest`; markup is not escaped."""
     shown = "".join(c if c.isprintable() else "?" for c in text[: longest + 1])
     return shown if len(shown) <= longest else shown[: longest - 1] + "…"
 

@@ -1,8 +1,4 @@
-"""Contents of a file as a recogniser understood them, before the user's settings decide what is still open.
-
-Units by what files write for them, and the sampling rate that a time column states: only if it is even within its
-own digits and its unit is known.
-"""
+"""Contents of a file as a recogniser understood them, before the user's settings; units and time columns."""
 
 import math
 import re
@@ -111,7 +107,7 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
 
 def _times_of(raw: RawFile, name: str) -> TimeColumn:
     match, shown, times = _TIME.fullmatch(name.lower()), printable(name), np.array(raw.array(name), np.float64).ravel()
-    assert match is not None, "only times are read"
+    assert match, "only times are read"
     if wrong := np.count_nonzero(~(np.abs(times) < LARGEST_TIME)):
         return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
     unit = raw.units.get(name, match[1] or match[2] or "").strip().lower()
@@ -134,11 +130,8 @@ def _times_of(raw: RawFile, name: str) -> TimeColumn:
 
 def _rounding(times: FloatArray) -> float:
     """The last digit that all times share: of their decimals, or of single precision; 0 in full precision."""
-    digit = 0.0
-    for decimals in range(12):
-        if np.abs(times * 10.0**decimals - np.round(times * 10.0**decimals)).max() < 1e-4:
-            digit = 10.0**-decimals
-            break
+    scaled = ((10.0**-decimals, times * 10.0**decimals) for decimals in range(12))
+    digit = next((step for step, values in scaled if np.abs(values - np.round(values)).max() < 1e-4), 0.0)
     single = (times.astype(np.float32) == times).all()
     return max(digit, float(np.spacing(np.float32(np.abs(times).max()))) if single else 0.0)
 
@@ -157,11 +150,10 @@ def _unevenness(name: str, times: FloatArray, steps: FloatArray) -> str:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
-    """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
+    """Samples of one channel as stored, float64, [n]; times `factor` they are in its `unit`.
 
-    `unit` is ``unknown`` if the data set is known to state none, None if the file should have stated one; the
-    samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, if the file states one.
-    `whole_numbers` are those of a converter, or their shares of its full scale, of which nobody has stated what one is.
+    `unit` is ``unknown`` if the data set is known to state none, None if the file should have stated one. With
+    `whole_numbers` the samples are a converter's, of an unknown scale.
     """
 
     samples: FloatArray
@@ -194,10 +186,9 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading(SourceFacts):
-    """Contents of a file. `channel` is None if the file leaves the choice open, as is `fs_hz`.
+    """Contents of a file; `channel` and `fs_hz` are None if the file leaves them open, the latter for `rate_problem`.
 
     `speed_problem` is the reason not to trust the speed in the file; only a speed from the user resolves it.
-    `rate_problem` is the reason why the rate is open, `time` the meaning of the file's times.
     """
 
     channels: Mapping[str, Channel]

@@ -31,11 +31,10 @@ class SpeedSource(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class ShaftSpeed:
-    """Mean shaft speed of a record.
+    """Mean shaft speed of a record with the half width of its 95 % interval.
 
-    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean over this very record. `spread_hz` is the standard
-    deviation over the record and `drift_hz` the change from its first to its last quarter, if the speed was
-    measured over the record, else None.
+    If the speed was measured over the record, `spread_hz` is its standard deviation and `drift_hz` its change from the
+    first to the last quarter.
     """
 
     value_hz: float
@@ -55,10 +54,10 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """Facts that the source of a record states; None if it does not. Loads in N, nominal speed in rpm.
+    """Facts that the source of a record states; None if it does not.
 
-    `own_bearing`: the bearing that a simulated run carries, as far as its lines need it. `notes` give the source of
-    each fact, `cautions` what may make the numbers wrong, each with a count.
+    `own_bearing` is the bearing stored with a simulated run. `notes` give the source of each fact, `cautions` list what
+    may make the numbers wrong.
     """
 
     origin: Origin
@@ -77,15 +76,11 @@ class SourceFacts:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(SourceFacts):
-    """Vibration of one bearing, all channels at one rate.
+    """Vibration of one bearing: `channels`, float64, each [n], all at one rate.
 
-    `channels` maps a channel's name to its samples, float64, shape [n]. `unit` is that of the samples as
-    stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
-    ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
-    instead, to be rotated onto the sensor's direction. A fact that the source does not state is None.
-    `speed_signal` is the signal whose mean is `speed`, if there is one; `band_hz` is the demodulation band that its
-    data set declares or the user stated. With `scale_missing` the samples are whole numbers of a converter whose scale
-    in the unit given for them nobody has stated: `unit` is ``unknown`` then.
+    `channel` names the one to analyse; a simulated run has two radial `axes` instead, to be rotated onto the sensor's
+    direction. `unit` is ``m/s2`` if the source states enough to convert, else its own, else ``unknown``, as with
+    `scale_missing` (see `Channel`). `band_hz` is the demodulation band that the data set or the user states.
     """
 
     name: str

@@ -19,10 +19,7 @@ CODE_ROUNDING = 0.01  # of a digital step
 
 
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
-    """Clipped samples (at the limit of an integer type or converter, or piled up) and held ones, with their counts.
-
-    A constant signal has none: the analysis refuses it.
-    """
+    """Clipped and held samples, with their counts; none for a constant signal, which the analysis refuses."""
     if samples.size < 2 or samples.min() == samples.max():
         return ()
     starts = np.concatenate(([0], np.flatnonzero(samples[1:] != samples[:-1]) + 1))
@@ -55,8 +52,7 @@ def _share(count: int, samples: FloatArray) -> str:
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray) -> float:
     """Length that runs of equal samples reach by chance less than `CHANCE` times in the record.
 
-    Each run counts once, so that few long ones do not make long ones likely. Where the digits are coarse against the
-    changes from sample to sample (a slow signal, little noise), plateaus are natural and only very long ones count.
+    If the digits are coarse against the changes from sample to sample, only very long runs count.
     """
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:

@@ -22,11 +22,8 @@ from srbval.storage.files import read_limited
 from srbval.storage.tables import build
 
 FILE = "file"  # column of a table of labels
-ALIASES = {
-    "fs": "fs_hz",
-    "band": "band_hz",
-    "sensitivity": "sensitivity_mv_per_g",
-}  # as the options of `srbval data add` are called
+# Names of the options of `srbval data add`.
+ALIASES = {"fs": "fs_hz", "band": "band_hz", "sensitivity": "sensitivity_mv_per_g"}
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
@@ -48,14 +45,11 @@ SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --p
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings:
-    """Statements of the user about a record; None if nothing is stated.
+    """Statements of the user about a record; None if nothing is stated, `ConfigurationError` for an impossible value.
 
-    `channel` to analyse by name; sampling rate [Hz]; unit of the samples (see `reading.UNITS`) once they are multiplied
-    by `scale`; sensitivity of the sensor [mV/g] if that unit is V or mV; mean shaft speed [rpm], or the channel of
-    the tachometer with its pulses per revolution of the shaft; state and bearing (a name or a TOML file), loads [kN];
-    demodulation band [Hz], or `auto_band`, to choose one on the record.
-    With `rpm_tolerance_pct` [%] the speed is a set point that the shaft keeps within it (95 %), else a measured one.
-    Raises `ConfigurationError` for an impossible value.
+    `unit` belongs to the samples times `scale`; `sensitivity_mv_per_g` converts V or mV. `tacho` is the tachometer's
+    channel. With `rpm_tolerance_pct` the speed is a set point that the shaft keeps within it (95 %), else a measured
+    one. `bearing` is a name or a TOML file. `auto_band` chooses a demodulation band on the record.
     """
 
     channel: str | None = None
@@ -94,10 +88,8 @@ class RecordingSettings:
         if self.unit is not None and self.unit not in UNITS:
             raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
         if self.band_hz is not None and not 0 < self.band_hz[0] < self.band_hz[1] < math.inf:
-            low, high = self.band_hz
-            raise ConfigurationError(
-                f"band {low:g} to {high:g} Hz: the second edge must be above the first, both above 0."
-            )
+            edges = "{:g} to {:g} Hz".format(*self.band_hz)
+            raise ConfigurationError(f"band {edges}: the second edge must be above the first, both above 0.")
 
     def __bool__(self) -> bool:
         return self != RecordingSettings()
@@ -151,23 +143,17 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity if they fit, state and bearing."""
-    stated = {
-        "unit": settings.unit,
-        "factor": settings.scale,
-        "state": settings.state,
-        "bearing": settings.bearing,
-        "band_hz": settings.band_hz,
-    }
+    stated = {key: getattr(settings, key) for key in ("unit", "state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
-    given |= {"whole_numbers": False} if settings.scale else {}
+    given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
     channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}
+    caution = (
+        "its samples are whole numbers of a converter, and no --scale says what they are in {}: levels "
+        "are not known, and not compared with another record's"
+    )
     for name, c in channels.items():
         if c.scale_missing:
-            caution = (
-                f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
-                "are not known, and not compared with another record's"
-            )
-            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution))
+            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution.format(c.unit)))
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
@@ -202,13 +188,8 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
     questions, names = list[OpenQuestion](), reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
         known = _names(names)
-        questions.append(
-            OpenQuestion(
-                f"which of {len(names)} channels",
-                f"--channel {' | '.join(known)}",
-                f"--channel {shlex.quote(known[0])}",
-            )
-        )
+        options = f"--channel {' | '.join(known)}", f"--channel {shlex.quote(known[0])}"
+        questions.append(OpenQuestion(f"which of {len(names)} channels", *options))
     main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
     if reading.fs_hz is None and not all(c.fs_hz for c in main):
         because = f" ({reading.rate_problem})" if reading.rate_problem else ""
@@ -249,11 +230,10 @@ def _names(channels: Iterable[str]) -> list[str]:
 
 
 def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping[Path, RecordingSettings]:
-    """Settings by file, from a CSV whose header has ``file`` and any field of
-    `RecordingSettings`; an empty field leaves `common`.
+    """Settings by file below `folder`, from a CSV with the columns ``file`` and any of `RecordingSettings`.
 
-    Separated by commas, semicolons or tabs; with the latter two, decimals may have a comma. Paths are below `folder`.
-    Raises `ConfigurationError` that lists everything that is wrong with the table.
+    An empty field leaves `common`. Separated by semicolons or tabs, decimals may have a comma. `ConfigurationError`
+    lists everything that is wrong.
     """
     every = dataclasses.fields(RecordingSettings)
     fields = {field.name: str(field.type) for field in every if field.name != "auto_band"}

@@ -30,11 +30,9 @@ AGREES = 0.1  # of the speed stated by the user: more is a wrong number of pulse
 def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> ShaftSpeed:
     """Mean of a tachometer signal [Hz], sampled evenly at `rate_hz`, with its 95 % interval and drift.
 
-    The interval of the mean contains the errors of the clocks (`SCALE_CI95`) and the sensor's noise. White noise has a
-    sixth of the variance of the second differences. If the sensor smooths its signal, second differences contain no
-    noise, but the errors of the angle at both ends remain: those of the times of whole revolutions (`turn_error_s`).
-    The variation of the shaft's speed (`spread_hz`) is not an error of the mean. Raises `DataError` for a signal that
-    cannot be a shaft speed.
+    The interval contains the errors of the clocks (`SCALE_CI95`), white noise (a sixth of the variance of the second
+    differences), and the errors of the angle at both ends (`turn_error_s`), which remain if the sensor smooths its
+    signal. Raises `DataError` for a signal that cannot be a shaft speed.
     """
     if speed_hz.size < MIN_TACHOMETER_SAMPLES:
         raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
@@ -58,9 +56,7 @@ def tachometer_speed(speed_hz: FloatArray, rate_hz: float | None = None) -> Shaf
 def turn_error_s(speed_hz: FloatArray, rate_hz: float) -> float:
     """White error of the times at which a sensor's signal completes a revolution [s]; 0 below `LEAST_TURNS` of them.
 
-    What `speed_from_pulses` takes from its pulses: the second differences of the times of whole revolutions, variance
-    over 6. Too large if the shaft itself changes from one revolution to the next, too small if the sensor smooths
-    over more than one.
+    Too large if the shaft changes from one revolution to the next, too small if the sensor smooths over several.
     """
     turns = np.abs(np.concatenate(([0.0], np.cumsum((speed_hz[1:] + speed_hz[:-1]) / 2) / rate_hz)))
     marks = np.interp(np.arange(math.floor(turns[-1]) + 1), turns, np.arange(turns.size) / rate_hz)
@@ -97,10 +93,10 @@ def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.
 
 
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
-    """`reading` with the speed that `channel` shows; what is wrong with it becomes its `speed_problem`.
+    """`reading` with the speed that `channel` shows, or the reason why it has none as its `speed_problem`.
 
-    A channel in rpm, Hz or rad/s is a speed, any other one pulses. `rpm` is what the user states of the mean. The
-    channel's rate is the record's if both have as many samples, unless the file states another one.
+    A channel in rpm, Hz or rad/s is a speed, any other one pulses. Its rate is the record's if both have as many
+    samples, unless the file states another one. `rpm` is the mean that the user states.
     """
     name, factor, problem = channel.variable or "", SPEED_HZ.get(channel.unit or ""), None
     main = reading.channels[reading.channel] if reading.channel is not None else channel
@@ -131,13 +127,11 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
 def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) -> tuple[ShaftSpeed, SpeedSignal, int]:
     """Mean speed, its course over the record, and the number of pulses, from a channel of pulses at `fs_hz` [Hz].
 
-    A pulse counts where the signal rises through the middle of its two levels. The mean is the whole revolutions over
-    their time. Its 95 % interval comes from the times of single pulses: their white error is what the second
-    differences of the times of whole revolutions show (variance over 6), at least that of a sample's width
-    (1 / (sqrt(12) `fs_hz`)), at both ends; and from the part of the record that no whole revolution covers, at the
-    spread of the speed. Pulses and vibration have one clock, so its scale cancels in every order and is not counted.
-    The course is the derivative of a cubic spline through the times of whole revolutions: errors of the disc within a
-    revolution cancel. Raises `DataError` if there are too few pulses, or some are missing or too many.
+    The mean is the whole revolutions over their time. Its 95 % interval joins the white error of a pulse at both ends
+    (`_white_error`, at least 1 / (sqrt(12) `fs_hz`)) and the part of the record that no whole revolution covers, at the
+    spread of the speed. Pulses and vibration have one clock, so its scale cancels in every order. The course is the
+    derivative of a cubic spline through the times of whole revolutions: errors of the disc within a revolution cancel.
+    Raises `DataError` if there are too few pulses, or some are missing or too many.
     """
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import median_filter
@@ -146,9 +140,8 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
     stride = max(1, round(pulses_per_rev))
     marks = times[::stride]
     if marks.size < LEAST_TURNS + 1:
-        raise DataError(
-            f"{times.size} pulses, {times.size / pulses_per_rev:.3g} revolutions; {LEAST_TURNS} are needed."
-        )
+        turned = times.size / pulses_per_rev
+        raise DataError(f"{times.size} pulses, {turned:.3g} revolutions; {LEAST_TURNS} are needed.")
     intervals = np.diff(times)
     usual = median_filter(intervals, size=min(2 * NEIGHBOURS * stride + 1, intervals.size), mode="nearest")
     odd = np.flatnonzero(np.abs(intervals / usual - 1) > ODD_INTERVAL)

@@ -1,6 +1,5 @@
-"""Recognisers: from named variables to a `Reading`.
+"""Recognisers: from named variables to a `Reading`, by the descriptions of data sets in `data_manifest`.
 
-A data set is described by a file in `data_manifest`; its `reader` names the recogniser that applies the description.
 A new layout is a module with a reader and its entry in `READERS`.
 """
 
@@ -25,10 +24,7 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Files of this program first, then the first description that fits; any other file as plain named vectors.
-
-    Raises `DataError` if a file is of a known kind but damaged, or contains no vibration signal at all.
-    """
+    """Read a file of this program, else by the first description that fits, else as plain named vectors."""
     known = (READERS[description.reader](raw, description) for description in known_datasets())
     reading = read_srbval_file(raw) or next((one for one in known if one is not None), None) or read_generic(raw)
     channels: Mapping[str, Channel] = reading.channels

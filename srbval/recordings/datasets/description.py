@@ -19,10 +19,9 @@ from srbval.storage.tables import build, read_toml
 class MatchRule:
     """Marks of a file of the set: `file` is searched in its name, every `variables` pattern must match one.
 
-    Named groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``,
-    ``end``, ``record``, ``hp``; `label_variable` and `nominal_rpm_variable` of the file take precedence over them.
-    `columns` are the column counts of a text table, `vectors` the number of numeric vectors. Without
-    `file_required` a renamed file is still recognised by its variables.
+    Named groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``, ``end``,
+    ``record``, ``hp``; variables of the file take precedence. `columns` are the column counts of a text table,
+    `vectors` the number of numeric vectors.
     """
 
     file: str | None = None
@@ -53,10 +52,7 @@ class MatchRule:
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
-    """A channel: the pattern of its variable, its unit (``m/s2``, ``g``, ``V``, ``unknown``), its bearing.
-
-    Of several channels, the one marked `analyse` is analysed; without a mark the user must choose.
-    """
+    """A channel with the pattern of its variable; if none of several is marked `analyse`, the user must choose."""
 
     name: str
     variable: str
@@ -82,10 +78,7 @@ class RateRule:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
-    """Shaft speed: tachometer signal with its rate, stated measured value, nominal value; best first.
-
-    `nominal_ci95_pct` is the declared half width of a nominal speed's 95 % interval.
-    """
+    """Shaft speed: tachometer signal, stated measured value, nominal value; best first."""
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
@@ -147,8 +140,7 @@ class RecordRange:
 class ExpectedFile:
     """A file the set should have; `url` and `sha256` if it can be downloaded.
 
-    `used_for`: `fit` if something of the model was fitted to it, `withheld` if it was only looked at; None if
-    the project has not opened it.
+    `used_for` is `fit` if the model was fitted to it, `withheld` if it was only looked at, None if it was never opened.
     """
 
     name: str
@@ -170,11 +162,10 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
+    """One data set; `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
 
-    `labels`: states of the bearing by the pattern of the file's label. `orders`: published fault orders of a bearing,
-    with their ``source``. `one_rig_a_folder`: the set mixes machines, and only files in the same folder come
-    from the same one.
+    `labels` are states of the bearing by the pattern of the file's label, `orders` published fault orders of a bearing.
+    With `one_rig_a_folder` the set contains several machines, each in its folder.
     """
 
     name: str

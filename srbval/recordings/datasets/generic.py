@@ -23,10 +23,9 @@ _RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Every numeric vector of at least 256 samples is a candidate channel, a matrix is one per column.
+    """Take every numeric vector of at least `MIN_SAMPLES` as a channel, also each column of a matrix.
 
-    Nothing is guessed: what no variable or attribute names, or two name differently, stays open; what is left out is
-    said. Raises `DataError` if there is no numeric vector at all.
+    Nothing is guessed: facts that no variable or attribute names, or two name differently, stay open.
     """
     channels: dict[str, Channel] = {}
     for name, channel in _candidates(raw):
@@ -68,26 +67,14 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
         is_number_of_sample = values[0] in (0, 1) and (np.diff(values) == 1).all()
         if is_time(name) or is_number_of_sample:
             continue
-        samples = as_signal(column, f"{raw.path}: {name}")
-        text = _unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else "")
-        whole = known_unit(text) is None and (raw.full_scale or column.dtype.kind in "iu")
-        yield (
-            printable(name),
-            Channel(
-                samples=samples,
-                unit=known_unit(text),
-                variable=name,
-                fs_hz=raw.rates_hz.get(variable),
-                whole_numbers=whole,
-            ),
-        )
+        samples, fs_hz = as_signal(column, f"{raw.path}: {name}"), raw.rates_hz.get(variable)
+        unit = known_unit(_unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else ""))
+        whole = unit is None and (raw.full_scale or column.dtype.kind in "iu")
+        yield printable(name), Channel(samples=samples, unit=unit, variable=name, fs_hz=fs_hz, whole_numbers=whole)
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
-    """The unit of a variable as the file states it: with it, in its name, in a text beside it, in one for all.
-
-    The first of these that is known, else the first of the texts.
-    """
+    """Unit of a variable as the file states it: the first that is known, else the first text."""
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]

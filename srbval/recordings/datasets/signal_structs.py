@@ -1,8 +1,7 @@
 """Recogniser for files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
-The layout of the rig's full recordings (an LMS Test.Lab export). Stored values are SI; the quantity's
-label names the display unit and its ``unit_transformation.factor`` leads from the stored to the display
-unit. A signal is recognised by its quantity, never by its number.
+The layout of the rig's full recordings (an LMS Test.Lab export). Stored values are SI; the quantity's label names the
+display unit, and ``unit_transformation.factor`` leads to it.
 """
 
 import math
@@ -48,9 +47,8 @@ class StructSignal(NamedTuple):
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
     """The accelerometers and the speed signal of the file; None if it has no such struct.
 
-    Other rigs export the same layout: only a file named as in this set is taken as one of its recordings, with its
-    bearing and its choice of sensor. For others both stay open. A recording of the set whose sensors are arranged
-    differently leaves the sensor open; the user's choice is the sensor of the tested bearing.
+    Bearing and choice of sensor are known for a file named as in this set, since other rigs export the same layout; the
+    sensor stays open if the sensors are arranged differently.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
@@ -101,10 +99,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> StructSignal | None:
-    """The struct as a signal if its label is one of `labels`; sizes and factor are checked.
-
-    Without a stated factor the layout's rule applies: stored is SI.
-    """
+    """The struct as a signal if its label is one of `labels`; without a stated factor its values are SI."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None

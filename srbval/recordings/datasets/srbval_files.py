@@ -24,10 +24,7 @@ ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
 def read_srbval_file(raw: RawFile) -> Reading | None:
-    """A run (axes x and y, or the channel behind its path to the sensor) or a stand-in, in m/s2, at its speed.
-
-    None for a file that another program wrote.
-    """
+    """A run or a stand-in in m/s2, at its speed; None for a file that another program wrote."""
     if KIND_ATTRIBUTE not in raw.attributes:
         return None
     kind = raw.text(KIND_ATTRIBUTE)

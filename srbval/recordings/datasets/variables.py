@@ -1,8 +1,7 @@
 """Recognisers for data sets of plain named variables, by the rules of the description.
 
-The records of Case Western Reserve University (``X105_DE_time``, ``X105RPM``) state no sampling rate, label or unit.
-The record number in the variable names gives all three, from the data set's own list (`records` of the description);
-the file's name is checked against it if it states the same things.
+The records of Case Western Reserve University state no sampling rate, label or unit; the record number in the variable
+names (``X105_DE_time``) gives all three from the data set's list (`records` of the description).
 """
 
 import re

@@ -1,7 +1,6 @@
-"""File formats that can be read: each has a loader that turns a file into a `RawFile` and interprets nothing.
+"""File formats that can be read, recognised by a file's first bytes; a loader makes a `RawFile` and interprets nothing.
 
-A new format is a `limited.FileFormat` and its entry in `FORMATS`; if a library that is no dependency reads it, the
-format names that. A file's format is recognised by its first bytes, never by its name.
+A new format is a `limited.FileFormat` and its entry in `FORMATS`.
 """
 
 from pathlib import Path

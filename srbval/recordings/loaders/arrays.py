@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.loaders.limited import FileFormat, begins
 from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
 
 # Version 3 differs in the names of fields, and arrays with fields are not recordings.
@@ -24,10 +24,7 @@ UNIT_KEYS = (b"unit", b"units")  # in the metadata of a column
 
 
 def load_npy(path: Path) -> RawFile:
-    """Read the one array of a .npy file, mapped from disk; its variable is called ``data``.
-
-    Header and size of the file must agree: a damaged header would otherwise cut samples off, or claim more than memory.
-    """
+    """Read the one array of a .npy file, mapped from disk, into ``data``; its header must agree with its size."""
     try:
         with path.open("rb") as stream:
             version = np.lib.format.read_magic(stream)
@@ -72,10 +69,9 @@ def load_npz(path: Path) -> RawFile:
 
 
 def load_matlab(path: Path) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file, as stored, never converted.
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and nothing else.
 
-    Cells and structs of one element are unwrapped; of larger ones each element's index goes into its name.
-    Complex and sparse arrays, function handles and Java objects are left out.
+    The index of an element of a cell or struct with several elements is part of its name.
     """
     from scipy.io import loadmat, whosmat
 
@@ -109,11 +105,7 @@ def _collect(variables: dict[str, Value], name: str, value: Any, depth: int) -> 
 
 
 def load_table(path: Path) -> RawFile:
-    """Read the numeric columns and the times of a table; metadata of the table are attributes, of columns units.
-
-    Times of the calendar become seconds from the first one. A value that is missing becomes NaN, which is refused
-    where it is used.
-    """
+    """Read the numeric columns and the times of a table; calendar times become seconds from the first one."""
     import pyarrow
     from pyarrow import parquet, types
 
@@ -153,35 +145,13 @@ def load_table(path: Path) -> RawFile:
     )
 
 
-NPY = FileFormat(
-    name="NumPy",
-    description="NumPy .npy",
-    matches=lambda head: head.startswith(b"\x93NUMPY"),
-    read=load_npy,
-    trusted=True,
-)
-NPZ = FileFormat(
-    name="NumPy archive",
-    description="NumPy .npz",
-    matches=lambda head: head.startswith(b"PK\x03\x04"),
-    read=load_npz,
-    kind=".npz file",
-)
-MATLAB = FileFormat(
-    name="MATLAB v5",
-    description="MATLAB v5",
-    matches=lambda head: head.startswith(b"MATLAB 5.0") or head[124:128] in MAT_VERSION_AND_ENDIAN,
-    read=load_matlab,
-    kind="MATLAB v5 file",
-    library=("scipy.io.matlab", "scipy"),
-    expansion=MAT_EXPANSION,
-)
-TABLE = FileFormat(
-    name="table in columns",
-    description="Parquet, Feather",
-    matches=lambda head: head.startswith((PARQUET, FEATHER)),
-    read=load_table,
-    kind="table",
-    library=("pyarrow.parquet", "pyarrow"),
-    expansion=TABLE_EXPANSION,
-)
+def _is_matlab(head: bytes) -> bool:
+    return head.startswith(b"MATLAB 5.0") or head[124:128] in MAT_VERSION_AND_ENDIAN
+
+
+_SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
+NPY = FileFormat("NumPy", "NumPy .npy", begins(b"\x93NUMPY"), load_npy, trusted=True)
+NPZ = FileFormat("NumPy archive", "NumPy .npz", begins(b"PK\x03\x04"), load_npz, ".npz file")
+MATLAB = FileFormat("MATLAB v5", "MATLAB v5", _is_matlab, load_matlab, "MATLAB v5 file", _SCIPY, MAT_EXPANSION)
+TABLE_MARKS = begins(PARQUET, FEATHER)
+TABLE = FileFormat("table in columns", "Parquet, Feather", TABLE_MARKS, load_table, "table", _PYARROW, TABLE_EXPANSION)

@@ -23,11 +23,10 @@ SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these s
 
 
 def load_hdf5(path: Path) -> RawFile:
-    """Read numeric datasets, texts and root attributes; groups are joined by dots, as MATLAB structs are.
+    """Read numeric datasets, texts and root attributes; names of groups are joined by dots.
 
-    A MATLAB v7.3 struct is a group, a cell a dataset of references, a text an array of 16-bit codes;
-    arrays are transposed back to MATLAB's own shape. Arrays whose samples are not in the file, or packed by a filter
-    that is not installed, are `unusable`. What the file claims is checked before it is read.
+    In MATLAB v7.3 a struct is a group, a cell a dataset of references, a text an array of 16-bit codes; arrays are
+    transposed to MATLAB's shape. Arrays without samples in the file, or packed by an unknown filter, are `unusable`.
     """
     import h5py
 
@@ -136,10 +135,7 @@ class _Hdf5Reader:
 
 
 def _not_there(name: str, dataset: Any, size: int) -> str | None:
-    """Why the samples cannot be had: filters that are missing or too many, chunks that nobody wrote (read as zeros).
-
-    Of a contiguous dataset it is only known whether anything was written at all.
-    """
+    """Reason why the samples cannot be read: filters missing or too many, or chunks that were never written."""
     import h5py
 
     settings = dataset.id.get_create_plist()
@@ -165,10 +161,8 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = FileFormat(
-    name="HDF5",
-    description="HDF5 (MATLAB v7.3 included)",
-    matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    read=load_hdf5,
-    kind="HDF5 file",
-)
+def _is_hdf5(head: bytes) -> bool:
+    return any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS)
+
+
+FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", _is_hdf5, load_hdf5, "HDF5 file")

@@ -27,29 +27,28 @@ _idle: list[WorkerProcess] = []
 _running: set[WorkerProcess] = set()
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FileFormat:
-    """A format: its name, how messages call it, whether the first bytes of a file show it, and its loader.
+    """A format, the test of a file's first bytes for it, and its loader, a function of a module.
 
-    `read`, a function of a module, may raise anything, hang or crash. It runs in a process with limits, except if it
-    is `trusted`. `kind` is what messages call a file. `library` is imported before the limits hold: the module, and the
-    library's name to install it by. The contents may take `expansion` times the file's size.
+    Unless it is `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` is the
+    module to import before the limits hold, and the name to install it by; `kind` is what messages call a file. The
+    contents may take `expansion` times the file's size.
     """
 
     name: str
     description: str
     matches: Callable[[bytes], bool]
     read: Callable[[Path], RawFile]
-    trusted: bool = False
     kind: str = "file"
     library: tuple[str, str] | None = None
     expansion: int = EXPANSION
+    trusted: bool = False
 
     def load(self, path: Path) -> RawFile:
         """Load the file at `path`; `DataError` if that fails or takes too much.
 
-        Any exception here, Ctrl-C included, ends the process that reads. If one dies that has read other files
-        before, a new one tries again: one of those may be to blame.
+        Any exception here ends the process that reads. A new process tries again if one dies that had read other files.
         """
         if self.trusted:
             return self.read(path)
@@ -95,6 +94,11 @@ class FileFormat:
         else:
             text = f"the process that reads it ended ({how}), perhaps for lack of memory. Try again; see: srbval doctor"
         raise DataError(f"{path}: {text}")
+
+
+def begins(*marks: bytes) -> Callable[[bytes], bool]:
+    """Test whether a file begins with one of the `marks`."""
+    return lambda head: head.startswith(marks)
 
 
 @atexit.register

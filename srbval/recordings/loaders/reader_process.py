@@ -27,10 +27,7 @@ def load() -> Callable[[Request], RawFile | DataError]:
 
 
 def _read(request: Request) -> RawFile | DataError:
-    """Load a file in the given working folder, with so much computing time [s] and memory [bytes] from now on.
-
-    Beyond its computing time the system ends this process (SIGXCPU), wherever it is.
-    """
+    """Load a file in the given working folder, with so much computing time [s] (else SIGXCPU) and memory [bytes]."""
     read, path, folder, computing_s, memory, library, kind = request
     if library is not None:
         module, name = library

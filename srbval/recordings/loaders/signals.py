@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.loaders.limited import FileFormat, begins
 from srbval.recordings.raw import RawFile, Value, check_claim
 
 PACKED = 8  # times: bits packed without loss, or 8 and 16-bit samples, become 32 or 64-bit ones
@@ -32,10 +32,9 @@ _UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
 
 
 def load_audio(path: Path) -> RawFile:
-    """Read all channels into ``data`` and the sampling rate into ``fs_hz``.
+    """Read all channels into ``data``, whole numbers as shares of full scale, and the sampling rate into ``fs_hz``.
 
-    Whole numbers become shares of full scale, as the format defines them; no file states the full scale in volt.
-    A header that claims more than there is, and a FLAC checksum that does not fit, are a `DataError`.
+    Raises `DataError` for a header that claims more than there is, and for a wrong FLAC checksum.
     """
     import soundfile
 
@@ -83,8 +82,8 @@ def _check_md5(path: Path, file: Any, bits: int) -> None:
 def load_tdms(path: Path) -> RawFile:
     """Read every numeric channel, scaled by its properties, with its unit and rate.
 
-    Channels are named ``group.channel``, or ``channel`` if there is one group. Other properties of the file that are
-    numbers or texts become attributes. A last segment that is shorter than its header states is a `DataError`.
+    Channels are named ``group.channel``, or ``channel`` if there is one group. A last segment that is cut is a
+    `DataError`.
     """
     from nptdms import TdmsFile
 
@@ -116,10 +115,9 @@ def load_tdms(path: Path) -> RawFile:
 
 
 def load_uff(path: Path) -> RawFile:
-    """Read the time signals: real ones of data sets 58 that are time responses or general functions.
+    """Read the time signals of data sets 58, named by their first identification line if it names one only.
 
-    Named by their first identification line, with node and direction if that names more than one. The unit is the
-    ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 states SI.
+    The unit is the ordinate's label; without one it is m/s2 for an acceleration in a file whose data set 164 states SI.
     """
     import pyuff
 
@@ -173,33 +171,16 @@ def load_response(path: Path) -> RawFile:
     return RawFile(path=path, format=UFF.name, variables=dict(zip(RESPONSE_COLUMNS, values, strict=True)))
 
 
-AUDIO = FileFormat(
-    name="sound",
-    description="WAV, FLAC",
-    matches=lambda head: (
-        head.startswith(b"fLaC") or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
-    ),
-    read=load_audio,
-    kind="sound file",
-    library=("soundfile", "soundfile"),
-    expansion=PACKED,
-)
-TDMS = FileFormat(
-    name="TDMS",
-    description="TDMS",
-    matches=lambda head: head.startswith(b"TDSm"),
-    read=load_tdms,
-    kind="TDMS file",
-    library=("nptdms", "npTDMS"),
-    expansion=PACKED,
-)
-UFF = FileFormat(
-    name="UFF58",
-    description="universal file (UFF, data set 58)",
-    matches=lambda head: _UFF_HEAD.match(head) is not None,
-    read=load_uff,
-    kind="universal file",
-    library=("pyuff", "pyuff"),
-    expansion=UFF_EXPANSION,
-)
+def _is_audio(head: bytes) -> bool:
+    return head.startswith(b"fLaC") or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
+
+
+def _is_uff(head: bytes) -> bool:
+    return _UFF_HEAD.match(head) is not None
+
+
+_UFF = "universal file (UFF, data set 58)"
+AUDIO = FileFormat("sound", "WAV, FLAC", _is_audio, load_audio, "sound file", ("soundfile", "soundfile"), PACKED)
+TDMS = FileFormat("TDMS", "TDMS", begins(b"TDSm"), load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED)
+UFF = FileFormat("UFF58", _UFF, _is_uff, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
 RESPONSE = replace(UFF, read=load_response)

@@ -1,7 +1,4 @@
-"""Text tables: comma, semicolon, tab or blank separated, with or without a header line.
-
-Every sample counts: a row that is not like the others is an error that names its line, never a row less.
-"""
+"""Text tables: comma, semicolon, tab or blank separated, with or without a header line."""
 
 import codecs
 import csv
@@ -39,11 +36,9 @@ _MINUS_ZERO = re.compile(r"[,\n][ \t]*-0[ \t]*[,\n]")
 def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
-    Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is kept as an
-    attribute. The header may have a second line, of units. Decimal commas are read if another separator leaves no
-    doubt. Raises `DataError` for anything that is not a table of
-    numbers, and for a table with blank lines between its rows, rows of another length, fields that are not finite
-    numbers, unnamed columns or two of one name.
+    Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is an attribute.
+    The header may have a second line, of units. Decimal commas are read if another separator leaves no doubt. Raises
+    `DataError` for any row that is not like the others, and any field that is not a finite number.
     """
     lines, notes = _lines(path)
     rows = [i for i, line in enumerate(lines) if line and not line.startswith("#")]
@@ -222,11 +217,9 @@ def _decimal_commas(path: Path, data: list[int], body: str, separator: str | Non
     return comma is not None and separator != ","
 
 
-FORMAT = FileFormat(
-    name=TEXT,
-    description="a text table",
-    # No control characters but white space; any 8-bit encoding, and UTF-16 with its mark.
-    matches=lambda head: head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head),
-    read=load_text,
-    trusted=True,
-)
+def _is_text(head: bytes) -> bool:
+    """True without control characters but white space, in any 8-bit encoding, and for UTF-16 with its mark."""
+    return head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
+
+
+FORMAT = FileFormat(TEXT, "a text table", _is_text, load_text, trusted=True)

@@ -24,10 +24,9 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable recordings of the rig, of all or of those `registered`, by state and nominal motor speed [rpm].
+    """Usable recordings of the rig by state and nominal motor speed [rpm], full ones first, each content once.
 
-    Full recordings come first, each content once; the records that come with the program only if none is registered of
-    the same state, load and speed.
+    A record that comes with the program is left out if one of the same state, load and speed is registered.
     """
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
@@ -41,10 +40,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def unopened(entry: RegisteredRecording) -> bool:
-    """True for a record of the rig that the project has not opened, by its hash (`ExpectedFile.used_for`).
-
-    A record at the operating point of an opened one counts as opened: it may be a longer part of the same measurement.
-    """
+    """True for a record of the rig whose hash and operating point are not those of an opened one (`used_for`)."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = [file for file in excerpts.files if file.used_for]
     names = [re.search(excerpts.match.file or "", file.name, re.IGNORECASE) for file in opened]
@@ -62,11 +58,10 @@ def find_recording(*, state: Fault, nominal_rpm: float) -> RegisteredRecording |
 
 
 def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
-    """The registered healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
+    """The longest other healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
 
-    The baseline that a faulted record is compared with. Of several the longest. Without a data set the rig is the
-    folder, the bearing must be the same, and the mean speeds must agree to `SAME_SPEED`; a record without a speed has
-    none, because no other record is known to be comparable. Never the record itself.
+    Without a data set the bearing must be the same and the mean speeds must agree to `SAME_SPEED`; a record without a
+    speed has no baseline.
     """
     if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
@@ -108,10 +103,7 @@ def load_entry(entry: RegisteredRecording) -> Recording:
 
 
 def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
-    """`load_recording` with `settings`, and with the register's if these are not given.
-
-    A register that cannot be read counts as empty: the file itself can still be loaded.
-    """
+    """`load_recording` with `settings`, and with the register's if these are not given."""
     return load_recording(path, (settings or RecordingSettings()).over(registered_settings(path)))
 
 

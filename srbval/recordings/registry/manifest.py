@@ -1,7 +1,4 @@
-"""Registered files, their list as the `data` commands report it, and the manifest that keeps them.
-
-The manifest is one JSON file, which one process at a time reads, changes and writes as a whole.
-"""
+"""Registered files, their list as the `data` commands report it, and the manifest that keeps them."""
 
 from __future__ import annotations
 
@@ -45,9 +42,8 @@ class FileStatus(enum.StrEnum):
 class RegisteredRecording:
     """An entry of the register; `sha256`, `size_bytes` and `mtime_ns` are those at the first registration.
 
-    Loads in kN, `fs_hz` in Hz, `rpm` the mean shaft speed if known; a fact is None if neither the file nor the user
-    states it. `reason` explains every status but ok, and lists the open questions of an ok file. `settings` are the
-    user's. `cautions` list what may make the numbers wrong; None if nothing was read.
+    `reason` explains every status but ok, and lists the open questions of an ok file. A fact is None if neither the
+    file nor the user states it, `cautions` if nothing was read.
     """
 
     file: str
@@ -86,10 +82,7 @@ Entries = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
-    """The first recording of each SHA-256: a copy is no further evidence.
-
-    Copies with different settings, such as another channel, are different recordings; so are files without a hash.
-    """
+    """The first recording of each SHA-256 and settings; files without a hash count as different."""
     found: dict[object, RegisteredRecording] = {}
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
@@ -99,8 +92,8 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 class RegisterListing:
     """The register, or the part that a command changed, sorted by file; `unreadable` is the reason why it is empty.
 
-    `left_out` are files that are no recordings; `coverage` contains the grid of each data set that has one and a file
-    here (for the rig: the paper's Table 5): all `points` with their ok `files`, and the number without any, `missing`.
+    `left_out` are files that are no recordings; `coverage` lists the points of the grid of each data set present (for
+    the rig: the paper's Table 5) with their ok `files`, and the number of `missing` points.
     """
 
     def __init__(self, recordings: Iterable[RegisteredRecording], unreadable: str = "") -> None:

@@ -58,15 +58,11 @@ def add(
 ) -> RegisterListing:
     """Register every file under `folder` (or one file), or the files of a `table` of labels; nothing is copied.
 
-    The entry of a file keeps the SHA-256 of its first registration; a file that differs is reported as changed, unless
-    `repin`. `settings` are stored for each of the files and used whenever one is loaded; without any, the stored ones
-    stay (`repin` deletes them). If a registered file has moved, its old entry is removed and its settings stay (except
-    with `repin`). Files that are no recordings, reports and campaigns of srbval among them, are not registered; the
-    listing has them as `left_out`. `progress` is the share of the bytes. A row of the table (see `label_table`) goes
-    over `settings`.
-
-    Raises `DataError` for a folder that does not exist or contains no recording, a named file that is none, or a
-    manifest that cannot be written, `ConfigurationError` for an unknown bearing or an unusable table.
+    A file whose SHA-256 is not that of its first registration is reported as changed. `settings` are stored for each
+    file, under those of its row of the table (`label_table`); without any, the stored ones stay, also if the file has
+    moved. With `repin` hash and settings are replaced. Files that are no recordings are `left_out` of the listing.
+    Raises `DataError` for a folder without recordings, a named file that is none, or a manifest that cannot be written,
+    `ConfigurationError` for an unknown bearing or an unusable table.
     """
     files: Mapping[Path, RecordingSettings | None]
     if table is None:
@@ -85,10 +81,8 @@ def add(
     none = [entry for entry in found if entry.status is FileStatus.NO_RECORDING]
     none = [entry for entry in none if known.get(entry.file, entry).sha256 == entry.sha256]
     if none and (len(none) == len(found) or table is not None):
-        raise DataError(
-            f"{folder}: {len(none)} of {len(found)} files to register are no recordings; {none[0].file}: "
-            f"{none[0].reason}"
-        )
+        first = f"{none[0].file}: {none[0].reason}"
+        raise DataError(f"{folder}: {len(none)} of {len(found)} files to register are no recordings; {first}")
 
     def change(entries: Entries) -> None:
         for entry in found:
@@ -105,8 +99,8 @@ def add(
 def remove(name: str | Path) -> RegisterListing:
     """Take a file, a folder with all below it, a data set, or the name of one file out of the register.
 
-    Returns the removed entries; the files stay as they are. Raises `DataError` if nothing of that name is registered,
-    `ConfigurationError` if files in several folders have it.
+    Returns the removed entries. Raises `DataError` for an unknown name, `ConfigurationError` for a name in several
+    folders.
     """
     path, wanted = os.path.abspath(name), str(name)
     removed: list[RegisteredRecording] = []
@@ -135,10 +129,9 @@ def remove(name: str | Path) -> RegisterListing:
 
 
 def listing(*, or_none: bool = False) -> RegisterListing:
-    """All registered files with their status from size and time of change; only files that differ are hashed.
+    """All registered files, and those in SRBVAL_RECORDINGS; only files of another size or time of change are hashed.
 
-    Files of the folder in SRBVAL_RECORDINGS are included, registered or not. With `or_none` a register that cannot be
-    read counts as empty, and the listing has the reason in `unreadable`.
+    With `or_none` a register that cannot be read counts as empty, and the listing has the reason in `unreadable`.
     """
     registered, unreadable = {}, ""
     try:
@@ -165,9 +158,7 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
     """Download the open data set `name` into `folder` (default: below the home folder) and register it.
 
-    Files that exist with the right SHA-256 are kept, so an interrupted download continues where it stopped.
-    `progress` is the share of the files. Raises `DataError` for a set that is restricted or has no pinned files, and
-    without a network, each with the remedy.
+    Raises `DataError` for a set that is restricted or has no pinned files, and without a network.
     """
     import pooch
 
@@ -222,8 +213,7 @@ def files_under(folder: Path) -> list[Path]:
 def inspect_file(path: Path, settings: RecordingSettings | None = None) -> RegisteredRecording:
     """Hash and read `path`; every failure becomes a status with a reason.
 
-    `settings` state what the file leaves open; a setting that does not fit the file, such as a channel that it does not
-    have, is ignored and reported. A file that still leaves something open is ok, and its reason lists the questions.
+    Of the `settings` those that do not fit the file are ignored and reported; questions that stay open are reported.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
@@ -310,10 +300,7 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
 def _inspect(
     files: Mapping[Path, RecordingSettings | None], known: Entries, progress: Progress
 ) -> list[RegisteredRecording]:
-    """Inspect every file, or take its entry from `known` if size and time of change are the same.
-
-    The given settings go over the stored ones.
-    """
+    """Inspect every file, or take its entry from `known` if size and time of change are the same."""
     sizes = [_size_and_time(path)[0] for path in files]
     total, done, found = sum(sizes), 0, []
 
@@ -354,11 +341,11 @@ def _compared(old: RegisteredRecording | None, found: RegisteredRecording) -> Re
     """The entry of a file for the register: the old hash stays, and a file that differs from it is marked."""
     if old is None or old.sha256 == found.sha256:
         return found
-    return old.with_status(
-        FileStatus.CHANGED,
+    text = (
         f"SHA-256 was {old.sha256[:12]}... when registered and is {found.sha256[:12]}... now; restore the file, "
-        "or register it again if it was changed on purpose (`srbval data add --repin`)",
+        "or register it again if it was changed on purpose (`srbval data add --repin`)"
     )
+    return old.with_status(FileStatus.CHANGED, text)
 
 
 def _verified(entry: RegisteredRecording) -> RegisteredRecording:
@@ -367,9 +354,8 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
         return entry.with_status(FileStatus.MISSING, "the file is no longer there")
     size, _ = _size_and_time(path)
     if size < entry.size_bytes:
-        return entry.with_status(
-            FileStatus.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
-        )
+        text = f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
+        return entry.with_status(FileStatus.TRUNCATED, text)
     try:
         sha256 = file_sha256(path) if entry.sha256 else ""  # without one it could not even be hashed
     except DataError as error:
@@ -391,9 +377,9 @@ def _with_environment_folder(entries: Entries) -> Entries:
 
 
 def _of_folder(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
-    """The files of a folder that is used without being registered; if `pinned`, files that changed since are marked.
+    """The files of a folder that is not registered, by entries stored beside the manifest.
 
-    Their entries are stored beside the manifest, so that the files are not read again each time.
+    If `pinned`, files that have changed since are marked.
     """
     store = inspected_path()
     try:
