@@ -44,11 +44,12 @@ LONG = (  # functions that take long, or change this machine; everything before 
     *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "check_command.run_check")),
     *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
     *(f"srbval.cli.{name}" for name in ("study_command.make_result", "identify_command.simulated_run")),
+    *(f"srbval.cli.evidence_command.{name}" for name in ("fingerprint", "recompute")),
     *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_cases")),
     *("sphinx.cmd.build.build_main", "webbrowser.open"),
 )
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
-SHARES = {"kinematics": 150, "simulate": 150, "plan": 150, "report": 6, "bearing list": 10, "campaign run": 60}
+SHARES = {"kinematics": 150, "simulate": 150, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}
 OTHERS = 30  # examples of each other command, of 1,000 in all
 READING = ("analyse",)
 ALWAYS = {"simulate": "seconds model", "campaign export": "segment_seconds", "report": "files", "data add": "folder"}
