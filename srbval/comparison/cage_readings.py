@@ -40,7 +40,7 @@ BANDS = ((1400.0, 2800.0), (500.0, 1500.0), (400.0, 3150.0))
 class CageReading:
     """Cage speed over shaft speed in one record: `ratio`, and its standard uncertainties by reading and by shaft speed.
 
-    `reading_u` refers to the long-run ratio, about which a cage that slips unevenly wanders within the record.
+    `reading_u` is that of the long-run ratio, about which the ratio wanders within the record.
     `per_speed` is the ratio's change per relative error of the shaft speed: -c by a comb of BPFO, 1 - c by one of BPFI.
     `read_from` names the comb, `band_hz` its band. `check` is the reading of the record's other comb, if it is found.
     """

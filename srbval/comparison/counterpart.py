@@ -106,9 +106,8 @@ def converged(scene: Scene) -> Scene:
 def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
     """`TURNS` turns, at most `LONGEST_S`, of the paper's scene at the recording's own speed and load, with its defect.
 
-    Returns the reason if the run failed. At converged points the start has no effect: over eight starts levels scatter
-    by less than 0.06 dB, the cage ratio by less than 1e-8. The speed is rounded so that the last digits of its reading,
-    which differ between machines, do not make another scene.
+    Returns the reason if the run failed. The speed is rounded so that the last digits of its reading, which differ
+    between machines, do not make another scene.
     """
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
     shaft_hz = round(rig.speed.value_hz, 6)

@@ -45,9 +45,19 @@ class Linear:
 
 def longest_step(method: Method, system: Linear) -> float | None:
     """Longest step up to which every decaying motion of `system` decays [s]; None if no step tried fails."""
-    if method.implicit:
-        return _of_map(lambda h: step_map(method, system, h), system)
-    return explicit_limit(method, eigenvalues(system))
+    if not method.implicit:
+        return explicit_limit(method, eigenvalues(system))
+    grows = max(0.0, float(eigenvalues(system).real.max())) + GROWTH_PER_S
+
+    def stable(h: float) -> bool:
+        return spectral_radius(step_map(method, system, h)) <= math.exp(grows * h) + ROUNDING
+
+    low = 0.0
+    for h in np.geomspace(SHORTEST_S, LONGEST_S, round(PER_OCTAVE * math.log2(LONGEST_S / SHORTEST_S)) + 1).tolist():
+        if not stable(h):
+            return _bisect(low, h, stable)
+        low = h
+    return None
 
 
 def explicit_limit(method: Method, values: ComplexArray) -> float | None:
@@ -71,21 +81,6 @@ def _reach(method: Method, direction: complex) -> float:
     first = int(np.argmax(found))
     low, high = float(RAY[first - 1]) if first else 0.0, float(RAY[first])
     return _bisect(low, high, lambda r: not outside(np.array([r]))[0])
-
-
-def _of_map(make: Callable[[float], NDArray[np.float64]], system: Linear) -> float | None:
-    grows = max(0.0, float(eigenvalues(system).real.max())) + GROWTH_PER_S
-
-    def stable(h: float) -> bool:
-        return spectral_radius(make(h)) <= math.exp(grows * h) + ROUNDING
-
-    count = round(PER_OCTAVE * math.log2(LONGEST_S / SHORTEST_S))
-    low = 0.0
-    for h in np.geomspace(SHORTEST_S, LONGEST_S, count + 1):
-        if not stable(float(h)):
-            return _bisect(low, float(h), stable)
-        low = float(h)
-    return None
 
 
 def eigenvalues(system: Linear) -> ComplexArray:

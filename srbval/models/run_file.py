@@ -97,10 +97,7 @@ class _UnfinishedError(Exception):
 
 @contextlib.contextmanager
 def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
-    """Writer of the run file `path`; without its `finish`, or after an exception, no file is left.
-
-    Raises `DataError` if the place cannot be written.
-    """
+    """Writer of the run file `path`; no file is left without its `finish`. `DataError` if it cannot be written."""
     with contextlib.suppress(_UnfinishedError), new_hdf5(path) as file:
         writer = RunWriter(file, scene, check_written=file.check_written)
         yield writer
@@ -109,10 +106,7 @@ def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
 
 
 def write_run(run: Run, path: Path) -> None:
-    """Write `run` to `path`, whole or not at all; times are the ends of the output intervals.
-
-    Raises `DataError` where the place cannot be written.
-    """
+    """Write `run` to `path`, whole or not at all; `DataError` if it cannot be written."""
     with run_writer(path, run.scene) as writer:
         writer.append(vars(run))
         writer.finish(run)
@@ -127,9 +121,7 @@ def _summary_text(run: RunSummary) -> bytes:
 
 
 def read_summary(table: dict[str, Any], scene: Scene) -> RunSummary:
-    """The summary of a run of `scene` from the JSON in its file; what is missing or strange there is a `LookupError`,
-    `TypeError` or `ValueError`.
-    """
+    """The summary of a run of `scene` from its file's JSON; `LookupError`, `TypeError` or `ValueError` if damaged."""
     kept = dict(table)
     solver, error = dataclasses.replace(scene.solver, step_s=kept.pop("chosen_step_s")), kept.pop("step_error")
     if error is not None:
@@ -202,10 +194,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 
 
 def scene_content(scene: Scene) -> str:
-    """A scene and its bearing's data as text: the key of results that are computed from the scene.
-
-    The place of the bearing's file does not matter.
-    """
+    """A scene and its bearing's data as text, wherever the bearing's file is: the key of results of the scene."""
     name, content = _name_and_content(scene.bearing)
     return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content
 

@@ -126,9 +126,7 @@ class RunStatistics:
         self.cpu_s += time.thread_time() - worked
 
     def add(self, out: FloatArray) -> FloatArray:
-        """Count the rows of a chunk; columns that the model lacks are NaN and pass every test. Returns the sensor's
-        acceleration [m/s2], one for each row.
-        """
+        """Count the rows of a chunk; returns the sensor's acceleration [m/s2]. Columns that a model lacks are NaN."""
         self.finite = self.finite and self._all_finite(out)
         self.samples += len(out)
         self.cage_rad += float(out[:, col.CAGE_SPEED].sum())

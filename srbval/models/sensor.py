@@ -55,9 +55,7 @@ def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
 
 @dataclass
 class BandLevels:
-    """Sums for the RMS of the sensor's signal in each of `BANDS_HZ`, chunk by chunk. The band-pass is a causal
-    Butterworth filter of order `ORDER`, so that only its state is kept.
-    """
+    """Sums for the RMS of the sensor's signal in each of `BANDS_HZ`, by causal Butterworth filters of order `ORDER`."""
 
     fs_hz: float
     samples: int = 0

@@ -111,10 +111,7 @@ def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = N
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
-    """Refuse a run whose signals do not fit into this machine's memory, or into `folder` if they go to a file.
-
-    Estimates the largest arrays alone; raises `ConfigurationError` with the room needed and available.
-    """
+    """`ConfigurationError` for a run whose largest arrays do not fit into memory, or into `folder` if it is written."""
     scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COUNT
     details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
     kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file the time axis alone
@@ -168,11 +165,10 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 
 
 def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
-    """Text of all that a run follows from: the scene with its seed and its bearing's data.
+    """Text of all that a run follows from: sources, treatment of the step, default solver, machine, scene and bearing.
 
-    It also contains the treatment of the step, the sources of its level, the solver that statuses compare it with, and
-    the `machine`: numbers differ in their last digits between processors and between versions of numba or NumPy, and a
-    rattling roller makes the difference grow.
+    Numbers differ in their last digits between processors and between versions of numba or NumPy, and a rattling
+    roller makes the difference grow.
     """
     version = content_version(*level_of(scene.model).modules, lazy=False)
     return f"{version} {step} {default_solver()} {machine()} {scene.bearing} {scene_content(scene)}"

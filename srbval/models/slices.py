@@ -38,7 +38,7 @@ from srbval.models.full.point_cloud import wrapped
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.tilt_kernel import FREE
 from srbval.models.oil import ContactShape, film_law, oil_law
-from srbval.scene import Defect, DefectShape, LineContact, Scene, Traction
+from srbval.scene import Defect, DefectShape, Scene, Traction
 
 IntArray = NDArray[np.int64]
 # c_L of 1 m of length [N/m^(10/9)]: 35948 N/mm^(10/9) for 1 mm, ISO/TS 16281; it grows with the length to the 8/9
@@ -66,9 +66,8 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
     if own.traction is Traction.LUBRICATED:
         critical_ratio = own.traction_limit / own.traction_slope
         law = law._replace(static_friction=own.traction_limit, dynamic_friction=own.traction_limit)
-    shift = (
-        geometry.inner_profile_radius_m - geometry.raceway_radius_m
-    )  # shift of the inner arc's centre along the normal
+    # shift of the inner arc's centre along the normal
+    shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
         raise ConfigurationError("two defects of one roller: the slices model handles one of each; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # as the model numbers its rollers
@@ -80,6 +79,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         if own.traction is Traction.FILM:
             critical_ratio, film = 1.0, film_law(oil, shapes)  # the law's coefficients are shares: `film_at_speed`
             law = law._replace(static_friction=1.0, dynamic_friction=0.0)
+    radius_m = [contact.radius_m for contact in contacts]
     return model._replace(
         free=FREE if scene.bodies.free_rollers else None,
         race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
@@ -88,9 +88,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         law=law,
         races=_races(races, model.races.height, len(on_rollers)),
         patch=np.zeros((2, 0, 4)),
-        slices=_table(
-            races, own.damping_s, critical_ratio, [contact.radius_m for contact in contacts], len(on_rollers)
-        )._replace(film=film),
+        slices=_table(races, own.damping_s, critical_ratio, radius_m, len(on_rollers))._replace(film=film),
     )
 
 
@@ -102,17 +100,8 @@ def sliced_contacts(scene: Scene, geometry: SphericalRollerGeometry) -> list[Sli
         outer_osculation=own.outer_osculation or geometry.outer_osculation,
         inner_osculation=own.inner_osculation or geometry.inner_osculation,
     )
-    return [
-        SlicedContact(
-            geometry=geometry,
-            line=own,
-            roller_m=roller_diameter_m(scene, geometry) / 2,
-            inner=inner,
-            zone_rad=scene.load.zone_rad,
-            points_per_circle=scene.contact.points_per_circle,
-        )
-        for inner in (False, True)
-    ]
+    roller_m = roller_diameter_m(scene, geometry) / 2
+    return [SlicedContact(scene=scene, geometry=geometry, roller_m=roller_m, inner=inner) for inner in (False, True)]
 
 
 def films_m(
@@ -188,18 +177,12 @@ class Openings(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedContact:
-    """The contact of the rollers of `roller_m` radius with one race.
+    """The contact of the scene's rollers, of `roller_m` radius, with one race."""
 
-    `point_m`: length of the race that a point of the paper's stands for; `zone_rad`: where angles of defects count
-    from.
-    """
-
+    scene: Scene
     geometry: SphericalRollerGeometry
-    line: LineContact
     roller_m: float
     inner: bool
-    zone_rad: float
-    points_per_circle: int
 
     @property
     def profile_m(self) -> float:
@@ -242,9 +225,7 @@ class SlicedContact:
         return curvature
 
     def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
-        """The race's windows with these defects, one for each on a race and `on_rollers`. `ConfigurationError` for
-        defects that slices cannot distinguish.
-        """
+        """Windows of the race, one for each defect on it and `on_rollers`; `ConfigurationError` for too close ones."""
         found = Openings(
             rows=[self._rows(self._edges(None), None)],
             of_rollers=[self._rows(self._edges(defect), defect) for defect in on_rollers],
@@ -255,7 +236,7 @@ class SlicedContact:
             if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
                 continue
             rows = self._rows(self._edges(defect), defect)
-            middle = self.zone_rad + defect.angle_rad
+            middle = self.scene.load.zone_rad + defect.angle_rad
             # a raised piece is met before the roller stands over it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))
             reach = (float(rows[col.SLICE_HALF].max()) + raised) / self.radius_m + 2 * math.pi / POSITIONS
@@ -273,7 +254,7 @@ class SlicedContact:
     def _edges(self, defect: Defect | None) -> FloatArray:
         """Edges of the slices along the roller [m]: finer in the middle, in a hole and at a defect's end."""
         half = self.geometry.roller_width_m / 2
-        even = np.linspace(-1, 1, self.line.slices + 1)
+        even = np.linspace(-1, 1, self.scene.line_contact.slices + 1)
         edges = half * np.sign(even) * np.abs(even) ** GRADING
         if defect is None:
             return edges
@@ -323,7 +304,7 @@ class SlicedContact:
         if defect is not None:
             low, high = self._across(defect)
             inside = (middle > low) & (middle < high)
-            points = defect.points * 2 * math.pi * self.radius_m / self.points_per_circle
+            points = defect.points * 2 * math.pi * self.radius_m / self.scene.contact.points_per_circle
             half = np.full(len(middle), (defect.extent_m if defect.extent_m is not None else points) / 2)
             if defect.shape is DefectShape.HOLE:
                 centre = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * self._circle_gap()

@@ -1,9 +1,8 @@
-"""Results that may be computed again at any time, found by what they were computed from: a small file each.
+"""Results that may be computed again at any time: a small file each, named by the content and the sources behind it.
 
-A file is named by the content from which its result was computed, as text, and by the sources that compute it: what is
-found is what would be computed now. It ends with a checksum and is there whole or not at all; a damaged one is as good
-as none. Any number of processes may read and write at the same time. Where the folder grows beyond `LIMIT_BYTES`, what
-was not used for longest goes.
+A file ends with a checksum and is written whole or not at all; a damaged file counts as missing. Any number of
+processes may read and write at the same time. If the folder grows beyond `LIMIT_BYTES`, the files that were not used
+for longest are removed.
 """
 
 import contextlib
@@ -48,11 +47,6 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
         os.environ[FRESH] = before
 
 
-def is_fresh() -> bool:
-    """True if stored results must not be read."""
-    return bool(os.environ.get(FRESH))
-
-
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
     """Hash of `content` and of the code behind a module, see `content_version`, 32 hexadecimal digits."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
@@ -78,7 +72,7 @@ class ContentStore:
     def load(self, content: str, read: Callable[[Any], T]) -> T | None:
         """What `read` makes of the JSON stored for `content`; None where there is none or it makes nothing."""
         path = self.path(content)
-        if is_fresh():
+        if os.environ.get(FRESH):
             return None
         try:
             stored = checked_summary(path)
@@ -110,10 +104,7 @@ class ContentStore:
 
 
 def make_room(folder: Path, limit_bytes: float = LIMIT_BYTES) -> None:
-    """Remove what was not used for longest where the files in `folder` are larger than the limit, and what is nobody's.
-
-    Those files alone are looked at whose names are a `ContentStore`'s.
-    """
+    """Remove abandoned files of a `ContentStore` in `folder`, and beyond the limit those not used for longest."""
     found = {}
     for entry in os.scandir(folder):
         with contextlib.suppress(FileNotFoundError):  # another process removed it

@@ -61,8 +61,8 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 def new_hdf5(path: Path) -> Iterator[Any]:
     """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
-    Raises what `check_suffix` raises, and `DataError` where the place cannot be written; its `check_written` ends
-    the block as soon as that is known, its `summary` stands before the checksum.
+    Raises what `check_suffix` raises, and `DataError` if the place cannot be written, which its `check_written` checks
+    at any time; its `summary` precedes the checksum.
     """
     import h5py
 
@@ -92,10 +92,7 @@ def append_checksum(path: Path, summary: bytes = b"") -> None:
 
 
 def checked_summary(path: Path) -> bytes | None:
-    """The summary of a file that is as it was written; None for a file without a checksum, which is not read further.
-
-    Raises `DataError` for a file that is not as it was written, `OSError` where it cannot be read.
-    """
+    """The summary of an undamaged file, None for a file without a checksum; `DataError` for a damaged file."""
     with path.open("rb") as stream:
         size = stream.seek(0, os.SEEK_END)
         stream.seek(max(0, size - END_BYTES))

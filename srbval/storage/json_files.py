@@ -1,16 +1,9 @@
 """Objects to strict JSON and back: numbers as numbers, null instead of NaN or Infinity, whole files or none.
 
-A dataclass is written as an object of its fields, in their order, and read again by `from_json`, without any method of
-its own. Two class attributes change what is written of it::
-
-    @dataclass(frozen=True)
-    class Check:
-        JSON_PROPERTIES: ClassVar = ("ok",)  # computed properties, written after the fields
-        JSON_OMITTED: ClassVar = ("run",)  # fields that are not written
-        ...
-
-A class whose JSON object has another shape than its fields has a method ``to_dict()`` that returns a mapping; its
-values may be anything that can be written, other dataclasses included.
+A dataclass is written as an object of its fields, in their order, and read again by `from_json`. Its class attribute
+`JSON_PROPERTIES` names computed properties that are written after the fields, `JSON_OMITTED` fields that are not
+written. A class whose JSON object has another shape has a method ``to_dict()``, which returns a mapping of values that
+can be written.
 """
 
 import dataclasses
@@ -33,10 +26,9 @@ T = TypeVar("T")
 
 
 def to_json(value: Any) -> Any:
-    """Turn `value` into what JSON knows; a dataclass or mapping becomes a dictionary.
+    """Convert dataclasses, mappings, NumPy scalars and arrays, enums, paths, dates and tuples to what JSON knows.
 
-    Dataclasses, mappings, NumPy scalars and arrays, enums, paths, dates and tuples are converted; a number that is
-    not finite becomes None. Raises TypeError for anything else, so that no object is ever written as its repr.
+    A number that is not finite becomes None. Raises TypeError for anything else.
     """
     if isinstance(value, enum.Enum):
         return to_json(value.value)
@@ -82,11 +74,7 @@ def json_text(value: Any, *, ascii_only: bool = False) -> str:
 
 
 def parse_json(text: str | bytes) -> Any:
-    """The value of a JSON document from a file that may be damaged: `ValueError` whatever is wrong with it.
-
-    NaN and infinities are refused, as are values nested so deep, or integers so long, that Python's own reader gives
-    up.
-    """
+    """The value of a JSON document that may be damaged; `ValueError` for NaN and infinities too, and deep nesting."""
     try:
         return json.loads(text, parse_constant=_refuse)
     except RecursionError:
@@ -113,8 +101,8 @@ def read_json(path: Path, most_bytes: int = MOST_BYTES) -> Any:
 def move_listed_files(stage: Path, folder: Path, listing: str, content: Mapping[str, Any] | None) -> None:
     """Move all files of `stage` to `folder`, and with them the file `listing`: `content`, and the SHA-256 of each file.
 
-    What the listing that was in `folder` names, and nobody has changed since, is removed unless it is written anew, and
-    so is that listing. Without `content` there is no new one.
+    The earlier listing in `folder` and the files that it names are removed if they are unchanged and not written anew.
+    Without `content` no listing is written.
     """
     files = sorted(path for path in stage.rglob("*") if path.is_file())
     if content is not None:

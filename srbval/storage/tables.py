@@ -45,10 +45,9 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 
 
 def parse_quantity(value: object, dimension: str, where: str) -> float:
-    """Read `value` (a number in SI, or a string with a unit) as a float in SI.
+    """Read `value` (a number in SI, or a string with a unit) as a finite float in SI, or raise `ConfigurationError`.
 
-    `dimension` is a key of `UNITS`; `where` names the place for the error message. A string without a
-    unit, an unknown unit, a boolean and a non-finite number are refused with `ConfigurationError`.
+    `dimension` is a key of `UNITS`; `where` names the place for the error message.
     """
     units, said = UNITS[dimension], f"{where}: {shown(value)}"
     if isinstance(value, str):
@@ -171,9 +170,8 @@ def _check_values(document: object) -> None:
 def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T:
     """Make a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
 
-    Unknown keys are refused with the nearest known one; a missing required key, a value of the wrong
-    type or unit likewise (`ConfigurationError`). Values are checked further by the class itself. A `stored` table is
-    what `to_json` wrote: all keys are there, numbers have no units, and null stands for NaN.
+    Raises `ConfigurationError` for an unknown or missing key and a value of the wrong type or unit. A `stored` table
+    was written by `to_json`: it has all keys, numbers without units, and null for NaN.
     """
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{where}: expected a table, found {shown(table)}.")

@@ -6,11 +6,8 @@ ring's. So the problem is solved in two nested steps: for a given ring, each sli
 rollers at once); around it a Newton iteration for the ring, whose stiffness is the Schur complement of the slides, with
 a line search on the gradient alone. Forces come from `right_hand_side` itself, so whatever it knows is balanced.
 
-A run is settled from its first sample: at 710 rpm, 124.8 kN, with a bump of 0.2 mm and ode4 at a
-quarter of 1/61440 s, the ring's displacement along the load and the cage speed are at once within the band of their
-later values (0.1 to 0.32 s) widened by 5 %; from rolling with the ring on its spring they need up to 0.6 ms
-(`test_a_run_is_settled_from_its_first_sample`). RMS acceleration in the first roller passage over that of later ones:
-0.95 to 1.01 from here, up to 6 from rolling, so that two roller passages, 0.02 s at 710 rpm, settle a run.
+A run is settled from its first sample (`test_a_run_is_settled_from_its_first_sample`): RMS acceleration in the first
+roller passage is 0.95 to 1.01 of that of later ones, so that two roller passages, 0.02 s at 710 rpm, settle a run.
 
 The cage's tilt is not balanced: with the printed fit it creeps to 20 microradians in 0.1 s, unseen by the ring. If the
 rollers alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: settle for a
@@ -49,15 +46,11 @@ SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of th
 
 
 def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> FloatArray:
-    """The state, [4 M + 12], in static balance of ring and slides at time zero, with friction balanced too.
-
-    So cage speed and spins follow the displacements, see `balance_friction`.
+    """The state, [4 M + 12], in static balance of ring and slides at time zero; cage speed and spins follow from it.
 
     The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and
     the rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is
-    turned by `cage_angle_rad` and not tilted. Friction and contact damping do not enter the displacements, nor does
-    the history of rollers that have passed a load zone: what the cage's tilt and the axial position make of that, a
-    run has to find.
+    turned by `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
 
     Raises `ConfigurationError` if a roller is pressed deeper into a raceway than the contact search reaches, or if
     more than `UNCARRIED` of the load is carried by nothing.
@@ -83,10 +76,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
 
 
 class Statics:
-    """The model at rest, without friction, its shaft held as at time zero.
-
-    Forces are a function of slides [2 M] and ring displacement [3], in m.
-    """
+    """The model at rest, without friction, its shaft held as at time zero."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.layout = state_layout(model)
@@ -222,9 +212,7 @@ def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
 
 
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Zero of each component of a falling `f`; the median of the others for a component without one. If none passes
-    zero between `low` and `high`, their middle.
-    """
+    """Zero of each component of a falling `f`, the median of the others if it has none; the middle if none has one."""
     middle = (low + high) / 2
     passes = (f(low) > NOTICED_RAD_S2) & (f(high) < -NOTICED_RAD_S2)
     if not passes.any():
