@@ -9,7 +9,6 @@ Technology, 2006, chapter 2; quoted from memory, compared with a maker's table i
 
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -70,4 +69,4 @@ def cage_inputs(elements: RollingElements) -> CageInputs:
 
 @cache
 def _ranges() -> dict[str, Any]:
-    return dict(read_toml(Path(str(resources.files("srbval.comparison") / "cage_inputs.toml"))))
+    return read_toml(Path(__file__).with_name("cage_inputs.toml"))

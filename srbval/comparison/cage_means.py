@@ -84,8 +84,7 @@ def cage_means(readings: Sequence[CageReading]) -> CageMeans:
 def race_design(readings: Sequence[CageReading]) -> FloatArray:
     """Design [records, effects]: the nominal speeds, rising, a fault of a race, and outer less inner race.
 
-    A fault of either race may shift the cage against records without one, which would otherwise count as scatter
-    between records; this effect is left out if there are no records without.
+    The effect of a fault of a race is left out if there are no records without such a fault.
     """
     rpm = np.array([one.nominal_rpm for one in readings])
     outer, inner = (np.array([one.state is race for one in readings], dtype=np.float64) for race in RACE_DEFECTS)

@@ -96,10 +96,7 @@ def sideband_level(analysis: Analysis, fault: Fault) -> Value | None:
 
 
 def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> Value | None:
-    """Mean level of lines over the first harmonic [dB]; its interval is Rayleigh's scatter of an amplitude in noise.
-
-    None if the lines are out of the record's reach.
-    """
+    """Mean level of lines over the first harmonic [dB], with Rayleigh's scatter in noise; None out of reach."""
     first = analysis.line_of(fault)
     lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
     if first.found_hz is None or not first.depth or not lines:

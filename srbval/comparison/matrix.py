@@ -67,9 +67,8 @@ def build_matrix(
     """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
 
     `counterpart` runs the model at a record's own speed and load, or returns the reason why it failed; `effects` are
-    those of numerics and uncertain inputs. A healthy bearing's line is its baseline, not a fault that the model has, so
-    nothing is run for it. A record that cannot be analysed is listed with its reason. Both sides of the points in
-    `keep_sides_of` are returned, of healthy bearings too.
+    those of numerics and uncertain inputs. Both sides of the points in `keep_sides_of` are returned; apart from these,
+    nothing is run for a healthy bearing, whose line is a baseline and not a fault.
     """
     import pandas as pd
 

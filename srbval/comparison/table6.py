@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,7 @@ class Table6(SimpleNamespace):
 
 def table6() -> Table6:
     """The paper's Table 6."""
-    printed = read_toml(Path(str(resources.files("srbval.comparison") / "paper" / "table6.toml")))
+    printed = read_toml(Path(__file__).parent / "paper" / "table6.toml")
     return Table6(**printed | {"row": [SimpleNamespace(**row) for row in printed["row"]]})
 
 

@@ -14,10 +14,8 @@ Left out: starved inlets, shear heating within the contact, the rollers' own ela
 
 import math
 
-import numpy as np
-
 from srbval.arrays import FloatArray
-from srbval.models.full.film_kernel import ASPERITY, ASPERITY_EXPONENT, SPEED_EXPONENT
+from srbval.models.full.film_kernel import SPEED_EXPONENT
 from srbval.models.full.oil_kernel import thermal_share
 from srbval.scene import Oil
 
@@ -69,22 +67,9 @@ def inlet_heating_s2_m2(oil: Oil) -> float:
     return oil.thinning_1_k * oil.viscosity_pa_s / oil.conductivity_w_mk
 
 
-def asperity_share(film_m: float, roughness_m: float) -> float:
-    """Share of the load that asperities carry: e^(-1.8 lambda^1.2); a thousandth at a lambda of 3."""
-    return math.exp(-ASPERITY * (film_m / roughness_m) ** ASPERITY_EXPONENT)
-
-
 def line_load_n_m(pressure_pa: float, radius_m: float) -> float:
     """The load per length that has this mean pressure."""
     return 16 * radius_m * pressure_pa**2 / (math.pi * CONTACT_MODULUS_PA)
-
-
-def traction_coefficient(oil: Oil, slip_m_s: FloatArray, pressure_pa: float, film_m: float) -> FloatArray:
-    """Shear stress over pressure of a film: (tau_0 / p) arsinh(eta(p) u_s / (tau_0 h)), Eyring's law."""
-    viscosity = oil.viscosity_pa_s * math.exp(oil.log_thickening(pressure_pa))
-    rate = viscosity * slip_m_s / (film_m * oil.eyring_stress_pa)
-    found: FloatArray = oil.eyring_stress_pa / pressure_pa * np.arcsinh(rate)
-    return found
 
 
 def rolling_force_n(oil: Oil, rolling_m_s: float, load_n: float, radius_m: float, length_m: float) -> float:

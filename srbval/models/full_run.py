@@ -175,17 +175,19 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
     A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
     """
     layout = layout_of(state)
-
-    def slope(part: slice, size: float) -> FloatArray:
-        there, back = state.copy(), state.copy()
-        there[part] += size
-        back[part] -= size
-        difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
-        return difference[layout.slide_rate] / (2 * size)
-
-    stiffness, damping = slope(layout.slide, SLIDE_M), slope(layout.slide_rate, SLIDE_RATE_M_S)
+    own = layout.slide_rate
+    stiffness = central_difference(model, state, layout.slide, SLIDE_M)[own]
+    damping = central_difference(model, state, own, SLIDE_RATE_M_S)[own]
     one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)
     return Linear(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
+
+
+def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
+    """Change of the rates per change of a part of the state, by moving it by `size` to either side."""
+    there, back = state.copy(), state.copy()
+    there[part] += size
+    back[part] -= size
+    return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
 
 
 def held(model: Parameters) -> Parameters:

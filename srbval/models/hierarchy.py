@@ -70,10 +70,7 @@ class FidelityLevel:
 
     @property
     def make_parameters(self) -> Callable[..., Any]:
-        """The function of scene and geometry that assembles the parameters of a model with the full model's equations.
-
-        `ConfigurationError` for any other.
-        """
+        """Function of scene and geometry that assembles the full model's parameters; `ConfigurationError` if none."""
         if self.parameters is None:
             raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
         return imported(self.parameters)

@@ -87,9 +87,8 @@ def passages(
     """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
 
     A roller's defect meets the outer race at even ones. `jitter` gives k random parts of the spacings, [k], relative to
-    the mean one, added up one after the other: a process of stationary increments (Antoni & Randall 2003, J. Vib.
-    Acoust. 125, 282), whose phase wanders off. None: strictly periodic in the shaft's angle. `ConfigurationError` for
-    more passages than memory is meant for.
+    the mean one: a process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Without it,
+    passages are periodic in the shaft's angle. `ConfigurationError` for more than `MOST_PASSAGES`.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
     fixed, per_turn = defect.angle_rad + motion.scene.load.zone_rad, rolling_elements / (2 * np.pi)

@@ -51,10 +51,9 @@ USABLE = (*WORKING, "inaccurate")  # statuses of runs that are written to a file
 
 
 def works(status: str) -> bool:
-    """True if `srbval simulate` accepts a run with this status; charts, maps, studies and the planner judge by it.
+    """True if `srbval simulate` accepts a run with this status, a `RunStatus` or its stored text.
 
-    `status` is a `RunStatus` or its stored text. A run works if its numerics passed every check: the bearing turns,
-    skids or is unloaded as the scene makes it, and the step's estimated errors are within tolerance or were not asked.
+    A run works if its numerics passed every check: the bearing turns, skids or is unloaded as the scene makes it.
     """
     return status in WORKING
 

@@ -7,11 +7,9 @@ precedes the file's checksum, so that a run can be read again bit for bit: `read
 import contextlib
 import dataclasses
 import json
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +21,13 @@ from srbval.models.estimates import Estimate, StepError
 from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
+from srbval.storage.tables import read_toml
 
 ROWS = 4096  # rows in a chunk on disk
 SENSOR = "acceleration_sensor_m_s2"
 NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that its file lacks
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
-VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_text(encoding="utf-8"))
+VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))
 
 
 class RunWriter:

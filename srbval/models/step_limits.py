@@ -16,8 +16,7 @@ from srbval.bearing import load_bearing
 from srbval.models.full.columns import StateLayout, layout_of
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.steps import rates
-from srbval.models.full_run import held, without_friction
+from srbval.models.full_run import central_difference, held, without_friction
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.linear_stability import Linear, longest_step
 from srbval.models.solvers import METHODS
@@ -47,16 +46,9 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
 def linearise(model: Parameters, state: FloatArray) -> Linear:
     """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
     layout = layout_of(state)
-    whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(layout))])
+    whole = np.column_stack([central_difference(model, state, i, size) for i, size in enumerate(_sizes(layout))])
     half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.relative_angle]
     return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
-
-
-def _difference(model: Parameters, state: FloatArray, i: int, size: float) -> FloatArray:
-    there, back = state.copy(), state.copy()
-    there[i] += size
-    back[i] -= size
-    return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
 
 
 def _sizes(layout: StateLayout) -> FloatArray:

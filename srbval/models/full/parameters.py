@@ -347,10 +347,7 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
 
 
 def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: float) -> SurfaceHeights:
-    """Tables for both races, in the middle of their contacts, and all rollers, of `roller_m` radius.
-
-    Without a surface they are empty.
-    """
+    """Tables for both races, in the middle of their contacts, and rollers of `roller_m` radius; empty if smooth."""
     surface, rollers = scene.surface, 2 * geometry.rollers_per_row
     if surface is None:
         return SurfaceHeights(np.zeros((2, 2, 0)), np.zeros((rollers, 0)))

@@ -140,10 +140,7 @@ class Windows(NamedTuple):
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Collect the windows of a race; `rows` holds the points of each circle of each row.
-
-    `ConfigurationError` for more points within a roller's reach than there is room for.
-    """
+    """Windows of a race with these points of each circle of each row; `ConfigurationError` for too many points."""
     special = [_near_special(row, min(half, count), count) for row in rows]
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))

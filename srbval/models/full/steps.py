@@ -50,8 +50,8 @@ def take_steps(
 ) -> Outputs:
     """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
 
-    The first of the intervals tells how many lie before, and so the time. No interval at all only compiles.
-    `memory`, of the state's shape: what the method keeps from one call to the next, renewed in place; None at a start.
+    The first of the intervals determines the time. No interval at all only compiles. `memory`, of the state's shape, is
+    renewed in place: the method keeps it from one call to the next; None at a start.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers, length = len(model.slot_angle), intervals_per_detail or max(len(intervals), 1)

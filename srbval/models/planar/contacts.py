@@ -377,10 +377,7 @@ class ForceTable:
 
 
 def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPEST_M) -> ForceTable:
-    """Undamaged roller, from clear of everything, the highest bump included, to `deepest_m`.
-
-    Steps are those of `DEEPEST_M`, in proportion to the depth.
-    """
+    """Undamaged roller, from clear of the highest bump to `deepest_m`, in steps in proportion to the depth."""
     scale = deepest_m / DEEPEST_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
@@ -392,9 +389,8 @@ def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPE
 def bump_table(slot: ElementContact, plain: ForceTable, defect: Defect, race: int) -> tuple[FloatArray, float, float]:
     """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
 
-    The approach begins as in `plain` and goes by its `bump_step_m`; the race's radius [m] and the step of the positions
-    [m] are returned too. A position is the distance along the race from roller to defect, without sign: defects are
-    symmetric.
+    The approach begins as in `plain` and goes by its `bump_step_m`. Also returns the race's radius [m] and the step of
+    the positions [m], which are distances along the race from roller to defect; defects are symmetric.
     """
     raised, reach_m, race_radius_m = slot.on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, reach_m, POSITIONS)
