@@ -141,10 +141,9 @@ def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> Flo
 def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
     """Test of all endpoints together for every scene: mean errors [% of the rig's ratio], D^2 and its chance `p`.
 
-    The errors have one distribution, by paired draws of the model and of the rig, which includes what inputs,
-    tachometer and scatter between records do to several endpoints. D^2 = E' C^-1 E with their covariance C is compared
-    with the same of the draws about their mean, which are not normal if that scatter is estimated from few records.
-    `p` is the chance of so large a D^2 if the model were right, `p_holm` that of each endpoint alone after Holm.
+    The errors E are paired draws of the model and of the rig, with covariance C. D^2 = E' C^-1 E of their mean is
+    compared with that of the draws about their mean. `p` is the chance of so large a D^2 if the model were right,
+    `p_holm` that of each endpoint alone after Holm.
     """
     means = cage_means(readings)
     of = list(endpoints(readings, means))

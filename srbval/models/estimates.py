@@ -28,22 +28,17 @@ class Estimate:
         """True if it is larger than the tolerance by more than `SIGNIFICANT` standard errors."""
         return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
 
-    def certainly_beyond(self, limit: float) -> bool:
-        """True if it is larger than `limit` by more than chance reaches with the probability `CERTAIN`."""
+    def certainly_beyond(self, limit: float | None = None) -> bool:
+        """True if chance makes it exceed `limit`, or its tolerance, with a probability below `CERTAIN`."""
         from scipy.special import stdtrit  # takes a while to load
 
         errors = -float(stdtrit(max(self.blocks - 1, LEAST_FREEDOM), CERTAIN))
-        return not abs(self.error) <= limit + errors * self.scatter
-
-    @property
-    def certain(self) -> bool:
-        """True if it is certainly larger than the tolerance."""
-        return self.certainly_beyond(TOLERANCE[self.kind])
+        return not abs(self.error) <= (TOLERANCE[self.kind] if limit is None else limit) + errors * self.scatter
 
     @property
     def open(self) -> bool:
         """True if it is neither certainly beyond its tolerance nor certainly within."""
-        return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
+        return not self.certainly_beyond() and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
         return (
@@ -73,7 +68,7 @@ class StepError:
     @property
     def certain(self) -> tuple[Estimate, ...]:
         """Errors that are certainly beyond their tolerances."""
-        return tuple(estimate for estimate in self.estimates if estimate.certain)
+        return tuple(estimate for estimate in self.estimates if estimate.certainly_beyond())
 
     @property
     def open(self) -> tuple[Estimate, ...]:

@@ -160,9 +160,8 @@ def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
     """Longest step at which the stiffest roller's bouncing decays [s]; None if no step tried fails.
 
-    The model is linearised about the displacements of static balance in `state`, shape [4 M + 12], with shaft and all
-    else at rest: moving past a point that just touches, the damper would look like a spring. Deeper contacts on a
-    defect and other moving bodies are left out: `step_limits` linearises the whole model.
+    The model is linearised about the static balance in `state`, shape [4 M + 12], with all bodies at rest. Deeper
+    contacts on a defect and other moving bodies are left out: `step_limits` linearises the whole model.
     """
     at_rest = state.copy()
     at_rest[layout_of(state).half :] = 0.0

@@ -8,18 +8,14 @@ s going to zero and K_c / s held, the sum over the points becomes
     F(d) = K_c / s * integral of max(0, d - kappa x^2 / 2) dx = K_c / s * (4/3) * sqrt(2 / kappa) * d^(3/2),
 
 its damper 2 C_c / s sqrt(2 d / kappa), its elastic energy 2/5 F d. A contact of about three points, the paper's,
-follows it within some per cent, as its roller rolls from point to point. A defect raises a piece of the race: within
-the piece d + h takes the place of d, beside it nothing changes, and a roller touches a high one before and after it
-touches the race.
+follows it within some per cent. A defect raises a piece of the race: within the piece d + h takes the place of d.
 
-The depth rate is that in the patch's middle: elsewhere along it rolling adds as much as it takes. Slip is not one over
-the patch: at xi = x over its half length the penetration is
-d (1 - xi^2), and a race that turns by W against a roller of radius rho slips W d (1 + 1/(kappa rho)) xi^2 faster than
-in the middle, by some 20 mm/s at the edge; and turning about the tilted normal it slips across, by some 10 mm/s at
-either end. Both are far above the critical velocity. So the patch is taken in three parts of equal load, each with its
-mean slip, and eq. (19) averaged over the slips in it; a patch held in one piece would stick and bind the rings
-tangentially as no row of points does. Left out: the couples by which dampers resist rolling and friction resists
-pivoting, with the power both take, and what leans with the normal along a patch.
+The depth rate is that in the patch's middle: elsewhere along it rolling adds as much as it takes. At xi = x over the
+half length the penetration is d (1 - xi^2), and a race that turns by W against a roller of radius rho slips
+W d (1 + 1/(kappa rho)) xi^2 faster than in the middle, and across if it turns about the tilted normal, both far above
+the critical velocity. So the patch is taken in three parts of equal load, each with its mean slip, and eq. (19) is
+averaged over the slips in it. Left out: the couples by which dampers resist rolling and friction resists pivoting, with
+the power both take, and the lean of the normal along a patch.
 
 Near a race's defect a roller meets points again, `DENSER` times as many as the scene says with as much less of K_c and
 C_c each: there a raised piece covers only its own length of the patch.
@@ -120,10 +116,7 @@ class Patch:
         return self.damping_ns_m2 * 2 * np.sqrt(2 * np.maximum(depth_m, 0.0) / self.curvature_1_m)
 
     def raised_force_n(self, depth_m: FloatArray, middle_m: FloatArray, defect: Piece) -> FloatArray:
-        """Force added by a raised piece whose middle is `middle_m` along the race from the roller.
-
-        Both arrays broadcast together.
-        """
+        """Force added by a raised piece whose middle is `middle_m` along the race from the roller; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, middle_m.shape))
         for offset, height in zip(defect.offset_m, defect.height_m, strict=True):
             start, end = middle_m + offset - defect.part_m / 2, middle_m + offset + defect.part_m / 2

@@ -27,6 +27,9 @@ LOSSES = {
     "damping": col.DAMPING_POWER,
 }
 
+# fields of `RunStatistics` that its `RunSummary` has too
+AS_THEY_ARE = ("scene", "wall_s", "cpu_s", "compile_s", "samples", "finite", "deepest_m")
+
 
 @dataclass
 class EnergyBalance:
@@ -158,13 +161,7 @@ class RunStatistics:
             missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
         run = RunSummary(
             **self.figures,
-            scene=scene,
-            wall_s=self.wall_s,
-            cpu_s=self.cpu_s,
-            compile_s=self.compile_s,
-            samples=self.samples,
-            finite=self.finite,
-            deepest_m=self.deepest_m,
+            **{name: getattr(self, name) for name in AS_THEY_ARE},
             status=RunStatus.OK,
             reason="",
             rolling_elements=self.bearing.rolling_elements,

@@ -19,10 +19,9 @@ def along_sensor(acceleration: FloatArray) -> FloatArray:
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `samples` within a band, in their unit.
+    """RMS of `samples` within a band, in their unit; Hann window, brick-wall band.
 
-    `samples` are means over their intervals, as a run's accelerations are: the attenuation of high frequencies is
-    compensated, so that runs of different output rate can be compared. Hann window; brick-wall band.
+    `samples` are means over their intervals, as a run's accelerations are; their attenuation is compensated.
     """
     from scipy.fft import rfft
 

@@ -258,18 +258,18 @@ class SlicedContact:
         edges = half * np.sign(even) * np.abs(even) ** GRADING
         if defect is None:
             return edges
-        low, high = self._across(defect)
+        low, high, _ = self._across(defect)
         cuts = np.linspace(low, high, HOLE_SLICES + 1 if defect.shape is DefectShape.HOLE else 2)
         outside = (edges < low - THINNEST_M) | (edges > high + THINNEST_M)
         if defect.shape is not DefectShape.HOLE:
             outside |= (edges > low + THINNEST_M) & (edges < high - THINNEST_M)
         return np.sort(np.append(edges[outside], cuts))
 
-    def _across(self, defect: Defect) -> tuple[float, float]:
-        """Ends of a defect along the roller [m]."""
+    def _across(self, defect: Defect) -> tuple[float, float, float]:
+        """Ends of a defect along the roller, cut off at the roller's, and its middle [m]."""
         if defect.shape is DefectShape.COSINE:
             raise ConfigurationError("defect shape = 'cosine': the slices model has 'flat' (with ramps) and 'hole'.")
-        half, gap = self.geometry.roller_width_m / 2, self._circle_gap()
+        half, gap = self.geometry.roller_width_m / 2, self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
         width = defect.extent_m if defect.shape is DefectShape.HOLE else defect.width_m
         middle = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * gap
         low = max(-half, middle - (width or gap) / 2)
@@ -278,10 +278,7 @@ class SlicedContact:
             raise ConfigurationError(
                 f"defect axial_m = {middle:g}: it lies beside the roller, whose ends are {half:g} m from its middle."
             )
-        return low, high
-
-    def _circle_gap(self) -> float:
-        return self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
+        return low, high, middle
 
     def _rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
         """Rows of the slices between `edges` along the roller, with a defect's opening."""
@@ -302,12 +299,11 @@ class SlicedContact:
         rows[col.SLICE_BEND] = bend * width**2
         rows[col.SLICE_SAG] = self.gap_curvature_1_m(middle) / 2
         if defect is not None:
-            low, high = self._across(defect)
+            low, high, centre = self._across(defect)
             inside = (middle > low) & (middle < high)
             points = defect.points * 2 * math.pi * self.radius_m / self.scene.contact.points_per_circle
             half = np.full(len(middle), (defect.extent_m if defect.extent_m is not None else points) / 2)
             if defect.shape is DefectShape.HOLE:
-                centre = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * self._circle_gap()
                 half = np.sqrt(np.maximum(0.0, half**2 - (middle - centre) ** 2))
             rows[col.SLICE_HALF] = np.where(inside, half, 0.0)
             rows[col.SLICE_RAMP] = np.where(inside, defect.ramp_m, 0.0)

@@ -65,9 +65,8 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """The scene with the longest step that keeps all errors within tolerance, and these errors; see `step_error`.
 
-    The search begins with the scene's own step, or the longest below the limit of stability; then it tries 2, 4 and 8
-    times finer ones. If none is fine enough, it takes the finest, or the first if finer ones gain nothing, with its
-    errors.
+    The search begins with the scene's own step, or the longest below the limit of stability, and tries 2, 4 and 8 times
+    finer ones. If none is fine enough, it takes the finest, or the first if finer ones gain nothing.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 

@@ -66,10 +66,7 @@ def decibels(power: float) -> float:
 
 
 def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """Power in each band [(m/s2)^2] by Welch's method in segments of `SEGMENT_S`.
-
-    Samples of a run are means over output intervals; the power that averaging removes is restored.
-    """
+    """Power in each band [(m/s2)^2] by Welch's method; for a run, restores the power that its averaging removes."""
     fs_hz, found = recording.fs_hz, {}
     at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
     if recording.origin is Origin.SIMULATED:
@@ -106,10 +103,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Power locked to the fault per third octave [dB re 1 m/s2], see `srbval.reading.locked`.
-
-    The value of a level that is not present is half of the smallest power that would be, or more.
-    """
+    """Power locked to the fault per third octave [dB re 1 m/s2]; if not present, half the least power that would be."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)

@@ -94,8 +94,7 @@ def identify(
 
     The ratio of the directions follows from the sidebands of `cross`, or of `pair` if its fault is on the inner race.
     The power that a `healthy` record has at the same passage is subtracted. Raises `DataError` for records that cannot
-    be used (unit, no speed, no band or no sideband that stands out), `ConfigurationError` for a band beyond the record
-    and for a record without a fault.
+    be used, `ConfigurationError` for a band beyond the record and for a record without a fault.
     """
     from scipy.special import stdtrit
 
@@ -220,10 +219,7 @@ def behind(run: Run, path: SensorPath | None) -> Recording:
 
 
 def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join adjoining third octaves until each band is at least `least_hz` wide; bands by their lowest middle [Hz].
-
-    Bands are joined downwards; at the low end, a remainder that is too narrow is dropped.
-    """
+    """Join third octaves downwards until each band is `least_hz` wide or more; a narrow rest at the end is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -235,10 +231,7 @@ def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of the third octaves of a band, `joined` to hold the fault's line, and the power locked to it [(m/s2)^2].
-
-    Both by lowest middles [Hz]. The power that a `healthy` record of the same speed has at the passage is subtracted.
-    """
+    """Edges of `joined` third octaves, and power locked to the fault less a `healthy` record's [(m/s2)^2], by band."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit, or --scale too.")
@@ -311,10 +304,7 @@ def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath
 
 
 def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silent) -> Run:
-    """Run of the scene at the record's speed, load and fault, without a path, as long as the record.
-
-    Raises `NumericsError` if it fails, `ConfigurationError` for a record without a fault or speed.
-    """
+    """Run of the scene, without a path, at the record's speed, load, fault and length; `NumericsError` if it fails."""
     (state, shaft_hz), load = _fault_and_speed(record), scene.load
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)

@@ -77,8 +77,8 @@ def test_two_knocks_prove_no_error_of_the_step_but_the_level_between_them_does(
 ) -> None:
     """By their means the first are 34 % apart, 2.8 standard errors, the others 1600 %, less than one."""
     (found,) = differences(*({RMS: np.array(squares)} for squares in blocks))
-    assert found.certain is certain
-    assert found.certain or found.open
+    assert found.certainly_beyond() is certain
+    assert found.certainly_beyond() or found.open
 
 
 def test_noise_of_rounding_is_no_level() -> None:
@@ -104,7 +104,9 @@ def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
         assert (estimate.beyond, estimate.open) == (beyond, open_)
-        assert estimate.certain == (beyond and not open_), "by one standard error a finer step, by 2.4 a verdict"
+        assert estimate.certainly_beyond() == (beyond and not open_), (
+            "by one standard error a finer step, by 2.4 a verdict"
+        )
 
 
 def test_two_pairs_of_steps_are_weighed_by_their_variances() -> None:

@@ -177,10 +177,9 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     """`state` with the cage speed and roller spins at which friction balances on each roller and on the cage.
 
-    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. A spin
-    changes its own roller's torque alone and lowers it, a faster cage lowers the cage's; so bisections, the spins'
-    within the cage's. A roller without traction turns like the median of the others; a cage that its rollers do not
-    drive keeps the speed of pure rolling, and so do they. All other velocities are set to zero; the displacements stay.
+    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. The cage's
+    speed is found by bisection, with the spins by bisection within it. A roller without traction turns like the median
+    of the others; a cage that its rollers do not drive keeps the speed of pure rolling. All other velocities are zero.
     """
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE

@@ -386,9 +386,8 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
     """Share J_0(k b) of a wave's amplitude that a contact of half length b feels, k radians per length.
 
     A small height h under a line contact brings its bodies nearer by the mean of h weighed by the pressure that one
-    more newton adds, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity; the pressure is the derivative of Hertz's over the
-    load); of a wave that is J_0. From the first zero on, waves shorter than 2.6 b, nothing is counted: of those the
-    contact feels at most 0.4, in either sense.
+    more newton adds, 1 / (pi sqrt(b^2 - x^2)) (Betti's reciprocity, with the derivative of Hertz's pressure over the
+    load); for a wave this mean is J_0. Waves beyond the first zero, shorter than 2.6 b, are not counted.
     """
     from scipy.special import j0, jn_zeros
 
