@@ -7,7 +7,7 @@ import pytest
 
 from srbval.errors import ConfigurationError
 from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
-from srbval.studies.harness import store_result
+from srbval.storage.json_files import write_json
 
 
 @pytest.fixture(autouse=True)
@@ -84,7 +84,7 @@ def test_what_is_not_ours_stays(root: Path, tmp_path: Path, monkeypatch: pytest.
 
 
 def test_named_results_with_our_schema_are_ours(root: Path) -> None:
-    stored = store_result("waves", {}, computed_by="srbval.errors", command="srbval study run waves", revision="abc")
-    (stored.path.parent / "copy.json").write_bytes(stored.path.read_bytes())
-    assert stored.path.parent == root / "results"
+    result = root / "results" / "waves.json"
+    write_json(result, {"schema_version": 3, "kind": "waves"})
+    result.with_name("copy.json").write_bytes(result.read_bytes())
     assert [(use.kind, use.files, use.left) for use in cache_use()] == [("results", 1, 1)]
