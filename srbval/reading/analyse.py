@@ -33,11 +33,9 @@ if TYPE_CHECKING:
 class Analysis:
     """Result of reading one recording.
 
-    `processed` has the arrays for figures (signal, envelope, envelope spectrum), `lines` the bearing's lines, whose
-    first harmonics come from the joint fit. `search` describes the search, `windows` are its windows [Hz] by line.
-    `outside` is a family that stands out just outside the windows if none was found inside, `outside_speed` a speed
-    outside the tolerance of the set point that lines fit; `findings` states both in words. `summary` lists the detected
-    lines and the findings.
+    `processed` has the arrays for figures, `search` describes the search, `windows` are its windows [Hz] by line.
+    `findings` states in words the family `outside` the windows and the speed outside the tolerance of the set point;
+    `summary` lists the detected lines and the findings.
     """
 
     recording: Recording
@@ -107,9 +105,7 @@ class Analysis:
             "shaft_hz": {
                 "value": self.speed.value_hz,
                 "ci95": self.speed.ci95_hz,
-                "source": self.speed.source,
-                "drift_hz": self.speed.drift_hz,
-                "spread_hz": self.speed.spread_hz,
+                **{key: getattr(self.speed, key) for key in ("source", "drift_hz", "spread_hz")},
                 "nominal_rpm": self.recording.nominal_rpm,
                 "outside": self.outside_speed,
             },
@@ -140,12 +136,11 @@ def analyse(
 ) -> Analysis:
     """Read the fault lines of `bearing` (or its name or file) in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override those of the recording. With `choose_on_record` the band is the whole
-    band or the most impulsive band of the record, whichever shows a fault's line more clearly (`bands_of_record`), and
-    false-alarm probabilities count the bands tried; a `healthy` record to compare with contains that band too. A set
-    point is replaced by a more certain speed estimated from the record within its tolerance (`speed_search.search`). A
-    speed signal is followed (`choose_tracking`), and all frequencies are those at the mean speed. Raises
-    `ConfigurationError` if speed or band are missing or impossible, `DataError` if the record is constant or too short.
+    `speed`, `band_hz` [Hz] and `channel` override those of the recording. With `choose_on_record` the band is chosen
+    from the record (`bands_of_record`), so that a `healthy` record to compare with contains it too, and false-alarm
+    probabilities count the bands tried. A set point is replaced by a more certain speed within its tolerance
+    (`speed_search.search`). Frequencies are those at the mean speed. Raises `ConfigurationError` if speed or band are
+    missing or impossible, `DataError` if the record is constant or too short.
     """
     bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed
@@ -198,10 +193,7 @@ def analyse(
 
 
 def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:
-    """Bearing `given` by name or file, or else the recording's; `ConfigurationError` without either.
-
-    `largest_slip_pct` [%] replaces the bearing's value.
-    """
+    """Bearing `given` by name or file, or else the recording's; `largest_slip_pct` [%] replaces its value."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -30,10 +30,7 @@ SLIP_SPREAD, SLIP_FREEDOM = 1.5e-3, 10
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """Lines of one cause at a shaft speed: `kinematic_hz`, its harmonics, and sidebands of each `sideband_hz` apart.
-
-    With a spacing of zero no sidebands are read; `sideband_name` is added to the line's name, such as ``fr``.
-    """
+    """Lines of one cause at a shaft speed: `kinematic_hz`, its harmonics, and sidebands of each `sideband_hz` apart."""
 
     name: str
     kinematic_hz: float
@@ -42,10 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Relative half width of the search window about a kinematic frequency: slip and the speed's interval.
-
-    The interval of a nominal speed widens no window: several speeds are tried instead, see `speed_search`.
-    """
+    """Relative half width of the search window about a kinematic frequency: slip and a measured speed's interval."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
@@ -83,10 +77,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Fundamentals [n] for `rank_among_placebos` about that of `family`: orders that mean nothing in this bearing.
-
-    They are within `PLACEBO_REACH` of it, with all lines of `reading` below the record's limit; see `is_placebo_order`.
-    """
+    """Fundamentals [n] for `rank_among_placebos` within `PLACEBO_REACH` of that of `family`; see `is_placebo_order`."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -97,10 +88,9 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each fundamental [n] that means nothing in this bearing.
+    """True for each fundamental [n] whose window of relative half width `relative` overlaps none of a meaning.
 
-    Its window of relative half width `relative` does not overlap the windows about harmonics of the shaft, families,
-    their sidebands or their simple ratios.
+    Harmonics of the shaft, families, their sidebands and their simple ratios have a meaning.
     """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)

@@ -19,8 +19,7 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 class Features:
     """Features of the channel analysed, without its mean, in the recording's `unit`.
 
-    `crest` and `kurtosis` have no unit. `band_rms` is the RMS within the demodulation band, `velocity_rms_mm_s` the RMS
-    of velocity within `velocity_band_hz`; None for the reason `velocity_missing`.
+    `band_rms` is the RMS within the demodulation band; the RMS of velocity is None for the reason `velocity_missing`.
     """
 
     unit: str
@@ -63,8 +62,7 @@ def features_of(analysis: Analysis) -> Features:
 def velocity_rms(acceleration: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
     """RMS of the velocity within a band [m/s] of an acceleration [m/s2], shape [n].
 
-    Each component V(f) = A(f) / (2 pi f) is summed by Parseval's theorem under a Hann window, whose mean square is
-    divided out; so no constant of integration drifts.
+    Each component V(f) = A(f) / (2 pi f) is summed by Parseval's theorem under a Hann window.
     """
     window = np.hanning(acceleration.size)
     spectrum = np.fft.rfft(window * (acceleration - acceleration.mean()))

@@ -66,17 +66,12 @@ _BY_OTHER = {
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One line of a bearing in a record.
+    """One line of a bearing in a record; values read are those of `LineReading`, None if the line cannot be read.
 
-    `ci95_hz` is the 95 % half width of the reading; the uncertainty of the speed is part of the deviation's alone.
-    `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude there over
-    the squared envelope's mean. The first harmonic and its `noise_false_alarm` come from the joint fit of all; the
-    others are read one by one. `placebo_false_alarm` is the rank of a first harmonic among placebos, `comb_false_alarm`
-    its rank among whole combs (`rank_among_placebos`), None with too few; `false_alarm` joins the three. A harmonic or
-    sideband is detected only with its line. `isolated`, `covered`, `resolution_hz` and the sidebands' spacing are those
-    of `LineReading`. `explained_by` names a stronger line of which this line is a simple multiple, or another
-    explanation of the peak; `identity_probability` is the probability that the peak of a first harmonic is the line.
-    Values are None if the line is out of the record's reach or its whole window is covered.
+    The uncertainty of the speed is part of the deviation's interval alone. The first harmonic comes from the joint fit
+    of all and is ranked among placebos; the others are read one by one. A harmonic or sideband is detected only with
+    its line. `explained_by` names a stronger line of which this line is a simple multiple, or another explanation of
+    the peak; `identity_probability` is the probability that the peak of a first harmonic is the line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -174,10 +169,8 @@ def read_lines(
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
     With a nominal speed the first detected line also settles the scale of the others. Each family is ranked among
-    `combs` placebos of the record in which it is read. The cage line is read by itself, since its harmonics coincide
-    with those of every other line. A family that cannot be read (out of reach, hidden by the shaft) leaves one line
-    without values. With `brief` only first harmonics are read, and ranked if noise does not explain them; the same
-    lines are detected.
+    `combs` placebos. The cage line is read by itself, since its harmonics coincide with those of every other line. With
+    `brief` only first harmonics are read, and ranked if noise does not explain them; the same lines are detected.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -248,10 +241,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain the highest peak in the window of an undetected line, if it is above the noise and not its own.
-
-    It is a harmonic of the shaft, masked in `bare`, or belongs to a `stronger` line, masked in `record`.
-    """
+    """Explain the highest peak in an undetected line's window by the shaft, masked in `bare`, or `stronger` lines."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line
@@ -359,9 +349,7 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | 
     """Correct the false-alarm probabilities of the lines for the trials made, and detect the lines by these.
 
     Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials, too
-    high for bands that overlap. `trials_of_rank` counts the trials that chose by the lines themselves, if it differs: a
-    band chosen without regard to any comb is no trial of a rank among combs. A harmonic or sideband is detected only
-    with its line.
+    high for bands that overlap. `trials_of_rank` counts the trials that chose by the lines themselves, if it differs.
     """
     if trials == 1:
         return lines

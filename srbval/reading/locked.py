@@ -1,12 +1,10 @@
 """Power locked to a fault: the part of a record's power in a band that repeats with the passages of its defect.
 
 The squared envelope in the band, over the shaft's angle, is averaged over the phase of the passage; its mean less its
-quiet level (`srbval.signal.locked`) is the power that the fault adds. No healthy record is needed, and neither the
-background nor a tone counts. A band narrower than two spacings of the line hardly shows it.
+quiet level (`srbval.signal.locked`) is the power that the fault adds. Neither the background nor a tone counts.
 
-The rig's records have high and narrow lines at whole multiples of BPFO that belong to no fault, other ones in faulty
-than in healthy bearings (`PASSAGE_LINES`). Their cause is not known. In the records with a fault at 877 rpm they make
-most of the increase over the healthy record in the third octave about 1585 Hz.
+The rig's records have high and narrow lines of unknown cause at whole multiples of BPFO, other ones in faulty than in
+healthy bearings (`PASSAGE_LINES`).
 """
 
 import math
@@ -34,10 +32,9 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power locked to the fault in each band that holds `SPACINGS` of its line [unit of the recording, squared].
+    """Power locked to the line found at `found_order` in each band of `SPACINGS` or more [unit squared].
 
-    `found_order` is the order at which the line was found; its phase must hold over the record. Blocks are turns of the
-    cage.
+    Blocks are turns of the cage.
     """
     speed = _speed(recording)
     tracking = choose_tracking(recording, bearing, speed)

@@ -1,7 +1,4 @@
-"""The chain from a recording to the periodogram of its envelope, the same for measured and simulated records.
-
-It chooses the band, follows the shaft's course if there is one, and computes filter, envelope and periodogram.
-"""
+"""The chain from a recording to the periodogram of its envelope, the same for measured and simulated records."""
 
 import functools
 import itertools
@@ -90,9 +87,8 @@ NOT_TRACKED = Tracking(why="no order tracking: not asked for")
 class Processed:
     """A record after the chain, without the `end_s` [s] at either end that the filter spoils.
 
-    `whole`, [n] at `fs_hz`, is the rotated, normalised signal with its ends. `squared`, [m] at the lower rate
-    `squared_fs_hz`, is its squared envelope in the band, from which lines are read; at even shaft angles if `tracking`
-    is used. `scale` is the standard deviation of the signal in the recording's unit.
+    `whole` [n] is the normalised signal with its ends, of standard deviation `scale` in the recording's unit; `squared`
+    [m] its squared envelope in the band, at a lower rate, and at even shaft angles if `tracking` is used.
     """
 
     whole: FloatArray
@@ -149,9 +145,9 @@ def process(
 ) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
 
-    Follows sect. 5 of the paper. The one pass equals the paper's chain (two-way Butterworth filter, Hilbert transform,
-    modulus) within 1e-5 of the largest value if that chain itself is right. `channel` replaces the recording's choice.
-    Raises `ConfigurationError` for an unknown channel or an impossible band, `DataError` for a constant or short one.
+    The pass equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within
+    1e-5 of the largest value. `channel` replaces the recording's choice. Raises `ConfigurationError` for an unknown
+    channel or an impossible band, `DataError` for a constant or short signal.
     """
     signal = one_signal(recording, channel)
     whole = normalise(signal)
@@ -210,10 +206,7 @@ def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class BandChoice:
-    """A band [Hz], the origin of the choice, and the number of bands tried on the record (1 if none).
-
-    `chosen_by_line` counts the bands among which the lines decided: also trials of ranks among combs.
-    """
+    """A band [Hz], the origin of the choice, the bands tried on the record, and those among which the lines decided."""
 
     band_hz: tuple[float, float]
     why: str
@@ -224,12 +217,10 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice:
-    """The band given [Hz], or the record's, or the paper's for the model or its rig.
+    """The band given [Hz], or the record's, or the paper's for the model or its rig; else `ConfigurationError`.
 
-    A model of a spherical roller bearing larger than the paper's rings as much lower (`scene.read.for_size`), so
-    the paper's band is scaled with the `bearing`; a smaller one's line shows in the paper's band. For an unknown
-    machine `ConfigurationError` asks for a band, since a band chosen on the record that it judges finds lines in noise
-    (`auto_band` chooses one and counts the trials).
+    A model of a bearing larger than the paper's rings as much lower (`scene.read.for_size`), so the paper's band is
+    scaled with the `bearing`; a smaller one's line shows in the paper's band.
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
@@ -259,9 +250,8 @@ def bands_of_record(
 ) -> tuple[BandChoice, ...]:
     """The whole band and the most impulsive band of the record, between which the lines decide (`clearness`).
 
-    A knock on the housing can make a band the most impulsive, and loud machinery can hide a resonance in the whole
-    band. Every band tried counts as a trial. Only the whole band is returned if no other fits (`kurtogram`), in a short
-    record or at a low sampling rate for the speed. A record sampled at `within_fs_hz` [Hz] contains both bands too.
+    Every band tried counts as a trial. Only the whole band is returned if no other fits the record (`kurtogram`). A
+    record sampled at `within_fs_hz` [Hz] contains both bands too.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, channel=channel, within_fs_hz=fs_hz)
@@ -288,10 +278,9 @@ def band_kurtogram(
     channel: str | None = None,
     within_fs_hz: float = math.inf,
 ) -> Kurtogram:
-    """Kurtogram of the signal to analyse, of bands wide enough for `HARMONICS_HELD` harmonics of the race lines.
+    """Kurtogram of the signal to analyse, of bands within reach of a record sampled at `within_fs_hz` [Hz].
 
-    The bands are also wide enough for the filter's ends (`end_s`) to leave `LEAST_REVOLUTIONS` of the record, and
-    within reach of a record sampled at `within_fs_hz` [Hz].
+    They are wide enough for `HARMONICS_HELD` of the race lines, and for ends (`end_s`) that leave `LEAST_REVOLUTIONS`.
     """
     lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
@@ -321,9 +310,8 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
 
-    They are those of squared envelopes after cepstrum prewhitening, clipped at `CLIP` medians. In their mean a fault
-    that shows in one part of the band is not hidden by the noise of the others. Without the clip a few loud knocks
-    would form combs of any order; the hundreds of impacts of a fault are hardly above it.
+    They are those of squared envelopes after cepstrum prewhitening, clipped at `CLIP` medians: without the clip a few
+    loud knocks would form combs of any order.
     """
     low, high = (share * processed.fs_hz for share in WHOLE_BAND)
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

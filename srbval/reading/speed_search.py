@@ -1,9 +1,8 @@
 """Lines and shaft speed of a processed record, with search windows as wide as slip and speed require.
 
-A set point may be wrong by more than the width of a window. Then the shaft is searched first, by its harmonics and the
-sidebands of fault lines. If they do not show, lines are read about several speeds within the set point's tolerance, one
-window apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak correction). A speed
-outside the tolerance, or a line outside all windows, is a finding and is not used.
+A set point may be wrong by more than a window. Then the shaft is searched first, by its harmonics and the sidebands of
+fault lines. If they do not show, lines are read about several speeds within the tolerance, one window apart, each a
+trial in the false-alarm probabilities. A speed outside the tolerance, or a line outside all windows, is a finding only.
 """
 
 import itertools
@@ -60,10 +59,7 @@ SMEAR = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """A family of lines outside the windows, which would be `name`'s at a shaft speed of `shaft_hz`, `off_pct` away.
-
-    `snr` is its first harmonic's power over the noise; its false-alarm probability counts the wide search.
-    """
+    """A family of lines outside the windows, which would be `name`'s at a shaft speed of `shaft_hz`, `off_pct` away."""
 
     name: str
     found_hz: float
@@ -106,11 +102,9 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedSearch:
-    """The lines, the speed of their deviations, and the number of speeds tried (1 if it was known).
+    """Lines, not yet `sidak_corrected` for the speeds `tried`, the speed of their deviations, and findings beyond.
 
-    The false-alarm probabilities of `lines` are not corrected for `tried`, see `sidak_corrected`. `span` are the lowest
-    and highest share of the speed about which lines were read. `outside` and `outside_speed` are findings beyond the
-    windows and beyond the tolerance of a set point.
+    `span` are the lowest and highest share of the speed about which lines were read.
     """
 
     lines: tuple[Line, ...]
@@ -146,10 +140,8 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or about a set point at the speed that the record shows within its tolerance.
 
-    A set point is replaced by a speed estimated from the record if that is more certain and within the tolerance:
-    estimated by shaft harmonics in the band or in the whitened whole, or with the sidebands of the line then found
-    (`estimate_speed`, `speed_by_comb`). An estimate that contradicts the set point is a finding (`outside_speed`). A
-    line outside all windows is used only if its sidebands give the speed, within the tolerance, at which it is a line.
+    The record's speed is estimated by `estimate_speed` or `speed_by_comb` and, if a line is found, with its sidebands.
+    A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
     """
     if stated.source is not SpeedSource.NOMINAL:
         found = SpeedSearch(lines=_read(processed, bearing, stated), speed=stated)
@@ -221,10 +213,9 @@ def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed)
 def _outside_family(
     processed: Processed, bearing: Bearing, found: SpeedSearch
 ) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """The strongest family beyond its window, within `SEARCH_SHARE` of kinematic, if no fault line was detected.
+    """The strongest family beyond its window, and all lines at its scale, if no fault line was detected.
 
-    Returned with all lines at its scale. It must be detected at the speed that it requires, with at least two harmonics
-    above `LEAST_SNR`.
+    It must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
     """
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
@@ -264,10 +255,9 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 
     First the speed within `SEARCH_SHARE` of the nominal one is found at which sidebands of the deepest detected fault
     line and harmonics of the shaft stand out most together. Then line and shaft are fitted by least squares through the
-    peaks of all terms that stand out; the scatter about the fit widens the interval (Birge's ratio), and so does
-    `ALLOWANCE`. No kinematics is used: cage slip moves the line, not the spacing of its sidebands. None if noise does
-    as well or another speed nearly as well (`RIVAL_SHARE`), or if fewer than four shaft terms show. The speed may be
-    outside the nominal speed's interval or less certain. A drift within the record is averaged.
+    peaks of all terms that stand out; the scatter about the fit (Birge's ratio) and `ALLOWANCE` widen the interval. No
+    kinematics is used. None if noise does as well or another speed nearly as well (`RIVAL_SHARE`), or if fewer than
+    `LEAST_TERMS` shaft terms show. The speed may be outside the nominal speed's interval.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
@@ -299,10 +289,7 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
 
 def _terms(line_hz: float) -> list[tuple[int, int]]:
-    """Terms (h, k): lines at h times the fault line plus k times the shaft.
-
-    They are the harmonics of the shaft and, if there is a fault line, the sidebands of its harmonics.
-    """
+    """Terms (h, k), lines at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
     orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
     sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]

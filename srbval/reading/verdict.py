@@ -1,9 +1,7 @@
 """Conclusions from the lines of a record: the sum of both race lines, and the detected lines in a sentence.
 
-BPFO + BPFI = Z f_shaft, whatever the slip: a check on the shaft speed that needs no tachometer. Each roller passes the
-outer race at the cage's speed and the inner race at the shaft's less the cage's; the cage drops out of the sum (Randall
-2011, sect. 2.2.3). So slip cannot lower both lines, and a pair that does not add up was not taken at one stated speed.
-If the two lines come from two records, the difference in slip between the records stays in the sum.
+BPFO + BPFI = Z f_shaft, whatever the slip (Randall 2011, sect. 2.2.3): a pair of lines of one record that does not add
+up was not taken at the stated speed.
 """
 
 import math
@@ -17,11 +15,7 @@ from srbval.recordings import ShaftSpeed, SpeedSource
 
 @dataclass(frozen=True, kw_only=True)
 class Closure:
-    """Sum of both race lines of one record, which slip of the cage does not change.
-
-    `sum_hz` - `expected_hz` tests the speed and the reading; `ci95_pct` joins the uncertainties of both lines and of
-    the speed. Values are None, for the reason `why`, unless both lines are detected.
-    """
+    """Sum of both race lines of one record, with the uncertainty of lines and speed; None for the reason `why`."""
 
     expected_hz: float
     expected_ci95_hz: float
@@ -35,11 +29,9 @@ class Closure:
 
 @dataclass(frozen=True, kw_only=True)
 class SumRule:
-    """One pair of race lines, as orders of the shaft speed of each.
+    """One pair of race lines, as orders of the shaft speed of each; `ci95` is the 95 % half width of their sum.
 
-    `ci95` is the 95 % half width of their sum, None if the source states none. `stated_rpm` is the mean speed of the
-    orders. `slip_difference` is the difference of the cage speeds of two records, in orders; it is subtracted from the
-    sum for `closed`.
+    `slip_difference` of the cage speeds of two records, in orders, is subtracted from the sum for `closed`.
     """
 
     JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
@@ -77,8 +69,7 @@ class SumRule:
 
 def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> Closure:
     """Closure of the race lines read in one recording, at the same speed."""
-    expected = bearing.rolling_elements * speed.value_hz
-    expected_ci = bearing.rolling_elements * speed.ci95_hz
+    expected, expected_ci = (bearing.rolling_elements * hz for hz in (speed.value_hz, speed.ci95_hz))
     races = [line for line in lines if line.name in RACE_LINES and line.harmonic == 1]
     missing = [line.name for line in races if not line.detected]
     if missing:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +39,11 @@ _STEPS = 6
 class LineReading:
     """A line, or comb of lines, as found; some peak is always found, and `detected` tells whether it is a line.
 
-    `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of the shaft
-    speed, `snr` the power of each harmonic over the local mean noise power in a bin. `noise_false_alarm` is the
-    probability that noise alone is as strong anywhere in the window, `placebo_false_alarm` the comb's rank among
-    placebos, `comb_false_alarm` its rank among whole combs (`rank_among_placebos`); None if not ranked. `isolated` is
-    false if the peak is a side lobe of a far stronger line or of a line outside the window. `covered` is true if the
-    peak is in a masked zone, to which its `snr` and `depth` then belong. `depth` is the first harmonic's amplitude over
-    the record's mean. `sideband_hz` is the spacing of the sidebands fitted with the line, with its 95 % half width;
-    None if no sideband stood out. `resolution_hz` is one over the record's duration.
+    `ci95_hz` is without the uncertainty of the shaft speed, `snr` the power of each harmonic over the local mean noise
+    power in a bin, `depth` the first harmonic's amplitude over the record's mean. `noise_false_alarm` is the
+    probability that noise alone is as strong anywhere in the window; the ranks among placebos and whole combs
+    (`rank_among_placebos`) are None if not ranked. `isolated` is false for a side lobe of a stronger line or of a line
+    outside the window, `covered` true in a masked zone. `sideband_hz` is the spacing of the sidebands, None without.
     """
 
     found_hz: float
@@ -87,12 +83,11 @@ def read_comb(
 ) -> LineReading | None:
     """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
 
-    The fit starts at the highest `neg_log_p` of all harmonics together. From there the line and the spacing s, which
-    starts at `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and
-    phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip
-    (`track_slip`) unless `period_s`, the period of the modulation by the shaft, is None. Harmonics beyond
-    ``record.limit_hz`` and masked shaft harmonics are ignored. The interval combines noise and slip. None if the
-    fundamental is beyond the limit, its whole window is masked, or there is no peak in it.
+    From the highest `neg_log_p` of all harmonics together, the line and the spacing s, which starts at `sideband_hz`
+    (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and phase (Rife & Boorstyn
+    1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip (`track_slip`) unless `period_s`,
+    the period of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored.
+    None if the fundamental is beyond the limit, its whole window is masked, or there is no peak in it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -111,9 +106,9 @@ def read_comb(
     highest = _totals(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
-    result = fit(record, best, noise, sideband_hz, period_s=period_s)
-    inside = abs(result.found_hz - expected_hz) < half_window_hz
-    found_hz = result.found_hz if inside else best  # a fit that leaves the window follows another line
+    fitted_hz, ci95_hz, spacing_hz, spacing_ci95_hz = fit(record, best, noise, sideband_hz, period_s=period_s)
+    inside = abs(fitted_hz - expected_hz) < half_window_hz
+    found_hz = fitted_hz if inside else best  # a fit that leaves the window follows another line
     snr = _snr(record, found_hz, noise)
     # The probability belongs to the highest value in the window, which may exceed that of the fitted frequency.
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
@@ -127,7 +122,7 @@ def read_comb(
     return LineReading(
         found_hz=found_hz,
         # At most to the window's far end, so that the interval of a line off its middle is not cut.
-        ci95_hz=min(result.ci95_hz, half_window_hz + abs(found_hz - expected_hz)),
+        ci95_hz=min(ci95_hz, half_window_hz + abs(found_hz - expected_hz)),
         snr=tuple(snr.tolist()),
         noise_false_alarm=probability,
         half_window_hz=half_window_hz,
@@ -135,8 +130,8 @@ def read_comb(
         isolated=inside and is_highest,
         covered=covered,
         resolution_hz=record.bin_hz,
-        sideband_hz=result.sideband_hz,
-        sideband_ci95_hz=result.sideband_ci95_hz,
+        sideband_hz=spacing_hz,
+        sideband_ci95_hz=spacing_ci95_hz,
     )
 
 
@@ -196,22 +191,13 @@ class _Components:
         return np.column_stack((self.number, self.side)[: 2 if np.any(self.side != 0) else 1])
 
 
-class JointFit(NamedTuple):
-    """Frequency of the highest power and spacing of the sidebands, with 95 % half widths; None without sidebands."""
-
-    found_hz: float
-    ci95_hz: float
-    sideband_hz: float | None = None
-    sideband_ci95_hz: float | None = None
-
-
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
-) -> JointFit:
-    """Line and spacing of the highest power over noise, from a start within half a bin of the highest harmonic.
+) -> tuple[float, float, float | None, float | None]:
+    """Line of the highest power and spacing of its sidebands, if any, each with its 95 % half width [Hz].
 
-    `noise` is that about each harmonic. The spacing is free if there are sidebands. `track_slip` widens the interval
-    for slip; a line too weak to be tracked, or with `period_s` None, keeps the Cramer-Rao interval.
+    The start is within half a bin of the highest harmonic. `track_slip` widens the interval for slip; a line too weak
+    to be tracked, or with `period_s` None, keeps the Cramer-Rao interval.
     """
     components = _present(record, start_hz, noise, sideband_hz)
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
@@ -227,9 +213,9 @@ def fit(
         if slip is not None:
             found, ci95 = found + slip[0], slip[1]
     if shift.size == 1:
-        return JointFit(found, ci95)
+        return found, ci95, None, None
     spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + side_shift)
-    return JointFit(found, ci95, spacing, NORMAL_95 * sigma[1])
+    return found, ci95, spacing, NORMAL_95 * sigma[1]
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> _Components:
@@ -250,10 +236,9 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _spacing_without_lines(record: Periodogram, line_hz: float, components: _Components, spacing_hz: float) -> float:
-    """Fit the spacing again with the harmonics of the line subtracted from the record.
+    """Fit the spacing again with the line's harmonics subtracted from the record.
 
-    Without a window the side lobes of a line r times as strong in amplitude, d bins away, would shift its sidebands by
-    3 r / (pi^2 d) bins.
+    Side lobes of a line r times as strong in amplitude, d bins away, would shift its sidebands by 3 r / (pi^2 d) bins.
     """
     harmonics = components.selected(components.side == 0)
     phase = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz

@@ -29,8 +29,7 @@ REACH, LEAST = 2.0, 8
 class CombSpectrum:
     """`score` [n] of a comb of `harmonics` lines at each `frequency_hz` [n], evenly over the logarithm by `step`.
 
-    The score is the sum over the lines of log(1 + power over local noise), `lines`: so one strong line of another
-    source does not outweigh all others.
+    The score is the sum of log(1 + power over local noise), `lines`: one strong line does not outweigh all others.
     """
 
     frequency_hz: FloatArray
@@ -45,8 +44,7 @@ class CombSpectrum:
     ) -> CombSpectrum:
         """Combs from `lowest_hz` to `highest_hz` with all lines in reach; masked lines score as noise does on average.
 
-        `records` belong to one signal, such as envelopes of several bands, with the same length and masks. Their powers
-        over noise are averaged.
+        Powers over noise are averaged over `records`, envelopes of one signal with the same length and masks.
         """
         limit_hz = min(record.limit_hz for record in records)
         step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
@@ -84,10 +82,9 @@ class CombSpectrum:
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
     def placebos(self, allowed: NDArray[np.bool_], centre_hz: float, relative: float) -> FloatArray:
-        """Highest scores within windows about `allowed` fundamentals, as wide as `relative` about `centre_hz`, [k].
+        """Highest scores within windows about `allowed` fundamentals, as wide in Hz as `relative` of `centre_hz`, [k].
 
-        The fundamentals are within a factor of `REACH`. The windows have the same width in Hz, so that each contains as
-        many independent values. Empty if fewer than `LEAST` fundamentals half a window apart are left.
+        The fundamentals are within a factor of `REACH`. Empty if fewer than `LEAST` half a window apart are left.
         """
         if self.frequency_hz.size == 0:
             return np.empty(0)

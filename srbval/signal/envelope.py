@@ -1,7 +1,4 @@
-"""From the recorded axes to the envelope of a band: rotation, normalisation, band-pass, Hilbert transform, ends.
-
-Filter and envelope are computed in one pass, in which only the bins of the band are transformed back.
-"""
+"""From the recorded axes to the envelope of a band: rotation, normalisation, band-pass, Hilbert transform, ends."""
 
 import math
 
@@ -26,10 +23,9 @@ FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
-    """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first.
+    """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first to the second.
 
-    The angle counts from the first axis towards the second, so +45 degrees weights both with +1/sqrt(2)
-    (Giraudo et al. 2025, Sensors 25, 2419, sect. 5).
+    Giraudo et al. 2025, Sensors 25, 2419, sect. 5.
     """
     if first.shape != second.shape:
         raise DataError(f"the two axes differ in length: {first.size} and {second.size} samples.")
@@ -37,10 +33,7 @@ def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> Floa
 
 
 def normalise(samples: FloatArray) -> FloatArray:
-    """Subtract the mean and divide by the standard deviation, [n].
-
-    Raises `DataError` for a constant, empty or non-finite signal.
-    """
+    """Subtract the mean and divide by the standard deviation, [n]; `DataError` if constant, empty or not finite."""
     if samples.size == 0 or not np.all(np.isfinite(samples)):
         raise DataError("the signal is empty or holds values that are not finite; check the recording.")
     centred = samples - samples.mean()
@@ -81,11 +74,9 @@ def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = END_S) -> Floa
 
 
 def analytic_signal(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> ComplexArray:
-    """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
+    """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n]; the modulus is the envelope.
 
-    The modulus is the envelope, which is not band-limited and needs the full rate. The
-    record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel here, which decays
-    with the filter. Raises `ConfigurationError` for an impossible band.
+    The record is taken as periodic: drop the ends (`end_s`). Raises `ConfigurationError` for an impossible band.
     """
     lines, first, length = _band_lines(samples, fs_hz, band_hz)
     whole = np.zeros(length, dtype=np.complex128)
@@ -99,9 +90,8 @@ def squared_envelope_one_pass(
 ) -> tuple[FloatArray, float]:
     """Squared envelope of `samples` [n] in `band_hz`, in their unit squared, and its lower sampling rate [Hz].
 
-    One real transform; the bins of the band times the filter's gain; one transform back at a rate just above twice
-    the bandwidth that is left, so that the square is free of aliases. As in `analytic_signal` the ends are not dropped.
-    Raises `ConfigurationError` for an impossible band.
+    Only the bins of the band are transformed back, at a rate just above twice their width, so that the square is free
+    of aliases. As in `analytic_signal` the ends are not dropped.
     """
     lines, _, length = _band_lines(samples, fs_hz, band_hz)
     reduced = scipy.fft.next_fast_len(2 * lines.size)

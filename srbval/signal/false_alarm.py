@@ -4,13 +4,10 @@ A bin of a noise periodogram is exponentially distributed about the local mean, 
 neighbours over ln 2. ``neg_log_p`` turns their ratio exactly into the exponential variable of equal tail probability.
 Rice's formula gives the number of times that its sum over harmonics rises above a level in the window.
 
-Real noise contains lines of other machines in an unknown number. So a comb is also ranked among placebos, combs that
-mean nothing: their lines come from `ORDERS` fundamentals that are no line of the bearing, each harmonic from one of
-them at random. Whole combs at one fundamental would be too few (some tens do not overlap), and lines from a fundamental
-each would lose that lines of other sources are harmonics of each other.
-
-No such placebo is as strong as another bearing's comb, which by chance may be in the window searched. So the comb is
-also ranked among whole combs, as few as the windows that do not overlap; `joint_false_alarm` weighs both ranks.
+Real noise contains lines of other machines. So a comb is also ranked among placebos: combs whose lines come from
+`ORDERS` fundamentals that are no line of the bearing, each harmonic from one of them at random. Whole combs at one
+fundamental are few (some tens do not overlap), but as strong as the comb of another bearing in the window;
+`joint_false_alarm` weighs the ranks among both.
 """
 
 import math
@@ -109,13 +106,12 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 def neg_log_rank(score: float, placebos: FloatArray, *, independent: float = math.inf, ties: bool = False) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
 
-    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n]. The mean excess over the threshold is
+    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n]; the mean excess over the threshold is
     that of the tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
     from memory, not checked). With m of so many `independent` placebos in the upper tenth, the predictive tail is
     (1 + x / m)^-m for an excess of x means (exponential variable with Jeffreys' prior, Aitchison & Dunsmore 1975,
-    Statistical Prediction Analysis, quoted from memory, not checked). It is an extrapolation that grades strong lines.
-    With `ties`, for placebos that share lines, those equal to the threshold belong to the tail. If all of the upper
-    tenth are equal, the result is the rank.
+    Statistical Prediction Analysis, quoted from memory, not checked). With `ties`, for placebos that share lines, those
+    equal to the threshold belong to the tail; if all of the upper tenth are equal, the result is the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -136,18 +132,13 @@ def rank(score: float, placebos: FloatArray) -> float:
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
     """The larger of the probability from `noise` and the mean of the ranks among `mixed` and `whole` combs.
 
-    The mean, weighted by `FOREIGN_COMB`, is a mixture of two cases: other lines of the record have little in common, or
-    a comb of another source is in one of the windows. For the strongest comb of m + 1 windows it is at least
-    `FOREIGN_COMB` / (m + 1). The study `reading` counts how often it is below 0.01.
+    The mean is weighted by `FOREIGN_COMB`. The study `reading` counts how often it is below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
 
 class PlaceboRank(NamedTuple):
-    """Rank of a comb among placebos (`rank`), the same by `neg_log_rank`, and its rank among whole combs.
-
-    The latter is (1 + whole combs at least as strong) / (m + 1) for m windows that share no line.
-    """
+    """Rank of a comb among placebos, the same by `neg_log_rank`, and its rank among whole combs that share no line."""
 
     false_alarm: float
     tail_false_alarm: float
@@ -172,9 +163,8 @@ def rank_among_placebos(
 
     `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the same number of
     lines, in windows of the same relative width, masked as the comb's own lines are. One of its fundamentals may be in
-    the comb's own window, since otherwise the strongest line of the record would never be among the placebos of a comb
-    that contains it by chance. The draw is the same for every record. None if `placebo_hz` covers fewer than
-    `LEAST_WINDOWS` windows.
+    the comb's own window, so that the record's strongest line may be among the placebos. None if `placebo_hz` covers
+    fewer than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID * LEAST_WINDOWS:

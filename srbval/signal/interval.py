@@ -4,7 +4,6 @@ import functools
 import importlib.resources
 import math
 import tomllib
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,37 +24,22 @@ def frequency_error_hz(information: float, seconds: float) -> float:
     return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
 
 
-@dataclass(frozen=True, kw_only=True)
-class SlipInterval:
-    """The table: `floor` standard errors up to `start`, from there `factor` times the spread, interpolated linearly.
-
-    `log_spread` are the knots, rising, of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible
-    interval is multiplied by two factors: `weak_factor` as a function of the probability `weak_steady` that nothing
-    slips, and `wide_factor` as a function of its width over that of noise alone, `wide`.
-    """
-
-    floor: float
-    start: float
-    log_spread: tuple[float, ...]
-    factor: tuple[float, ...]
-    weak_steady: tuple[float, ...]
-    weak_factor: tuple[float, ...]
-    wide: tuple[float, ...]
-    wide_factor: tuple[float, ...]
-
-
 @functools.cache
-def slip_interval() -> SlipInterval:
-    """The calibrated table (`slip_interval.toml`)."""
+def slip_interval() -> dict[str, Any]:
+    """The calibrated table (`slip_interval.toml`).
+
+    ``floor`` standard errors up to ``start``, from there ``factor`` times the spread, interpolated linearly between the
+    knots ``log_spread`` of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible interval is
+    multiplied by ``weak_factor`` by the probability ``weak_steady`` that nothing slips, and by ``wide_factor`` by its
+    width over that of noise alone, ``wide``.
+    """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
-    table = tomllib.loads(file.read_text(encoding="utf-8"))
-    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    return SlipInterval(**values)
+    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def walk_share(log_spread: float) -> float:
     """Clearness, from 0 to 1, of a random walk besides the noise in the residuals."""
-    return -math.expm1(-(max(log_spread - slip_interval().start, 0.0) ** 2))
+    return -math.expm1(-(max(log_spread - slip_interval()["start"], 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
@@ -65,8 +49,8 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
     by Student's t for few blocks, and for a weak line, whose phases scatter by more than to first order (simulated).
     """
     table = slip_interval()
-    wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table.log_spread, table.factor))
-    own = table.floor if log_spread < table.start else max(table.floor, wide)
+    wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))
+    own = table["floor"] if log_spread < table["start"] else max(table["floor"], wide)
     student = float(scipy.special.stdtrit(blocks - 2, 0.975)) / NORMAL_95
     return own * (1 + walk_share(log_spread) * (student * (1 + WEAK_SNR / snr) - 1))
 
@@ -77,5 +61,5 @@ def weak_factor(steady: float, wide: float) -> float:
     `steady` is the probability that nothing slips, `wide` the interval's width over that of noise alone.
     """
     table = slip_interval()
-    by_steady = np.interp(steady, table.weak_steady, np.log(table.weak_factor))
-    return math.exp(by_steady + np.interp(math.log(wide), np.log(table.wide), np.log(table.wide_factor)))
+    by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
+    return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))

@@ -23,9 +23,8 @@ LEAST_PASSAGES = 4 * LEAST_BLOCKS  # two in each block of either half
 class LockedMean:
     """Mean of a signal over the phase of a passage less its mean in the quietest quarter, in the signal's unit.
 
-    Without a passage the `value` is zero but for noise of either sign. `u` is its standard deviation by the jackknife
-    over `blocks` successive parts (on average too large: Efron & Stein 1981, Ann. Statist. 9, 586). `halves` are the
-    values of each half of the passages.
+    `u` is the standard deviation of the `value` by the jackknife over `blocks` successive parts (on average too large:
+    Efron & Stein 1981, Ann. Statist. 9, 586). `halves` are the values of each half of the passages.
     """
 
     value: float
@@ -69,9 +68,8 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Amplitude A, and slip s, of a tone beside passages in an analytic signal [n]: A exp(2 pi i (`tone` + s k / n)).
 
-    `tone` is its phase in periods, [n], without the slip, which is within +- `slip` periods over the signal. It is read
-    in the quarter of the passage's phase in which the tone leaves the least power, so that the passages do not add to
-    it; over the whole signal without passages.
+    The slip is within +- `slip` periods over the signal. With passages the tone is read in the quarter of their phase
+    in which it leaves the least power.
     """
     from scipy.signal import zoom_fft
 

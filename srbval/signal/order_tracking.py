@@ -58,9 +58,8 @@ class ShaftAngle:
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
         """Resample `samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` per turn.
 
-        As a record at `fs_hz` the shaft then turns at exactly `mean_hz`, and a line of order k is at ``k mean_hz``. The
-        cubic splines have an error of 1e-3 for lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first:
-        resonances do not move with the shaft. Outside the speed signal the shaft keeps the speed of the nearest knots.
+        As a record at `fs_hz` the shaft then turns at exactly `mean_hz`. The cubic splines have an error of 1e-3 for
+        lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first: resonances do not move with the shaft.
         """
         from scipy.interpolate import CubicSpline
 

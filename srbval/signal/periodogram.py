@@ -37,8 +37,7 @@ class Phasors:
     """Sums over blocks of the record demodulated at given frequencies [c], for a local fit: `sums`, [c, blocks].
 
     `time_s`, [blocks], are the middles of the blocks, counted from the record's middle, so that a line's frequency does
-    not correlate with its amplitude and phase. `moments` [c, blocks] are the sums with each sample times its distance
-    in time from its block's middle; `seconds` is the duration of the record.
+    not correlate with its phase. `moments` [c, blocks] are the sums of samples times their distance from that middle.
     """
 
     sums: ComplexArray
@@ -97,12 +96,10 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Periodogram:
-    """Power of a record [n] on a grid `PADDING` times finer than its bins.
+    """Power |sum x exp(-i w t)|^2 of a record [n], without a window, on a grid `PADDING` times finer than its bins.
 
-    `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed; `power` is
-    |sum x exp(-i w t)|^2 on a grid of step `step_hz` from zero. `masks_hz`, [m, 2], are zones that are neither line nor
-    noise: the shaft's harmonics and those of `masking`. There is no window: side lobes of a strong line raise the noise
-    about it.
+    `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed. `masks_hz`, [m, 2],
+    are zones that are neither line nor noise, such as the shaft's harmonics.
     """
 
     samples: FloatArray
@@ -117,10 +114,7 @@ class Periodogram:
     def of(
         cls, samples: FloatArray, fs_hz: float, *, limit_hz: float, shaft_hz: float, shaft_ci_hz: float = 0.0
     ) -> Periodogram:
-        """Periodogram of `samples` up to `limit_hz`, with the harmonics of `shaft_hz` masked.
-
-        `shaft_ci_hz` widens the mask of each harmonic in proportion to its number.
-        """
+        """Periodogram of `samples` up to `limit_hz`, with the harmonics of `shaft_hz` +- `shaft_ci_hz` masked."""
         down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
         mean = float(samples.mean())
         centred = samples - mean
@@ -178,10 +172,9 @@ class Periodogram:
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 
     def noise_near(self, centre_hz: float, half_window_hz: float) -> Noise:
-        """Mean noise power near `centre_hz`, from the nearest bins outside the window and the masks.
+        """Mean noise power near `centre_hz`, the median over ln 2 of the nearest bins outside the window and the masks.
 
-        The mean is the median over ln 2, which other lines among the neighbours hardly change. Raises `DataError` if
-        fewer than nine bins are left.
+        Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
         nearest = self._nearest_bins(centre_hz, half_window_hz)
         if nearest.size < LEAST_NOISE_BINS:
@@ -208,10 +201,7 @@ class Periodogram:
             reach *= 2
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over local noise at each frequency [n]; the noise is a running median of unmasked bins over ln 2.
-
-        With `to_limit` the median ends at the record's limit, which is faster.
-        """
+        """Power over a running median of unmasked bins over ln 2, which ends at the record's limit with `to_limit`."""
         spacing = PADDING * self.step_hz
         last = self.power.size // PADDING
         bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)

@@ -1,9 +1,8 @@
 """Posterior of the mean frequency of a weak line that may slip, over all paths that its phase may have taken.
 
-The phase of a weak line cannot be estimated block by block, and slip as large as the noise cannot be distinguished from
-it. Instead all paths are weighted at once: the phase is a hidden random walk on the circle, observed through the
-harmonics of each block, and the likelihood of the record for a mean frequency and slip is summed over all paths by the
-forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see `slip`.
+The phase is a hidden random walk on the circle, observed through the harmonics of each block; the likelihood of the
+record for a mean frequency and slip is summed over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77,
+257). A strong line needs a finer circle: see `slip`.
 """
 
 import math
@@ -32,10 +31,9 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
-    """Mean shift of the line and half width of its 95 % credible interval [Hz].
+    """Mean shift of the line and half width of its 95 % credible interval [Hz]; `steady` is the probability of no slip.
 
-    `steady` is the probability of no slip. As a confidence interval `credible_hz` is too wide without slip and too
-    narrow with little slip (`interval.weak_factor`): the amplitudes are point estimates, and noise can hide slip.
+    As a confidence interval it is too wide without slip and too narrow with little slip (`interval.weak_factor`).
     """
 
     shift_hz: float

@@ -59,10 +59,9 @@ def track_slip(
 ) -> tuple[float, float] | None:
     """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
 
-    It is estimated from the line's phase in blocks; None if the line is too weak. Component c of `phasors` moves with
-    `number[c]` times the fundamental; `noise_power[c]` is its mean noise power in a bin of the record. `period_s` is
-    that of the modulation; in shorter blocks its sidebands would be part of the line. The half width is infinite if the
-    record has too few blocks to show slip. A steady drift of the speed counts as slip.
+    None if the line is too weak; the half width is infinite if the record has too few blocks to show slip. Component c
+    of `phasors` moves with `number[c]` times the fundamental; `noise_power[c]` is its mean noise power in a bin. In
+    blocks shorter than `period_s`, of the modulation, its sidebands would be part of the line.
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
@@ -110,10 +109,7 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
 
 
 def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> tuple[float, float]:
-    """Mean over tracks from a straight line and from larger and smaller steps, weighted by their evidence.
-
-    If several fit the record about equally well, their differences widen the interval.
-    """
+    """Mean over tracks from several starts, weighted by their evidence; their differences widen the interval."""
     starts = [np.zeros(sums.shape[1]), *(_viterbi_path(sums, number, step_rad2 * share) for share in STEP_SHARES)]
     log_evidence, slope, half = np.array([_track(sums, number, start) for start in starts]).T
     log_evidence[0] += STRAIGHT_MARGIN
@@ -151,8 +147,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
     """Noise at the line over the noise about it, if residuals clearly show more, with weight and likelihood (`weigh`).
 
-    Skirts and sidebands that leak into the blocks raise the noise at a line. They scatter phases independently, unlike
-    a random walk.
+    Skirts and sidebands that leak into the blocks scatter phases independently, unlike a random walk.
     """
     tried = []
     for excess in EXCESSES:
@@ -164,11 +159,10 @@ def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> t
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modes:
-    """Modes of the residuals of n phases about a straight line, in which both walk and noise are uncorrelated.
+    """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
-    `contrasts` [n - 2, n] are orthonormal, so noise is white in them. A walk that contributes as much as the noise to
-    the variance of the slope has the variance `share` [n - 2] in them, and the covariance `with_slope` with the `slope`
-    [n]. The noise contributes `slope_variance`.
+    A walk that contributes as much as the noise, `slope_variance`, to the variance of the `slope` [n] has the variance
+    `share` [n - 2] in them, and the covariance `with_slope` with the slope.
     """
 
     contrasts: FloatArray
@@ -214,10 +208,7 @@ def modes_of(count: int) -> Modes:
 
 
 def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
-    """Most likely path of the fundamental's phase [rad], [blocks], starting from its clearest harmonic.
-
-    `sums` [c, blocks] are in units of their noise; steps between blocks have the variance `step_rad2`.
-    """
+    """Most likely path of the phase [rad], [blocks], from its clearest harmonic, for steps of variance `step_rad2`."""
     grid = np.arange(PHASES) * (2 * math.pi / PHASES)
     rotation = np.exp(-1j * np.outer(number, grid))
     step = np.abs(grid[:, None] - grid)

@@ -36,10 +36,7 @@ SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Spectrum:
-    """Amplitude over frequency: `frequency_hz` and `amplitude`, both [m], from zero.
-
-    `resolution_hz` is one over the record's duration; the bins may be closer.
-    """
+    """Amplitude over frequency, both [m]; `resolution_hz` is one over the record's duration, the bins may be closer."""
 
     frequency_hz: FloatArray
     amplitude: FloatArray
@@ -61,10 +58,10 @@ class Spectrum:
 
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
-    """Spectrum of `samples` [n] less their mean; a sine of amplitude a on a bin has the height a.
+    """Spectrum of `samples` [n] less their mean, without a window; a sine of amplitude a on a bin has the height a.
 
-    There is no window; the record is padded to a fast length. A carrier of amplitude A modulated with depth m has a
-    line of A m in the spectrum of the envelope and of 2 A^2 m in that of the squared envelope.
+    A carrier of amplitude A modulated with depth m has a line of A m in the spectrum of the envelope and of 2 A^2 m in
+    that of the squared envelope.
     """
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
@@ -78,18 +75,14 @@ def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
 def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> Spectrum:
     """Amplitude spectrum of the envelope of `samples` [n] in `band_hz` [Hz], without the ends, in their unit.
 
-    It is for figures; lines are read from the spectrum of `squared_envelope_one_pass`. Raises what `analytic_signal`
-    and `drop_ends` raise.
+    It is for figures; lines are read from the spectrum of `squared_envelope_one_pass`.
     """
     modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz))
     return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
 
 
 def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and power density of `samples` [n] per Hz, by Welch's method.
-
-    Hann segments of `segment_s`, or of the whole record if it is shorter, overlap by half and have their means removed.
-    """
+    """Frequencies [Hz] and power density of `samples` [n] per Hz, by Welch's method with segments of `segment_s`."""
     return scipy.signal.welch(samples, fs_hz, nperseg=min(round(segment_s * fs_hz), samples.size))
 
 
@@ -107,11 +100,10 @@ def prewhitened(samples: FloatArray) -> FloatArray:
     """Bring every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
 
     The real cepstrum is set to zero but for its first value, that is X / |X| (Borghesani, Pennacchi, Randall, Sawalhi &
-    Ricci 2013, Mech. Syst. Signal Process. 36, 370; authors and page quoted from memory, not checked). Tones and
-    modulated gear meshes, a few narrow lines of equal height, then have next to no power. Impacts with some jitter are
-    spread over every line of a band, whose phases keep them; resonances and loud bands lose their weight. Impacts
-    without jitter are lost like tones. The mean is removed; m is the largest length up to n that transforms fast.
-    Raises `DataError` if the record is constant.
+    Ricci 2013, Mech. Syst. Signal Process. 36, 370; authors and page quoted from memory, not checked). Tones, gear
+    meshes and impacts without jitter then have next to no power; impacts with some jitter are kept by the phases of
+    many lines. The mean is removed; m is the largest length up to n that transforms fast. Raises `DataError` if the
+    record is constant.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())
@@ -128,8 +120,7 @@ def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
     """Signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
 
     This is the surrogate of Theiler, Eubank, Longtin, Galdrikian & Farmer (1992, Physica D 58, 77; quoted from memory,
-    not checked). A sum of many lines is normal by the central limit theorem, without impacts; a tone stays a tone. Mean
-    and power are kept.
+    not checked). Mean and power are kept, a tone stays a tone, impacts are lost.
     """
     lines = scipy.fft.rfft(samples)
     turned = np.abs(lines) * np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
@@ -189,10 +180,10 @@ def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], se
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scalogram:
-    """Amplitude, shape [rows, columns], in the unit of the signal; a sine of amplitude a has the value a in its row.
+    """Amplitude, [rows, columns], in the unit of the signal; a sine of amplitude a has the value a in its row.
 
-    `time_s`, [columns], are the middles of the columns, each the mean of its samples; `frequency_hz`, [rows], rises in
-    nearly equal ratios. Nearer than `edge_s`, [rows], to either end a row is affected by the ends.
+    `time_s`, [columns], are the middles of the columns; nearer than `edge_s`, [rows], to either end a row is affected
+    by the ends.
     """
 
     time_s: FloatArray
@@ -206,10 +197,9 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 
-    For some thousand samples, since ``pywt.cwt`` transforms all of them for every row. It shifts a row by half a sample
-    if its wavelet has an odd number of samples, and reads low by sin(x)/x, x = pi f / fs, since it differences an
-    integrated wavelet. So rows are at the nearest frequencies whose wavelet is sampled symmetrically, and are divided
-    by sin(x)/x. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
+    ``pywt.cwt`` shifts a row by half a sample if its wavelet has an odd number of samples, and reads low by sin(x)/x,
+    x = pi f / fs. So rows are at the nearest frequencies whose wavelet is sampled symmetrically, and are divided by
+    sin(x)/x. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
     """
     import pywt
 

@@ -6,9 +6,9 @@ the credible interval are moved until the detected lines of every cell are cover
 floor, the start and the knots of the present table are kept; they were chosen by trial. Takes about five minutes.
 """
 
-import dataclasses
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -16,7 +16,7 @@ import scipy.optimize
 from srbval.arrays import FloatArray
 from srbval.processes.pool import in_processes
 from srbval.signal import NORMAL_95, Periodogram, Phasors, read_comb
-from srbval.signal.interval import SlipInterval, slip_interval
+from srbval.signal.interval import slip_interval
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.slip import RATIOS, modes_of, noise_error_hz, weak_sums, weigh
 from tests.signal.test_comb import FS_HZ, LINE_HZ, SHAFT_HZ, comb
@@ -51,10 +51,10 @@ def drawn_slip(ratio: float, rng: np.random.Generator, draws: int = DRAWS) -> tu
     return weight @ np.log1p(RATIOS), np.abs(sample[:, 0] - np.sum(carried * sample[:, 1:], axis=1))
 
 
-def slip_coverage(table: SlipInterval, spread: FloatArray, error: FloatArray) -> float:
+def slip_coverage(table: dict[str, Any], spread: FloatArray, error: FloatArray) -> float:
     """Share of the draws whose error lies within the table's half width."""
-    wide = np.exp(spread / 2) * np.interp(spread, table.log_spread, table.factor)
-    return float(np.mean(error < np.where(spread < table.start, table.floor, np.maximum(table.floor, wide))))
+    wide = np.exp(spread / 2) * np.interp(spread, table["log_spread"], table["factor"])
+    return float(np.mean(error < np.where(spread < table["start"], table["floor"], np.maximum(table["floor"], wide))))
 
 
 def slip_factors() -> FloatArray:
@@ -62,14 +62,14 @@ def slip_factors() -> FloatArray:
     draws = [drawn_slip(float(ratio), np.random.default_rng((0, n))) for n, ratio in enumerate(TRIED)]
 
     def cost(logs: FloatArray) -> float:
-        table = dataclasses.replace(slip_interval(), factor=tuple(np.exp(logs)))
+        table = slip_interval() | {"factor": np.exp(logs)}
         off = np.array([abs(slip_coverage(table, *draw) - SLIP_WANTED) for draw in draws])
         beyond = np.maximum(off - SLIP_FREE, 0)
         return float(20 * beyond.max() + 2 * beyond.mean() + 0.01 * np.mean((logs - math.log(USUAL)) ** 2))
 
     options = {"maxiter": STEPS, "adaptive": True}
     return np.exp(
-        scipy.optimize.minimize(cost, np.log(slip_interval().factor), method="Nelder-Mead", options=options).x
+        scipy.optimize.minimize(cost, np.log(slip_interval()["factor"]), method="Nelder-Mead", options=options).x
     )
 
 
@@ -98,15 +98,15 @@ def drawn_weak(cell: tuple[float, tuple[tuple[float, ...], float], float], recor
 def weak_coverage(logs: FloatArray, draw: FloatArray, soft: float) -> float:
     """Share of a cell's lines within their half widths, each counted in part within `soft` of its edge."""
     table = slip_interval()
-    first = len(table.weak_steady)
-    stretch = np.interp(draw[1], table.weak_steady, logs[:first])
-    stretch += np.interp(np.log(draw[2]), np.log(table.wide), logs[first:])
+    first = len(table["weak_steady"])
+    stretch = np.interp(draw[1], table["weak_steady"], logs[:first])
+    stretch += np.interp(np.log(draw[2]), np.log(table["wide"]), logs[first:])
     return float(np.mean(0.5 * (1 + np.tanh((stretch - np.log(np.maximum(draw[0], 1e-9))) / soft))))
 
 
 def weak_factors(draws: list[FloatArray]) -> list[FloatArray]:
     """Factors over the steadiness and over the width; only their products matter, so the first of the latter is one."""
-    first, wide = len(slip_interval().weak_steady), len(slip_interval().wide)
+    first, wide = len(slip_interval()["weak_steady"]), len(slip_interval()["wide"])
 
     def cost(free: FloatArray) -> float:
         logs = np.insert(free, first, 0.0)

@@ -120,7 +120,7 @@ def test_the_table_covers_fresh_draws_of_every_ratio(ratio):
 
 def test_the_table_covers_weak_lines_and_counts_as_readings_do():
     table = slip_interval()
-    logs = np.log([*table.weak_factor, *table.wide_factor])
+    logs = np.log([*table["weak_factor"], *table["wide_factor"]])
     steady, slipping = (drawn_weak(CELLS[place], WEAK_RECORDS) for place in (0, 6))
     assert steady[1].mean() > slipping[1].mean()
     assert slipping[2].mean() > steady[2].mean() > 1
