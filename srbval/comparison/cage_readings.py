@@ -1,12 +1,11 @@
 """The cage ratio of every record of the rig.
 
-All records are read in the same way, over shaft angle; harmonics of the shaft count neither as line nor as noise. The
-comb of a race's fault is read in the squared envelope, in that band of `BANDS` in which its first harmonic is the
-highest over the noise. Passing rollers leave a comb of BPFO in the vibration itself, tens of narrow lines up to the
-upper end of `BANDS`, also in a healthy bearing and in one with a roller's fault; it counts if it is as improbable as a
-detected line, by noise and by its rank among placebos (`rank_among_placebos`). The fault's comb identifies the cage: if
-both combs agree within their intervals the more precise one is taken, else that of the fault, and the other is kept as
-a check. A comb of passages alone may belong to another cage of the shaft, which carries four bearings of two rows.
+All records are read over shaft angle; harmonics of the shaft count neither as line nor as noise. The comb of a race's
+fault is read in the squared envelope, in the band of `BANDS` in which its first harmonic is the highest over the noise.
+Passing rollers leave a comb of BPFO in the vibration itself, also in a healthy bearing; it counts if it is as
+improbable as a detected line, by noise and by its rank among placebos (`rank_among_placebos`). If both combs agree
+within their intervals the more precise one is taken, else that of the fault; the other is kept as a check. A comb of
+passages alone may belong to another cage of the shaft, which carries four bearings of two rows.
 """
 
 import math

@@ -42,11 +42,10 @@ class Point(NamedTuple):
 class Matrix:
     """The registered records of the rig, at most one for each operating point of Table 5.
 
-    `records` has one row per record, with the columns of `matrix` in ``report.json``: its point, speed, the line of its
-    state, `model_hz` (NaN if there is no run, `remark` gives the reason), `call` (the fault call against the healthy
-    record of the same speed and load) and the `verdict` on the frequency. `comparisons` has one row per record and
-    quantity, see `comparison_row`. `unusable` are files that could not be analysed, with the reason. `sides` holds rig
-    and model of the points that were asked for; those of a full grid would not fit into memory.
+    `records` has one row per record, with the columns of `matrix` in ``report.json``: `model_hz` is NaN if there is no
+    run, for the reason in `remark`; `call` is the fault call against the healthy record of the same speed and load;
+    `verdict` is that on the frequency. `comparisons` has one row per record and quantity, see `comparison_row`.
+    `unusable` are files that could not be analysed, with the reason. `sides`: rig and model of the points asked for.
     """
 
     records: "pd.DataFrame"

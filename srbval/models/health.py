@@ -140,9 +140,8 @@ def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
 def _energy_gap(run: RunSummary) -> float:
     """Share of the losses whose source is lost by the step.
 
-    If the drive's power is known to be right, finer steps would close this share: continuous contacts leave out the
-    couples of friction and damping within a patch, but not their power, which with little friction is up to half of the
-    losses.
+    If the drive's power is known to be right, finer steps would close this share; continuous contacts leave out couples
+    of friction and damping within a patch, but not their power.
     """
     error = run.step_error
     if error is None or math.isnan(error.energy):

@@ -5,10 +5,9 @@ McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as 
 roller at that angle of the load zone (see `srbval.models.planar.contacts`); the ring answers as a mass on housing and
 contacts linearised about static balance.
 
-Of a bearing of which only orders are known the places of the lines alone are right; the strength of the pulses is
-assumed. Half-sine pulses of one length act on a housing of its own mass and spring. Their height is the load of the
-rolling element that is struck, after Stribeck's distribution at no clearance (Harris & Kotzalas, Essential Concepts of
-Bearing Technology, 2006, sect. 7.4), with the exponent of line contact. Contacts add no stiffness.
+If only the orders of a bearing are known, the frequencies of the lines alone are right: half-sine pulses of one length
+act on the housing's mass and spring. Their height is the load of the rolling element that is struck, after Stribeck's
+distribution at no clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology, 2006, sect. 7.4).
 
 Answers: where the lines are, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot
 answer: slip of the cage (its mean is none), noise floor, the healthy bearing (it is silent), anything that a moving

@@ -2,9 +2,8 @@
 
 The other models below the full one use this motion of drive, cage and rollers, see `Prescribed`.
 
-Answers: the frequencies of the fault lines without slip. Cannot answer: heights, since its clicks are equal, of one
-sample and arbitrary strength, so that harmonics, sidebands, noise floor and amplitude mean nothing; slip, which is
-assumed to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
+Answers: the frequencies of the fault lines without slip. Cannot answer: harmonics, sidebands, noise floor and
+amplitudes, since its clicks are equal and of arbitrary strength; slip. A healthy bearing is silent. Needs orders alone.
 """
 
 from collections.abc import Callable, Iterator

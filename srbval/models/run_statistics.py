@@ -63,10 +63,10 @@ class EnergyBalance:
 
 @dataclass
 class MomentumBalance:
-    """Forces on the outer ring over a run: rollers, load, weight, spring and damper make up its change of momentum.
+    """Newton's second law for the outer ring in the mean over a run: a missing force is an error of the integrator.
 
-    This is Newton's second law in the mean; a missing force is an error of the integrator. The first row is left out,
-    as the ring's speed before it is not known. The arrays, [9]: accelerations, displacements, forces of the rollers.
+    The first row is left out, as the ring's speed before it is not known. The arrays, [9]: accelerations,
+    displacements, forces of the rollers.
     """
 
     mass_kg: float = math.nan

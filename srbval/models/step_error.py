@@ -111,8 +111,7 @@ def _steady(scene: Scene) -> Scene:
 class _Piece:
     """A short piece of a run from one settled state, with the run's step and with finer ones, each run once.
 
-    Its length does not depend on the output rate: if that is too low for `BLOCKS`, outputs are taken more often. Bands
-    are compared only if the run's own outputs have them and the piece is long enough for them.
+    Outputs are taken more often if `BLOCKS` need it. Bands are compared if the run's outputs have them, in long pieces.
     """
 
     def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:

@@ -181,9 +181,8 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
     """Standard deviation of the levels of one mounting [dB]: posterior mean and 95 % interval, from pairs of records.
 
-    Only third octaves count in which a faulty record is quieter than the healthy one, since a fault adds power. Such a
-    difference follows one half of a normal distribution of variance 2 tau^2 + u^2, with the deviation u of reading
-    both. The prior of tau is half-normal; bands count as independent.
+    Only third octaves count in which a faulty record is quieter than the healthy one, since a fault adds power. These
+    differences are half-normal with variance 2 tau^2 + u^2, u of reading both; so is the prior of tau.
     """
     off, u = [], []
     for faulty, healthy in pairs:

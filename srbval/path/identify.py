@@ -10,10 +10,9 @@ and across it in turn, so its sidebands determine r: the run behind the path mus
 the band in which its data set is demodulated, or else in the band of the path. A defect that stands still determines no
 ratio; without another record r is 1.
 
-A third octave narrower than two spacings of the fault's line is joined with those below it. Joined bands have one gain,
-which may differ from the gain of each band by as much as gains scatter between bands. Gains reach from the lowest to
-the highest band in which the record's power exceeds its own standard deviation; a band between them in which it does
-not gets the gain of its neighbours.
+A third octave narrower than two spacings of the fault's line is joined with those below it and shares their gain.
+Gains reach from the lowest to the highest band in which the record's power exceeds its standard deviation; a band
+between them in which it does not gets the gain of its neighbours.
 """
 
 import json

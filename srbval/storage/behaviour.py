@@ -68,17 +68,10 @@ def fingerprint_of(table: Any) -> dict[str, dict[str, Value]]:
 
 @cache
 def reference_fingerprint() -> Fingerprint:
-    """The fingerprint that comes with the program; empty if there is none.
-
-    `srbval check` holds the program against it.
-    """
+    """The fingerprint that comes with the program, with which `srbval check` compares it; empty if there is none."""
     try:
         content = read_json(shipped_folder("reports") / FILE, MOST_BYTES)
-        if isinstance(content, Mapping) and (content.get("kind"), content.get("schema_version")) == (
-            KIND,
-            SCHEMA_VERSION,
-        ):
-            return fingerprint_of(content.get("parts"))
-    except (DataError, ValueError):
-        pass
-    return {}
+        known = content["kind"] == KIND and content["schema_version"] == SCHEMA_VERSION
+        return fingerprint_of(content["parts"]) if known else {}
+    except (DataError, LookupError, TypeError, ValueError):
+        return {}

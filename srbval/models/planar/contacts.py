@@ -7,16 +7,13 @@ inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the
 
 The force is tabulated once per run: over the approach, and over the position of a defect besides.
 
-Of a ball or a cylindrical roller each contact is a row of strips along the race that give way on their own, as in the
-slices model. A strip of a roller of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d,
-c_L = 35948 L^(8/9) N/mm^(10/9) being that of both contacts together (ISO/TS 16281). A ball's takes q = c d: with
-c = 3 Q / (4 a d) and the penetration d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to
-Hertz's force Q, and their loads to his distribution across the race, at every load, since a^2 / d and Q / (a d) do not
-depend on it.
+A contact of a ball or a cylindrical roller is a row of independent strips along the race, as in the slices model. A
+strip of a roller of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d, with c_L = 35948 L^(8/9)
+N/mm^(10/9) for both contacts together (ISO/TS 16281). A strip of a ball takes q = c d: with c = 3 Q / (4 a d) and the
+penetration d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to Hertz's force and distribution.
 
-An opening, a hole or a spall, takes a strip's support away while the element stands over it: it rests on the nearest
-edge, at t, by kappa t^2 / 2 lower than the race, kappa the curvature of the gap along the race, or on the floor. A
-raised piece is met in the same way from beside it. The contact angle is taken to stay what it is.
+An opening, a hole or a spall, leaves a strip to rest on its nearest edge, at t, by kappa t^2 / 2 lower than the race,
+kappa the curvature of the gap along the race, or on the floor. The contact angle is constant.
 """
 
 from __future__ import annotations
