@@ -30,10 +30,9 @@ Effects = Mapping[tuple[str, str], Mapping[str, Any]]
 class ComparedQuantity:
     """One row of `COMPARED`: how a quantity is read and compared.
 
-    `name` may hold ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` gives the value
-    of an analysis of one of `faults`. With `value_of` a run's value follows from the order of its line, which the run
-    knows free of a reading's noise, and errors are in per cent of the rig's value; else they are model less rig in dB.
-    An error surely below `margin` agrees; without a margin the quantity is whether a side shows something.
+    `name` may contain ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` returns the
+    value of an analysis of one of `faults`. With `value_of` a run's value follows from its line's order, and errors
+    are in per cent of the rig's value; else in dB. `margin`: see `vocabulary`; without it, presence is compared.
     """
 
     kind: str
@@ -56,11 +55,6 @@ def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
     Slip lowers BPFO and raises BPFI, so their errors must not be averaged; errors of the cage ratio may.
     """
     return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
-
-
-def order_of(_: Fault, order: float, __: int) -> float:
-    """The order itself, for a roller's line: the cage does not determine the roller's own rotation."""
-    return order
 
 
 def line_value(value_of: ValueOfOrder) -> Read:
@@ -130,8 +124,8 @@ ROLLER_LINE = ComparedQuantity(
     kind="roller line",
     name="{line}",
     unit="order",
-    read=line_value(order_of),
-    value_of=order_of,
+    read=line_value(lambda _, order, __: order),
+    value_of=lambda _, order, __: order,  # the cage does not determine the roller's own rotation
     faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
 )

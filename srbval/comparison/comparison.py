@@ -27,9 +27,8 @@ Row = dict[str, Any]  # one row of a table, by the names of its columns
 class QuantityValue:
     """A quantity as read from one side, model or rig, with 95 % half widths.
 
-    `ci95` is the half width of the reading, None if the source states none; `speed_ci95` is the effect of the shaft
-    speed's uncertainty on the value. `present` is false if the value does not stand out of the noise; from `least` on
-    it would. `kinematic` is the value in pure rolling.
+    `ci95` is that of the reading, None if the source states none; `speed_ci95` is the effect of the shaft speed's. The
+    value is `present` if it stands out of the noise, as from `least` on it would. `kinematic`: value in pure rolling.
     """
 
     value: float

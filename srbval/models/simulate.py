@@ -1,8 +1,7 @@
 """Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file.
 
 A stored run, from the user's cache, equals bit for bit what the same code would compute on this machine; only its times
-are older, see `RunSummary.stored_utc`. Runs that are not usable or too large are not stored, nor are hundreds of draws
-of a scene; what is read from them may be stored.
+are older, see `RunSummary.stored_utc`. Runs that are not usable or too large are not stored.
 """
 
 import contextlib
@@ -57,12 +56,9 @@ class Step(enum.StrEnum):
 def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    The error of the step is estimated first, or a step is chosen, see `Step`; a run whose step leaves more than the
-    tolerance is `INACCURATE`. `progress` gets the fraction of the task ``Simulate`` that is done, settling included,
-    and the compilation.
-
-    Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
-    contacts. A failed run is returned, not raised: see its `status` and `reason`; a run beyond recovery ends early.
+    The step's error is estimated first, or a step is chosen, see `Step`. Raises `ConfigurationError` for an unknown
+    model or solver, a bearing without geometry, or a load that crushes the contacts. A failed run is returned, not
+    raised: see its `status` and `reason`; a run beyond recovery ends early.
     """
     stats = _begun(scene, step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
@@ -72,10 +68,9 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
 
 
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
-    """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
+    """Run `scene` as `simulate` does, and write its signals to `path` as they come; no file if the run is not usable.
 
-    The file exists only if the run is usable; all else as in `simulate`. Raises `DataError` if the place cannot be
-    written, `ConfigurationError` if the file's name is not that of an HDF5 file.
+    Raises `DataError` if the place cannot be written, `ConfigurationError` if the name is not that of an HDF5 file.
     """
     check_suffix(path, *HDF5)
     stats = _begun(scene, step, progress, path.parent)

@@ -152,10 +152,9 @@ def block_means(
     *,
     bands_below_hz: float = math.inf,
 ) -> BlockMeans:
-    """Means of `BLOCKS` equal parts of a run of [n] samples.
+    """Means of `BLOCKS` equal parts of a run of [n] samples, without bands above half the rate or `bands_below_hz`.
 
-    A band is left out unless it lies below half the rate and below `bands_below_hz`; all bands if an acceleration is
-    not finite.
+    All bands are left out if an acceleration is not finite.
     """
     found = {CAGE: cage_rad_s, DRIVE_POWER: drive_w}
     along = along_sensor(acceleration_m_s2)
