@@ -15,10 +15,8 @@ from srbval.signal import NORMAL_95, LineReading, Periodogram
 from srbval.signal.false_alarm import APART, fundamentals
 
 HARMONICS = 5
-# Sidebands that belong to a found line when a weaker line is read.
-OWN_SIDEBANDS = 3
-# Placebos are drawn up to this factor from a family's frequency, an octave to either side.
-PLACEBO_REACH = 2.0
+OWN_SIDEBANDS = 3  # sidebands that belong to a found line when a weaker line is read
+PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's frequency, an octave to either side
 # A weaker line at one of these ratios of a stronger line's frequency is taken as part of it.
 RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
 # Scale and degrees of freedom of Student's t for the relative deviation of a line from kinematics by slip. Stated, not

@@ -36,8 +36,7 @@ RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
 # Other explanations of a peak, or of no peak, beside multiples of a stronger line, which are named.
 SHAFT, NO_PEAK, OWN_LINE = "a harmonic of the shaft", "a stronger line beside the window", "its line is not detected"
-# Least power over noise of a comb's first harmonic, as a share of that of its second.
-HALF_SHARE = 0.5
+HALF_SHARE = 0.5  # least power over noise of a comb's first harmonic, as a share of that of its second
 _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
 

@@ -39,17 +39,14 @@ RIG_BEARING = "skf-22240"
 # Shorter records do not resolve a line from the neighbouring harmonics of the shaft: 11 of 60 records of noise at 12
 # kHz show a BPFO line in four revolutions, 7 in six, 3 in seven, none in eight.
 LEAST_REVOLUTIONS = 8
-# Harmonics of the higher race line that the envelope of a band must contain.
-HARMONICS_HELD = 3
+HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a band must contain
 SAME_SIZE = 0.01  # a bearing larger by a smaller share keeps the paper's band
-# The whole band, as shares of the sampling rate.
-WHOLE_BAND = (0.01, 0.47)
+WHOLE_BAND = (0.01, 0.47)  # the whole band, as shares of the sampling rate
 HIGHEST_EDGE = 0.499  # the same, of a band that another record must contain too
 # Signals are normalised: amplitudes are in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
-# Share of the record that the speed signal must cover.
-LEAST_COVERAGE = 0.98
+LEAST_COVERAGE = 0.98  # share of the record that the speed signal must cover
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9
 # Largest width of the mask of a shaft harmonic, as a share of its frequency: with a nominal speed wider masks would

@@ -33,12 +33,9 @@ COMBS_PER_SPEED = 220
 # Every speed but the best is a placebo: the next best peak of the score may rise above the median by at most this share
 # of the best peak's rise. Lines of other sources form combs by chance, several about as good.
 RIVAL_SHARE = 0.5
-# Two speeds closer than this, in bins of the highest shaft order, are one.
-SAME_BINS = 2.0
-# Largest -log p of one term: one strong line of another source must not outweigh all others.
-LARGEST_NEG_LOG_P = 30.0
-# Effective number of averaged bins of the local noise estimate, a median of some 65 bins.
-NOISE_BINS = 30.0
+SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
+LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
+NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
 FALSE_ALARM = 1e-3
 # Least power over noise of a term that gives a frequency, and least number of shaft terms for a fit.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
@@ -53,8 +50,7 @@ _GRID_PER_BIN = 16
 # The shaft's comb in a whitened envelope: its lines, and the least score. Wrong combs of 61 measured records within
 # `SEARCH_SHARE` reach 9.5; all 26 above 12 whose speed is known otherwise are right to 0.2 %.
 COMB_LINES, LEAST_COMB = 5, 12.0
-# Combs nearer than this belong to one shaft: the interval reaches to the farthest of them.
-SMEAR = 0.02
+SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 
 
 @dataclass(frozen=True, kw_only=True)

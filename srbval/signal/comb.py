@@ -15,8 +15,7 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import track_slip
 
-# Harmonics fitted together, if they are below the limit of the record.
-HARMONICS = 5
+HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
 # A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong
 # ...
 FALSE_ALARM, PLACEBO_FALSE_ALARM = 1e-3, 1e-2
@@ -26,10 +25,8 @@ LEAST_SNR = 10.0
 # A peak below this share of a line within a few bins is a side lobe of that line (without a window 1/(pi k)^2 at k
 # bins).
 SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1
-# Candidates per bin of the highest harmonic.
-_OVERSAMPLING = 8
-# Least power over noise of a sideband.
-SIDEBAND_SNR = 12.0
+_OVERSAMPLING = 8  # candidates per bin of the highest harmonic
+SIDEBAND_SNR = 12.0  # least power over noise of a sideband
 # Sidebands are fitted with the first harmonics only: those of higher ones overlap with other lines.
 SIDEBAND_HARMONICS = 3
 _STEPS = 6

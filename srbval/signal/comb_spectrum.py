@@ -14,15 +14,13 @@ from scipy.ndimage import maximum_filter1d
 from srbval.arrays import FloatArray
 from srbval.signal.periodogram import Periodogram
 
-# Candidates per bin of the highest line.
-_OVERSAMPLING = 2
+_OVERSAMPLING = 2  # candidates per bin of the highest line
 # Score of a masked line: the mean of log(1 + x) for an exponential variable x of mean one; a little less than that of
 # the mean of several such variables (at most log 2).
 MASKED = 0.5963473623
 # Placebos are whole combs, and this many sets of combs with some lines from another fundamental, drawn at random.
 MIXED, FARTHEST = 12, 0.35
-# Placebos are taken from an octave to either side, and from at least so many fundamentals.
-REACH, LEAST = 2.0, 8
+REACH, LEAST = 2.0, 8  # placebos are taken from an octave to either side, and from at least so many fundamentals
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,10 +14,8 @@ ORDER = 4
 # time and this many periods of the bandwidth: the slowest pole decays at pi x bandwidth x sin(pi / 8), to 1e-6 within
 # 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
-# A standard deviation below this share of the signal's largest value is rounding, not vibration.
-_CONSTANT = 1e-12
-# The closed-form gain is cut off where it has fallen to this value.
-_LEAST_GAIN = 1e-5
+_CONSTANT = 1e-12  # a standard deviation below this share of the signal's largest value is rounding, not vibration
+_LEAST_GAIN = 1e-5  # the closed-form gain is cut off where it has fallen to this value
 # The filter by its name and in words.
 FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward and backward (closed form)"
 

@@ -20,24 +20,17 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.signal.periodogram import NOISE_BINS, Periodogram
 
-# Least number of placebos: their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`.
-COMBS = 1000
-# Number of fundamentals of the lines of one placebo.
-ORDERS = 2
-# Fundamentals per half window.
-GRID = 8
-# Least number of whole windows among the placebos' fundamentals.
-LEAST_WINDOWS = 4
+COMBS = 1000  # least number of placebos: their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`
+ORDERS = 2  # number of fundamentals of the lines of one placebo
+GRID = 8  # fundamentals per half window
+LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
 # Assumed share of records with a comb of another source. Without it any window would exclude the comb of another
 # machine part, and the stronger of two combs would exclude the other in a diagnosis. Of 0, 0.1, 0.2 and 0.3 the best by
 # the log score of diagnoses with rigs left out.
 FOREIGN_COMB = 0.1
-# Windows this many half windows apart share no line.
-APART = 2.0
-# Upper share of the placebos to which the tail is fitted.
-TAIL = 0.1
-# Candidates per bin of the highest line.
-_OVERSAMPLING = 2
+APART = 2.0  # windows this many half windows apart share no line
+TAIL = 0.1  # upper share of the placebos to which the tail is fitted
+_OVERSAMPLING = 2  # candidates per bin of the highest line
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:

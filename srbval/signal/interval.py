@@ -10,8 +10,7 @@ import numpy as np
 import scipy.special
 
 NORMAL_95 = 1.959964
-# If the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
-WEAK_SNR = 10.0
+WEAK_SNR = 10.0  # if the strongest harmonic is this many times its noise, phases scatter twice as far as to first order
 
 
 def frequency_error_hz(information: float, seconds: float) -> float:

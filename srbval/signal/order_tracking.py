@@ -10,8 +10,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 
-# Parts of the record whose mean speeds give its drift; shorter parts would show the tachometer's noise.
-DRIFT_PARTS = 8
+DRIFT_PARTS = 8  # parts of the record whose mean speeds give its drift; shorter parts would show the tachometer's noise
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

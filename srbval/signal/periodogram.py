@@ -20,16 +20,12 @@ from srbval.errors import DataError
 
 # Blocks of a record for sums. A line within a bin of its frequency loses less than 2e-4 of its power in them.
 BLOCKS = 96
-# Points per independent bin of the padded transform.
-PADDING = 8
+PADDING = 8  # points per independent bin of the padded transform
 # Independent bins for the estimate of the local noise, and their least number; odd for the median.
 NOISE_BINS, LEAST_NOISE_BINS = 65, 9
-# Half width of the masked zone about a shaft harmonic, in independent bins.
-MASK_BINS = 1.5
-# Reduced sampling rate in units of the highest frequency of interest: flat to there after the filter.
-_RATE = 4.0
-# Share of the reduced rate below which that filter does not colour the noise.
-_FLAT_SHARE = 0.4
+MASK_BINS = 1.5  # half width of the masked zone about a shaft harmonic, in independent bins
+_RATE = 4.0  # reduced sampling rate in units of the highest frequency of interest: flat to there after the filter
+_FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not colour the noise
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

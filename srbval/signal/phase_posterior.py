@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
 
-# Points of the circle, enough for a line whose phase is known to 0.03 rad or worse.
-CIRCLE = 128
+CIRCLE = 128  # points of the circle, enough for a line whose phase is known to 0.03 rad or worse
 # Relative jitters of the spacing of impacts, each with prior weight one; and the prior weight of no jitter.
 JITTERS = np.geomspace(0.0005, 0.0325, 10)
 STEADY_WEIGHT = 2.0

@@ -32,25 +32,17 @@ FEW_BLOCKS = 8
 # (`phase_posterior`), and power over noise of the strongest harmonic below which slip is not estimated.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
 WEAK_BLOCKS = 32
-# Least power over noise of the strongest harmonic in a block for tracking its phase.
-BLOCK_SNR = 1.0
-# Largest relative jitter of the spacing of impacts that is tracked.
-LARGEST_JITTER = 0.035
-# Ratios of walk to noise, in the variance of the slope, and their prior weights.
-RATIOS = np.geomspace(0.05, 1e10, 93)
-WEIGHTS = (1 + RATIOS) ** -0.5
-# Variances of the steps at the start of a track, relative to that of the largest jitter.
-STEP_SHARES = (1.0, 0.03)
+BLOCK_SNR = 1.0  # least power over noise of the strongest harmonic in a block for tracking its phase
+LARGEST_JITTER = 0.035  # largest relative jitter of the spacing of impacts that is tracked
+RATIOS = np.geomspace(0.05, 1e10, 93)  # of walk to noise, in the variance of the slope
+WEIGHTS = (1 + RATIOS) ** -0.5  # prior weights of the ratios
+STEP_SHARES = (1.0, 0.03)  # variances of the steps at the start of a track, relative to that of the largest jitter
 # Noise at the line over the noise about it; any but the first must be likelier by this log likelihood.
 EXCESSES, EXCESS_MARGIN = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
-# Exponent of the odds, because the log evidence is approximate.
-TEMPER = 0.5
-# A track, chosen among all paths, must be likelier than the straight line by this log likelihood.
-STRAIGHT_MARGIN = 8.0
-# Least noise power in a bin, relative to the line's power.
-LEAST_NOISE = 1e-12
-# Phases of the fundamental tried for each block; the fifth harmonic still has 19 per turn.
-PHASES = 96
+TEMPER = 0.5  # exponent of the odds, because the log evidence is approximate
+STRAIGHT_MARGIN = 8.0  # a track, chosen among all paths, must be likelier than the straight line by this log likelihood
+LEAST_NOISE = 1e-12  # least noise power in a bin, relative to the line's power
+PHASES = 96  # phases of the fundamental tried for each block; the fifth harmonic still has 19 per turn
 _ROUNDS, _PASSES = 4, 4
 
 

@@ -17,19 +17,15 @@ from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 if TYPE_CHECKING:
     import pandas
 
-# Highest edge of a band, as a share of the Nyquist frequency.
-_TOP = 0.99
-# Least number of independent samples of an envelope for its kurtosis.
-LEAST_SAMPLES = 64
+_TOP = 0.99  # highest edge of a band, as a share of the Nyquist frequency
+LEAST_SAMPLES = 64  # least number of independent samples of an envelope for its kurtosis
 # Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: short enough to separate the impulses of a fault,
 # with a relative bandwidth (one standard deviation) of 1 / (pi sqrt(2 B)), some 18 %.
 BANDWIDTH = 1.5
-# Half length of the wavelet in periods, at 6e-8 of its peak.
-REACH = 5
+REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
 # pywt picks the nearest of 2^precision points of the wavelet; its default of 12 makes steps in the low rows.
 PRECISION = 18
-# Highest row, as a share of the sampling rate: above it the wavelet has too few samples.
-LARGEST_SHARE = 0.1
+LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 
