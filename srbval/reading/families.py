@@ -86,10 +86,7 @@ def placebo_fundamentals(
 def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """True for each fundamental [n] whose window of relative half width `relative` overlaps none of a meaning.
-
-    Harmonics of the shaft, families, their sidebands and their simple ratios have a meaning.
-    """
+    """True for each fundamental [n] whose window is clear of shaft harmonics, families and their simple ratios."""
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])

@@ -17,10 +17,7 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 @dataclass(frozen=True, kw_only=True)
 class Features:
-    """Features of the channel analysed, without its mean, in the recording's `unit`.
-
-    `band_rms` is the RMS within the demodulation band; the RMS of velocity is None for the reason `velocity_missing`.
-    """
+    """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`."""
 
     unit: str
     rms: float
@@ -60,10 +57,7 @@ def features_of(analysis: Analysis) -> Features:
 
 
 def velocity_rms(acceleration: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of the velocity within a band [m/s] of an acceleration [m/s2], shape [n].
-
-    Each component V(f) = A(f) / (2 pi f) is summed by Parseval's theorem under a Hann window.
-    """
+    """RMS of the velocity in a band [m/s] of an acceleration [m/s2], [n], by A(f) / (2 pi f) under a Hann window."""
     window = np.hanning(acceleration.size)
     spectrum = np.fft.rfft(window * (acceleration - acceleration.mean()))
     frequency = np.fft.rfftfreq(acceleration.size, 1 / fs_hz)

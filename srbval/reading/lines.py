@@ -292,10 +292,7 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """Read a single line at its distance from the found fundamental, or else about its kinematic frequency.
-
-        It slips with its fundamental, so `number` times the interval of the fundamental is added.
-        """
+        """Read a single line at its distance from the found fundamental, with which it slips, or about kinematic."""
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
             slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz

@@ -32,10 +32,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power locked to the line found at `found_order` in each band of `SPACINGS` or more [unit squared].
-
-    Blocks are turns of the cage.
-    """
+    """Power locked to the line at `found_order` in each band of `SPACINGS` or more; blocks are turns of the cage."""
     speed = _speed(recording)
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
@@ -54,10 +51,7 @@ def locked_powers(
 def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
-    """Remove the `PASSAGE_LINES` in a range from the recording, each with one amplitude over all of it.
-
-    With a fault's `found_order` they are read between its passages (`steady_tone`).
-    """
+    """Remove the `PASSAGE_LINES` in a range, read between the passages of a fault at `found_order` (`steady_tone`)."""
     speed = _speed(recording)
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz

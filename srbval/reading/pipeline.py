@@ -134,11 +134,7 @@ class Processed:
 
 
 def process(
-    recording: Recording,
-    *,
-    band_hz: tuple[float, float],
-    channel: str | None = None,
-    tracking: Tracking = NOT_TRACKED,
+    recording: Recording, *, band_hz: tuple[float, float], channel: str | None = None, tracking: Tracking = NOT_TRACKED
 ) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
 
@@ -163,10 +159,7 @@ def process(
 
 
 def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
-    """Choose order tracking if a speed signal covers the whole record, with mean `speed`; otherwise give the reason.
-
-    Raises `DataError` if the shaft stops in it.
-    """
+    """Choose order tracking if a speed signal covers the whole record, with mean `speed`; otherwise give the reason."""
     signal = recording.speed_signal
     if signal is None or speed is not recording.speed or speed.source not in MEASURED_SPEEDS:
         return Tracking(why="no order tracking: the speed used comes without its course")
@@ -259,11 +252,10 @@ def bands_of_record(
         return (BandChoice(band_hz=(low, high), why=why),)
     impulsive = f"the most impulsive of {count} bands of this very record (kurtogram)"
     said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
-    return (
-        BandChoice(band_hz=(low, high), why=said.format(whole, impulsive, 2), trials=2, chosen_by_line=2),
-        BandChoice(
-            band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count, chosen_by_line=2
-        ),
+    tried = ((low, high), whole, impulsive, 2), (picture.best_hz, impulsive, whole, 2 * count)
+    return tuple(
+        BandChoice(band_hz=band_hz, why=said.format(band, other, trials), trials=trials, chosen_by_line=2)
+        for band_hz, band, other, trials in tried
     )
 
 

@@ -107,6 +107,5 @@ def _in_words(line: Line) -> str:
     return (
         f"{line.name}{f' ({fault.label})' if fault else ''} line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
-        f"modulation {100 * (line.depth or 0.0):.0f} %, "
-        f"{line.deviation_pct:+.2f} % from kinematic"
+        f"modulation {100 * (line.depth or 0.0):.0f} %, {line.deviation_pct:+.2f} % from kinematic"
     )

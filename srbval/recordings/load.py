@@ -76,10 +76,7 @@ def open_channels(path: Path, settings: RecordingSettings) -> tuple[str, ...]:
 
 
 def recording_from_run(run: Run) -> Recording:
-    """The outer ring's acceleration with its radial axes x and y, or the sensor's channel if the run has a path to it.
-
-    The run's status is not checked: a failed run is not a vibration record.
-    """
+    """Radial axes of the outer ring, or the sensor's channel if the run has a path to it; its status is not checked."""
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(

@@ -195,8 +195,8 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
         because = f" ({reading.rate_problem})" if reading.rate_problem else ""
         questions.append(OpenQuestion(f"no sampling rate{because}", "--fs HZ", "--fs 25600"))
     if any(c.unit is None for c in main):
-        known = [unit for unit in UNITS if unit.isascii() and "^" not in unit]
-        questions.append(OpenQuestion("no unit", f"--unit {' | '.join(known)}", "--unit g"))
+        units = " | ".join(unit for unit in UNITS if unit.isascii() and "^" not in unit)
+        questions.append(OpenQuestion("no unit", f"--unit {units}", "--unit g"))
     if reading.speed_problem is not None:
         questions.append(OpenQuestion(f"{reading.speed_problem} State the speed", "--rpm R", "--rpm 1480"))
     return tuple(questions)

@@ -165,10 +165,7 @@ def speed_from_pulses(samples: FloatArray, fs_hz: float, pulses_per_rev: float) 
 
 
 def pulse_times(samples: FloatArray) -> FloatArray:
-    """Times [samples] at which the signal rises through the middle between its two levels, interpolated.
-
-    A rise counts once the signal has been below and is then above the middle by `HYSTERESIS` of the swing.
-    """
+    """Times [samples] at which the signal rises through the middle of its two levels, with a `HYSTERESIS`."""
     middle = float(np.mean(np.quantile(samples, (SPIKES, 1 - SPIKES))))
     swing = 0.0
     for _ in range(4):  # the levels are the medians below and above; spikes do not move them

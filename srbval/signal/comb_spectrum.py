@@ -40,10 +40,7 @@ class CombSpectrum:
     def of(
         cls, records: Sequence[Periodogram], lowest_hz: float, harmonics: int, highest_hz: float = math.inf
     ) -> CombSpectrum:
-        """Combs from `lowest_hz` to `highest_hz` with all lines in reach; masked lines score as noise does on average.
-
-        Powers over noise are averaged over `records`, envelopes of one signal with the same length and masks.
-        """
+        """Combs from `lowest_hz` to `highest_hz` over the mean of `records`; masked lines score as noise does."""
         limit_hz = min(record.limit_hz for record in records)
         step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
         log_hz = np.arange(math.log(lowest_hz), math.log(min(limit_hz, harmonics * highest_hz)), step)

@@ -116,10 +116,7 @@ def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, fl
 
 
 def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> tuple[ComplexArray, int, int]:
-    """Spectral lines of the analytic signal inside the band, the bin number of the first, the padded length.
-
-    The band ends at the frequencies where the gain has fallen to `_LEAST_GAIN`.
-    """
+    """Lines of the analytic signal with a gain above `_LEAST_GAIN`, the bin number of the first, the padded length."""
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)

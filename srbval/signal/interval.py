@@ -55,10 +55,7 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """Factor by which the credible interval of a weak line must be widened to cover 95 %.
-
-    `steady` is the probability that nothing slips, `wide` the interval's width over that of noise alone.
-    """
+    """Factor on a weak line's credible interval; `wide` is its width over noise's, `steady` the chance of no slip."""
     table = slip_interval()
     by_steady = np.interp(steady, table["weak_steady"], np.log(table["weak_factor"]))
     return math.exp(by_steady + np.interp(math.log(wide), np.log(table["wide"]), np.log(table["wide_factor"])))

@@ -25,10 +25,7 @@ class ShaftAngle:
 
     @classmethod
     def from_speed(cls, speed_hz: FloatArray, rate_hz: float) -> ShaftAngle:
-        """Integrate an evenly sampled speed signal [Hz] of either sign by the trapezoidal rule.
-
-        Raises `DataError` if the shaft stops, turns back, or turns fewer than three times.
-        """
+        """Integrate an evenly sampled speed signal [Hz] of either sign; `DataError` for a stop or under three turns."""
         speed = speed_hz if float(np.mean(speed_hz)) >= 0 else -speed_hz
         turned = np.concatenate(([0.0], np.cumsum((speed[1:] + speed[:-1]) / (2 * rate_hz))))
         knots = max(2, math.floor(turned[-1]) + 1)

@@ -69,10 +69,7 @@ def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
 
 
 def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> Spectrum:
-    """Amplitude spectrum of the envelope of `samples` [n] in `band_hz` [Hz], without the ends, in their unit.
-
-    It is for figures; lines are read from the spectrum of `squared_envelope_one_pass`.
-    """
+    """Amplitude spectrum of the envelope of `samples` [n] in `band_hz` [Hz], without the ends; for figures."""
     modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz))
     return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
 

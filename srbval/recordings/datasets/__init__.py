@@ -1,7 +1,4 @@
-"""Recognisers: from named variables to a `Reading`, by the descriptions of data sets in `data_manifest`.
-
-A new layout is a module with a reader and its entry in `READERS`.
-"""
+"""Recognisers: from named variables to a `Reading`; a new layout is a module and its entry in `READERS`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

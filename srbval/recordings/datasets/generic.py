@@ -23,10 +23,7 @@ _RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
 
 
 def read_generic(raw: RawFile) -> Reading:
-    """Take every numeric vector of at least `MIN_SAMPLES` as a channel, also each column of a matrix.
-
-    Nothing is guessed: facts that no variable or attribute names, or two name differently, stay open.
-    """
+    """Take every numeric vector of at least `MIN_SAMPLES`, or matrix column, as a channel; no fact is guessed."""
     channels: dict[str, Channel] = {}
     for name, channel in _candidates(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel

@@ -69,10 +69,7 @@ def load_npz(path: Path) -> RawFile:
 
 
 def load_matlab(path: Path) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and nothing else.
-
-    The index of an element of a cell or struct with several elements is part of its name.
-    """
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and nothing else."""
     from scipy.io import loadmat, whosmat
 
     for name, shape, _ in whosmat(path):
@@ -153,5 +150,5 @@ _SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
 NPY = FileFormat("NumPy", "NumPy .npy", begins(b"\x93NUMPY"), load_npy, trusted=True)
 NPZ = FileFormat("NumPy archive", "NumPy .npz", begins(b"PK\x03\x04"), load_npz, ".npz file")
 MATLAB = FileFormat("MATLAB v5", "MATLAB v5", _is_matlab, load_matlab, "MATLAB v5 file", _SCIPY, MAT_EXPANSION)
-TABLE_MARKS = begins(PARQUET, FEATHER)
-TABLE = FileFormat("table in columns", "Parquet, Feather", TABLE_MARKS, load_table, "table", _PYARROW, TABLE_EXPANSION)
+_TABLE = begins(PARQUET, FEATHER)
+TABLE = FileFormat("table in columns", "Parquet, Feather", _TABLE, load_table, "table", _PYARROW, TABLE_EXPANSION)

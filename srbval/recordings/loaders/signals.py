@@ -32,10 +32,7 @@ _UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
 
 
 def load_audio(path: Path) -> RawFile:
-    """Read all channels into ``data``, whole numbers as shares of full scale, and the sampling rate into ``fs_hz``.
-
-    Raises `DataError` for a header that claims more than there is, and for a wrong FLAC checksum.
-    """
+    """Read all channels into ``data``, whole numbers as shares of full scale, and the sampling rate into ``fs_hz``."""
     import soundfile
 
     with soundfile.SoundFile(path) as file:

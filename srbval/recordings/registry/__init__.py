@@ -11,10 +11,5 @@ from srbval.recordings.registry.lookup import (
     rig_recordings,
     unopened,
 )
-from srbval.recordings.registry.manifest import (
-    FileStatus,
-    RegisteredRecording,
-    RegisterListing,
-    without_copies,
-)
+from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, RegisterListing, without_copies
 from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, files_under, listing, remove, verify

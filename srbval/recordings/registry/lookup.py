@@ -24,10 +24,7 @@ SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may 
 def rig_recordings(
     registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
 ) -> Registered:
-    """Usable recordings of the rig by state and nominal motor speed [rpm], full ones first, each content once.
-
-    A record that comes with the program is left out if one of the same state, load and speed is registered.
-    """
+    """Usable recordings of the rig, full ones first, each content once; shipped ones if no own one is equal."""
     own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
     points = {r.operating_point for r in own}
     shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and r.operating_point not in points]

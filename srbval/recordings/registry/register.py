@@ -156,10 +156,7 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 
 
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
-    """Download the open data set `name` into `folder` (default: below the home folder) and register it.
-
-    Raises `DataError` for a set that is restricted or has no pinned files, and without a network.
-    """
+    """Download the open data set `name` into `folder` (default: below the home folder) and register it."""
     import pooch
 
     wanted = dataset(name)
@@ -211,10 +208,7 @@ def files_under(folder: Path) -> list[Path]:
 
 
 def inspect_file(path: Path, settings: RecordingSettings | None = None) -> RegisteredRecording:
-    """Hash and read `path`; every failure becomes a status with a reason.
-
-    Of the `settings` those that do not fit the file are ignored and reported; questions that stay open are reported.
-    """
+    """Hash and read `path`; every failure becomes a status, settings that do not fit and open questions a reason."""
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
         size, mtime_ns = _size_and_time(path)
@@ -377,10 +371,7 @@ def _with_environment_folder(entries: Entries) -> Entries:
 
 
 def _of_folder(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
-    """The files of a folder that is not registered, by entries stored beside the manifest.
-
-    If `pinned`, files that have changed since are marked.
-    """
+    """The files of a folder that is not registered; if `pinned`, files that changed since are marked."""
     store = inspected_path()
     try:
         known = read_manifest(store)
