@@ -57,10 +57,10 @@ class AnalysedRun:
 
 def paper_cases(seconds: float) -> list[SimulationCase]:
     """The paper's scene (710 rpm, 124.8 kN), `seconds` long: healthy, defect on the outer and on the inner race."""
+    scenes = {state: paper_scene(duration_s=seconds, defect={"kind": state}) for state in PAPER_STATES}
     return [
         SimulationCase(id=f"paper-{state}", purpose="the paper's scene", state=state, scene=scene)
-        for state in PAPER_STATES
-        for scene in (paper_scene(duration_s=seconds, defect={"kind": state}),)
+        for state, scene in scenes.items()
     ]
 
 

@@ -102,7 +102,10 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     stats.compile_s += precompile(scene)
     run = full_run(scene, stats.bearing)
     model = run.model
-    stats.figures["balanced_share"] = static_share(scene, model, run.state[layout_of(run.state).ring])
+    load_n = float(model.drive.load[1, 0])
+    spring_n = model.housing_stiffness * run.state[layout_of(run.state).ring]
+    push_n = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
+    stats.figures["balanced_share"] = load_share(scene, spring_n - push_n, load_n)  # the load less the spring's part
     stats.momentum = MomentumBalance(
         mass_kg=model.ring_mass,
         stiffness_n_m=model.housing_stiffness,
@@ -148,13 +151,6 @@ def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
     )
     share = float(load_n[0].sum() / load_n.sum()) if load_n.any() else math.nan
     return {"tilt_mrad": 1e3 * tilt, "shift_um": 1e6 * shift, "skew_nm": skew, "row_1_share": share}
-
-
-def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
-    """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
-    load_n = float(model.drive.load[1, 0])
-    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # the load less the spring's part
 
 
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:

@@ -69,13 +69,11 @@ def _passages(
 ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
     """Passages of defect `number`, [k]: times [s], race hit (0 outer, 1 inner), and angle around the bearing [rad]."""
     defect, random = scene.defects[number], np.random.default_rng([scene.seed, number])
-    time_s, race = passages(
-        defect,
-        motion,
-        rolling_elements,
-        samples / scene.output_rate_hz,
-        lambda count: scene.slip_jitter * random.standard_normal(count),
-    )
+
+    def jitter(count: int) -> FloatArray:
+        return scene.slip_jitter * random.standard_normal(count)
+
+    time_s, race = passages(defect, motion, rolling_elements, samples / scene.output_rate_hz, jitter)
     if defect.kind is Fault.ROLLER:
         angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
     else:

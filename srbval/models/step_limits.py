@@ -13,7 +13,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.models.full.columns import StateLayout, layout_of
+from srbval.models.full.columns import layout_of
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full_run import central_difference, held, without_friction
@@ -46,17 +46,12 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
 def linearise(model: Parameters, state: FloatArray) -> Linear:
     """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
     layout = layout_of(state)
-    whole = np.column_stack([central_difference(model, state, i, size) for i, size in enumerate(_sizes(layout))])
-    half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.relative_angle]
-    return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
-
-
-def _sizes(layout: StateLayout) -> FloatArray:
-    """Size of each coordinate's difference, in the order of the state vector."""
-    sizes = np.repeat([ANGLE, ANGULAR_SPEED], layout.half)
+    sizes = np.repeat([ANGLE, ANGULAR_SPEED], layout.half)  # of each coordinate's difference
     sizes[layout.slide] = sizes[layout.ring] = LENGTH
     sizes[layout.slide_rate] = sizes[layout.ring_rate] = SPEED
-    return sizes
+    whole = np.column_stack([central_difference(model, state, i, size) for i, size in enumerate(sizes)])
+    half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.relative_angle]
+    return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
 
 
 def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, tuple[float | None, float | None]]:

@@ -43,11 +43,8 @@ def same(name: str, first: Value, second: Value) -> bool:
 
 def differing(first: Part, second: Part) -> list[str]:
     """Names in both whose values differ, and names in only one of them."""
-    common = [name for name in second if name in first]
-    return [
-        *(name for name in common if not same(name, first[name], second[name])),
-        *(name for name in {**second, **first} if not (name in first and name in second)),
-    ]
+    changed = [name for name in second if name in first and not same(name, first[name], second[name])]
+    return changed + [name for name in {**second, **first} if (name in first) != (name in second)]
 
 
 def changed_parts(first: Fingerprint, second: Fingerprint, parts: Iterable[str]) -> dict[str, list[str]]:

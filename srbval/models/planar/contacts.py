@@ -142,7 +142,7 @@ def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
     return Slot(patches=(outer, inner), excess_m=(radius - gap_outer, radius - gap_inner))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Race:
     """A race's contact: `stiffness` of a strip per length [N/m^(1 + exponent)] and its `exponent`.
 
@@ -289,11 +289,7 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
         else:
             exponent, fall, length = LINE, 0.0, elements.length_m or elements.element_diameter_m
             stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
-        races.append(
-            Race(
-                stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along, radius_m=radius
-            )
-        )
+        races.append(Race(stiffness, exponent, fall_1_m=fall, length_m=length, along_1_m=along, radius_m=radius))
     return ElementSlot(
         races=(races[0], races[1]),
         cosine=math.cos(elements.contact_angle_rad),
