@@ -43,8 +43,7 @@ HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a b
 SAME_SIZE = 0.01  # a bearing larger by a smaller share keeps the paper's band
 WHOLE_BAND = (0.01, 0.47)  # the whole band, as shares of the sampling rate
 HIGHEST_EDGE = 0.499  # the same, of a band that another record must contain too
-# Signals are normalised: amplitudes are in standard deviations of the whole record.
-UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
+SQUARED_UNIT = "squared standard deviations"  # of the whole record, by which signals are normalised
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 LEAST_COVERAGE = 0.98  # share of the record that the speed signal must cover
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.

@@ -58,6 +58,11 @@ _TIME_UNIT = rf"[ _/]({'|'.join(TIME_UNITS_S)})|[ _]*[\[(]\s*([^\])]*?)\s*[\])]"
 _TIME = re.compile(rf"(?:.*\.)?(?:time_acc|timestamps?|time|zeit|t)(?:{_TIME_UNIT})?")
 
 
+def scaled(value: float | str | None, factor: float) -> float | None:
+    """`value` times `factor`, None without a value."""
+    return None if value is None else float(value) * factor
+
+
 def known_unit(text: str) -> str | None:
     """The unit of `UNITS` or `SPEED_HZ` that a text out of a file means, None for any other."""
     plain = re.sub(r"[\s^*·().]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")

@@ -24,13 +24,12 @@ class LockedMean:
     """Mean of a signal over the phase of a passage less its mean in the quietest quarter, in the signal's unit.
 
     `u` is the standard deviation of the `value` by the jackknife over `blocks` successive parts (on average too large:
-    Efron & Stein 1981, Ann. Statist. 9, 586). `halves` are the values of each half of the passages.
+    Efron & Stein 1981, Ann. Statist. 9, 586).
     """
 
     value: float
     u: float
     blocks: int
-    halves: tuple[float, float]
 
     @property
     def ci95(self) -> float:
@@ -51,16 +50,11 @@ def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> Locked
             f"{periods[-1] - periods[0]:.3g} passages in the record; a mean over their phase needs {LEAST_PASSAGES}. "
             "Use a longer recording."
         )
-    middle, count = samples.size // 2, max(blocks, LEAST_BLOCKS)
-    first, second = (_less_quiet(samples[part], periods[part]) for part in (slice(middle), slice(middle, None)))
+    count = max(blocks, LEAST_BLOCKS)
     parts = np.array_split(np.arange(samples.size), count)
     without = np.array([_less_quiet(np.delete(samples, part), np.delete(periods, part)) for part in parts])
-    return LockedMean(
-        value=_less_quiet(samples, periods),
-        u=math.sqrt((count - 1) * float(np.var(without))),
-        blocks=count,
-        halves=(first, second),
-    )
+    u = math.sqrt((count - 1) * float(np.var(without)))
+    return LockedMean(value=_less_quiet(samples, periods), u=u, blocks=count)
 
 
 def steady_tone(

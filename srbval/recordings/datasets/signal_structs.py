@@ -14,7 +14,7 @@ from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
-from srbval.recordings.reading import N_PER_KN, Channel, Reading
+from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -91,8 +91,8 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         speed=speed,
         speed_signal=signal,
         speed_problem=problem,
-        radial_n=float(groups["radial_kn"]) * N_PER_KN if "radial_kn" in groups else None,
-        axial_n=float(groups["axial_kn"]) * N_PER_KN if "axial_kn" in groups else None,
+        radial_n=scaled(groups.get("radial_kn"), N_PER_KN),
+        axial_n=scaled(groups.get("axial_kn"), N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ()), *said),
     )

@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription, RecordRange
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.reading import N_PER_KN, Channel, Reading
+from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
@@ -32,23 +32,19 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     rule, rate, said = description.speed, description.rate, dict(groups)
     load, nominal_hz = description.load_lbf_variable, rule.nominal_hz_variable
     radial_kn, axial_kn = (said.get(key, getattr(description, key)) for key in ("radial_kn", "axial_kn"))
-    radial_n = None if radial_kn is None else float(radial_kn) * N_PER_KN
-    if load is not None:
-        load_lbf = raw.number(load)
-        radial_n = None if load_lbf is None else load_lbf * N_PER_LBF
+    radial_n = scaled(raw.number(load), N_PER_LBF) if load else scaled(radial_kn, N_PER_KN)
     nominal_rpm = float(said["rpm"]) if "rpm" in said else rule.nominal_rpm
     if nominal_hz is not None:
-        hz = raw.number(nominal_hz)
-        nominal_rpm = None if hz is None else hz * RPM_PER_HZ
+        nominal_rpm = scaled(raw.number(nominal_hz), RPM_PER_HZ)
     fs_hz = (raw.number(rate.variable) if rate.variable else None) or rate.value_hz
-    speed: ShaftSpeed | None
     speed_signal = None
     if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
         tachometer_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
         if fs_hz is not None:  # over the whole record, whatever its own rate
             seconds = max(c.samples.size for c in channels.values()) / fs_hz
             speed_signal = SpeedSignal(values_hz=tachometer_hz, rate_hz=tachometer_hz.size / seconds)
-        speed = tachometer_speed(tachometer_hz, None if speed_signal is None else speed_signal.rate_hz)
+        rate_hz = None if speed_signal is None else speed_signal.rate_hz
+        speed: ShaftSpeed | None = tachometer_speed(tachometer_hz, rate_hz)
     else:
         speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
     used = [rule for rule in description.channels if rule.name in channels]
@@ -65,7 +61,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         speed=speed,
         speed_signal=speed_signal,
         radial_n=radial_n,
-        axial_n=None if axial_kn is None else float(axial_kn) * N_PER_KN,
+        axial_n=scaled(axial_kn, N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
     )
@@ -111,7 +107,7 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
             channels[rule.name] = rule.channel(raw, variable, here)
     if not channels:
         raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
-    named_hz = float(groups["rate_khz"]) * HZ_PER_KHZ if "rate_khz" in groups else None
+    named_hz = scaled(groups.get("rate_khz"), HZ_PER_KHZ)
     if named_hz and entry and named_hz != entry.fs_hz:
         raise DataError(
             f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {entry.fs_hz:g} Hz for this record; "
