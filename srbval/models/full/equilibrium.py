@@ -56,7 +56,12 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     more than `UNCARRIED` of the load is carried by nothing.
     """
     statics = Statics(model, cage_angle_rad)
-    ring, slide = _balance(statics)
+    ring = np.zeros(3)
+    slide, left = _follow(statics, ring, np.zeros(statics.layout.rollers))
+    for _ in range(RING_STEPS):
+        if np.abs(left).max() < RING_TOLERANCE_N:
+            break
+        ring, slide, left = _line_search(statics, ring, slide, left, _ring_step(statics, ring, slide, left))
     slide_n, ring_n, deepest = statics.forces(slide, ring)
     if deepest > DEEPEST_M:
         raise ConfigurationError(
@@ -100,18 +105,6 @@ class Statics:
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
         """Loss of force along each slot per slide, [2 M], in N/m: one roller's slide moves no other."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
-
-
-def _balance(statics: Statics) -> tuple[FloatArray, FloatArray]:
-    """Ring and slides by Newton iteration for the ring, the slides following; the last ones, converged or not."""
-    ring = np.zeros(3)
-    slide, ring_n = _follow(statics, ring, np.zeros(statics.layout.rollers))
-    for _ in range(RING_STEPS):
-        if np.abs(ring_n).max() < RING_TOLERANCE_N:
-            break
-        step = _ring_step(statics, ring, slide, ring_n)
-        ring, slide, ring_n = _line_search(statics, ring, slide, ring_n, step)
-    return ring, slide
 
 
 def _follow(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
