@@ -168,7 +168,7 @@ def test_records_of_one_machine_are_judged_together(
     machine = document["machine"]
     assert (machine["called"], machine["records"]) == (called, len(names))
     assert sum(one["fault"]["state"] == "inner" for one in document["records"]) == alone
-    assert f"stands out in {cage} of them" in machine["sentence"] if cage else "cage" not in machine["sentence"]
+    assert f"stands out in {cage} records" in machine["sentence"] if cage else "cage" not in machine["sentence"]
     assert main(["analyse", *names, *options, "--one-machine"]) == 0
     assert capsys.readouterr().out.startswith(machine["sentence"])
 
