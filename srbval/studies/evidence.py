@@ -5,6 +5,9 @@ interrupted command continues with the same words.
 """
 
 import argparse
+import contextlib
+import os
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -13,6 +16,8 @@ from typing import Any
 from srbval.check.fingerprint import fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, prefixed, silent
+from srbval.recordings.registry.manifest import HOME_VARIABLE
+from srbval.recordings.registry.register import RECORDINGS_VARIABLE
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
 from srbval.storage.stored_result import REPORTS, ResultKind, StoredResult, newest_result, read_result
@@ -63,6 +68,19 @@ def _state(name: str, result: StoredResult | None, study: Study | None, now: Fin
     )
 
 
+@contextlib.contextmanager
+def without_own_recordings() -> Iterator[None]:
+    """Within, nobody's recordings are registered: evidence rests on what comes with the program."""
+    before = {name: os.environ.pop(name, None) for name in (HOME_VARIABLE, RECORDINGS_VARIABLE)}
+    with tempfile.TemporaryDirectory(prefix="srbval-") as home:
+        os.environ[HOME_VARIABLE] = home
+        try:
+            yield
+        finally:
+            del os.environ[HOME_VARIABLE]
+            os.environ.update({name: value for name, value in before.items() if value is not None})
+
+
 def recompute(
     names: Sequence[str] = (),
     *,
@@ -98,10 +116,16 @@ def recompute(
         message(f"{study.name}: {state.why or 'fresh'}; about {study.minutes:g} minutes on two cores")
         started = time.perf_counter()
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=None)
-        found, stored = run_and_store(
-            study, options, prefixed(progress, study.name), command=command, revision=revision, behaviour=now,
-            folder=shipped_folder(REPORTS) if is_source_tree() else None,
-        )  # fmt: skip
+        with without_own_recordings():
+            found, stored = run_and_store(
+                study,
+                options,
+                prefixed(progress, study.name),
+                command=command,
+                revision=revision,
+                behaviour=now,
+                folder=shipped_folder(REPORTS) if is_source_tree() else None,
+            )
         done: dict[str, Any] = vars(_state(study.name, read_result(stored.path), study, now))
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
         yield ResultState(**done | {"sound": found.sound})
