@@ -26,7 +26,7 @@ from srbval.storage.json_files import from_json, parse_json, to_json
 
 TABLE, RESULTS, CASES, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 NAME = re.compile(rb'\{"campaign": \{"name": "([^"]+)"')  # at the start of the file `TABLE`
-LAST_COLUMNS = ("model", "status", "reason", "quantity", "value", "unit")
+Damage = dict[str, Any]  # a `file` that is not as it was written, and `why`
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,40 +36,6 @@ class CampaignTable:
     campaign: Campaign
     version: str
     cases: tuple[CampaignCase, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Damaged:
-    """A file that is not as it was written, and the reason."""
-
-    file: Path
-    why: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class CampaignStatus:
-    """`done` of the `cases` have a result; `failed` lists the cases that ended without a good result.
-
-    `damaged` lists results that are not as they were written; their cases are not done. `table` is None if the results
-    table cannot be written.
-    """
-
-    name: str
-    cases: int
-    done: int
-    failed: tuple[dict[str, Any], ...]
-    damaged: tuple[Damaged, ...]
-    running: bool
-    table: Path | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class CampaignVerification:
-    """`ok` if no file is `damaged`; `results` counts the result files that were read."""
-
-    ok: bool
-    results: int
-    damaged: tuple[Damaged, ...]
 
 
 def result_path(folder: Path, key: str) -> Path:
@@ -114,16 +80,16 @@ def read_cases(folder: Path) -> CampaignTable:
         raise DataError(f"{file}: damaged ({why}). It is written again, and results are kept: {again}") from None
 
 
-def read_results(folder: Path, keys: Iterable[str]) -> tuple[dict[str, CaseResult], list[Damaged]]:
-    """The results of `keys` that are intact, and the damaged ones; the others are missing."""
-    intact, damaged = dict[str, CaseResult](), list[Damaged]()
+def read_results(folder: Path, keys: Iterable[str]) -> tuple[dict[str, CaseResult], list[Damage]]:
+    """The results of `keys` that are intact, and the damaged ones (`file`, `why`); the others are missing."""
+    intact, damaged = dict[str, CaseResult](), list[Damage]()
     for key in dict.fromkeys(keys):
         path = result_path(folder, key)
         if os.path.lexists(path):
             try:
                 intact[key] = read_result(path)
             except DataError as error:
-                damaged.append(Damaged(file=path, why=str(error).removeprefix(f"{path}: ")))
+                damaged.append({"file": path, "why": str(error).removeprefix(f"{path}: ")})
     return intact, damaged
 
 
@@ -133,8 +99,12 @@ def remove_incomplete(folder: Path) -> None:
     remove_unfinished(folder / CASES, lambda name: name.endswith(".h5"))
 
 
-def campaign_status(path: Path) -> CampaignStatus:
-    """Read the folder of a campaign and write its results table again; `DataError` as `read_cases`."""
+def campaign_status(path: Path) -> dict[str, Any]:
+    """Read the folder of a campaign and write its results table again; `DataError` as `read_cases`.
+
+    Returns the document of ``campaign status``. Cases with `damaged` results (`file`, `why`) are not `done`; `table` is
+    None if the results table cannot be written.
+    """
     table = read_cases(path)
     results, damaged = read_results(path, (case.key for case in table.cases))
     written, running = None, False
@@ -145,41 +115,39 @@ def campaign_status(path: Path) -> CampaignStatus:
                 pass
         except ConfigurationError:
             running = True
-    return CampaignStatus(
-        name=table.campaign.name,
-        cases=len(table.cases),
-        done=sum(case.key in results for case in table.cases),
-        failed=tuple(failures(table.cases, results)),
-        damaged=tuple(damaged),
-        running=running,
-        table=written,
-    )
+    counts = counted(table.campaign, table.cases, results, {})
+    return counts | {"damaged": damaged, "running": running, "table": written}
 
 
-def verify_campaign(path: Path) -> CampaignVerification:
+def verify_campaign(path: Path) -> dict[str, Any]:
     """Read the table of cases and all results, those of earlier tables too; nothing is changed.
 
-    Raises `DataError` if there is no campaign.
+    Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
+    `results` that were read. Raises `DataError` if there is no campaign.
     """
     results, damaged = read_results(path, sorted(file.stem for file in (path / CASES).glob("*.h5")))
-    count = len(results) + len(damaged)
+    count, table = len(results) + len(damaged), path / TABLE
     try:
         read_cases(path)
     except DataError as error:
-        if not os.path.lexists(path / TABLE):
+        if not os.path.lexists(table):
             raise
-        damaged.append(Damaged(file=path / TABLE, why=str(error).removeprefix(f"{path / TABLE}: ")))
-    return CampaignVerification(ok=not damaged, results=count, damaged=tuple(damaged))
+        damaged.append({"file": table, "why": str(error).removeprefix(f"{table}: ")})
+    return {"ok": not damaged, "results": count, "damaged": damaged}
 
 
-def failures(cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
-    """The cases that ended without a good result: index, key, ending and reason."""
-    ended = ((case, results[case.key]) for case in cases if case.key in results)
-    return [
+def counted(
+    campaign: Campaign, cases: Sequence[CampaignCase], results: Mapping[str, CaseResult], ran: Mapping[str, CaseResult]
+) -> dict[str, Any]:
+    """Name, number of `cases`, of those with a result (`done`), and the `failed` ones, `ran` without a result too."""
+    found = ((case, results.get(case.key, ran.get(case.key))) for case in cases)
+    failed = [
         {"case": case.index, "key": case.key, "ending": result.ending.value, "reason": result.reason}
-        for case, result in ended
-        if not result.ending.usable
+        for case, result in found
+        if result is not None and not result.ending.usable
     ]
+    done = sum(case.key in results for case in cases)
+    return {"name": campaign.name, "cases": len(cases), "done": done, "failed": failed}
 
 
 def write_results(folder: Path, cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> Path:
@@ -188,14 +156,14 @@ def write_results(folder: Path, cases: Sequence[CampaignCase], results: Mapping[
     A failed case has one row without a quantity; a case without an intact result has none. The same results give the
     same text. Raises `DataError` if the file cannot be written.
     """
-    columns = list(dict.fromkeys(key for case in cases for key in case.point))
+    points = dict.fromkeys(key for case in cases for key in case.point)
     stream = io.StringIO(newline="")
     writer = csv.writer(stream)
-    writer.writerow(["case", "key", *columns, *LAST_COLUMNS])
+    writer.writerow(["case", "key", *points, "model", "status", "reason", "quantity", "value", "unit"])
     for case in cases:
         if (result := results.get(case.key)) is not None:
             reason = "" if result.ending is Ending.OK and result.quantities else result.reason
-            first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending, reason]
+            first = [case.index, case.key, *(case.point.get(c, "") for c in points), case.model, result.ending, reason]
             rows = [(name, repr(value), unit) for name, (value, unit) in result.quantities.items()]
             writer.writerows([*first, *row] for row in rows or [("", "", "")])
     with atomic_write(folder / RESULTS) as part:

@@ -3,14 +3,14 @@
 import shutil
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from srbval.campaign.cases import CampaignCase, final_scene, plan_cases
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.folder import (
-    failures,
+    counted,
     folder_lock,
     read_results,
     remove_incomplete,
@@ -29,28 +29,6 @@ MESSAGES = 10  # about failed cases while the campaign runs; all of them are in 
 GIVE_UP_AFTER = 3  # results in a row that could not be written: the disk is full or gone
 
 
-@dataclass(frozen=True, kw_only=True)
-class CampaignSummary:
-    """Result of a campaign.
-
-    `ran` of the `cases` were run this time; `failed` lists index, key, ending and reason of the cases without a good
-    result; `damaged` counts results that were found damaged and run again; `simulation_s` sums over the cases of this
-    time.
-    """
-
-    name: str
-    engine: str
-    workers: int
-    cases: int
-    done: int
-    ran: int
-    failed: tuple[dict[str, Any], ...]
-    damaged: int
-    wall_s: float
-    simulation_s: float
-    table: Path
-
-
 def run_campaign(
     campaign: Campaign,
     path: Path,
@@ -58,13 +36,15 @@ def run_campaign(
     engine: Engine | None = None,
     progress: Progress = silent,
     message: Callable[[str], None] = lambda _: None,
-) -> CampaignSummary:
+) -> dict[str, Any]:
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
     A failed case has a result with the reason; a case whose process died, or whose result could not be written, is
     tried again the next time. `engine` is `choose_engine()` by default. `progress` counts the expected cost of the
     cases of this time; `message` gets a line about each of the first cases that fail.
 
+    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, `damaged` results were run again,
+    `failed` lists the cases without a good result, `simulation_s` sums over the cases of this time.
     Raises `ConfigurationError` for a folder that is in use or belongs to another campaign, `DataError` for a folder
     that cannot be written or a disk that is full.
     """
@@ -78,7 +58,8 @@ def run_campaign(
         results, damaged = read_results(folder, (case.key for case in cases))
         if damaged:
             first = damaged[0]
-            message(f"damaged results, which are run again: {len(damaged)}; the first: {first.file}: {first.why}")
+            said = f"{first['file']}: {first['why']}"
+            message(f"damaged results, which are run again: {len(damaged)}; the first: {said}")
         results = {key: result for key, result in results.items() if result.ending.final}
         missing = {case.key: case for case in cases if case.key not in results}
         for key, case in missing.items():
@@ -88,19 +69,16 @@ def run_campaign(
         pending = sorted((c for c in missing.values() if c.refused is None), key=lambda case: -case.planned_s)
         ran = _run_pending(folder, campaign, pending, engine, progress, message) if pending else {}
         results |= read_results(folder, ran)[0]
-        return CampaignSummary(
-            name=campaign.name,
-            engine=engine.name,
-            workers=engine.workers,
-            cases=len(cases),
-            done=sum(case.key in results for case in cases),
-            ran=len(ran),
-            failed=tuple(failures(cases, ran | results)),
-            damaged=len(damaged),
-            wall_s=time.perf_counter() - started,
-            simulation_s=sum(result.simulation_s for result in ran.values()),
-            table=write_results(folder, cases, results),
-        )
+        return {
+            **counted(campaign, cases, results, ran),
+            "engine": engine.name,
+            "workers": engine.workers,
+            "ran": len(ran),
+            "damaged": len(damaged),
+            "wall_s": time.perf_counter() - started,
+            "simulation_s": sum(result.simulation_s for result in ran.values()),
+            "table": write_results(folder, cases, results),
+        }
 
 
 def _run_pending(

@@ -9,14 +9,13 @@ from typing import Any
 from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
-from srbval.campaign.folder import Damaged, campaign_status, verify_campaign
+from srbval.campaign.folder import Damage, campaign_status, verify_campaign
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
 from srbval.progress import progress_display
 from srbval.recordings.raw import printable
-from srbval.storage.json_files import to_json
 
 DONE, WITH_FAILURES, DAMAGED = 0, 1, DataError.exit_code
 SHOWN_FAILURES, LONGEST_REASON = 10, 1200
@@ -41,12 +40,12 @@ def _run(options: argparse.Namespace) -> int:
     with progress_display() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     text = (
-        f"{done.done} of {done.cases} cases have a result, {done.ran} of them new, in {done.wall_s:.1f} s "
-        f"({done.engine}); {len(done.failed)} failed. Results: {done.table}"
+        f"{done['done']} of {done['cases']} cases have a result, {done['ran']} of them new, in {done['wall_s']:.1f} s "
+        f"({done['engine']}); {len(done['failed'])} failed. Results: {done['table']}"
     )
-    text = "\n".join([text, *_reasons(done.failed)])
-    status, code = ("with failures", WITH_FAILURES) if done.failed else ("ok", DONE)
-    return answer(options, to_json(done) | {"folder": folder}, text, status=status, code=code)
+    text = "\n".join([text, *_reasons(done["failed"])])
+    status, code = ("with failures", WITH_FAILURES) if done["failed"] else ("ok", DONE)
+    return answer(options, done | {"folder": folder}, text, status=status, code=code)
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
@@ -70,24 +69,24 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
 
 def _status(options: argparse.Namespace) -> int:
     found = campaign_status(Path(options.folder))
-    running = "running" if found.running else "not running"
+    running = "running" if found["running"] else "not running"
     text = (
-        f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
-        f"Results: {found.table or 'cannot be written here'}"
+        f"{found['name']}: {found['done']} of {found['cases']} cases have a result, {len(found['failed'])} failed; "
+        f"{running}. Results: {found['table'] or 'cannot be written here'}"
     )
-    text = "\n".join([text, *_reasons(found.failed), *_damage(found.damaged)])
-    return answer(options, found, text, code=DAMAGED if found.damaged else DONE)
+    text = "\n".join([text, *_reasons(found["failed"]), *_damage(found["damaged"])])
+    return answer(options, found, text, code=DAMAGED if found["damaged"] else DONE)
 
 
 def _verify(options: argparse.Namespace) -> int:
     found = verify_campaign(Path(options.folder))
-    text = f"{found.results} results and the table of cases read, {len(found.damaged)} damaged"
-    text = "\n".join([text, *_damage(found.damaged)])
-    return answer(options, found, text, code=DONE if found.ok else DAMAGED)
+    text = f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"
+    text = "\n".join([text, *_damage(found["damaged"])])
+    return answer(options, found, text, code=DONE if found["ok"] else DAMAGED)
 
 
-def _damage(damaged: Sequence[Damaged]) -> Iterator[str]:
-    yield from (f"{found.file}: {found.why}" for found in damaged)
+def _damage(damaged: Sequence[Damage]) -> Iterator[str]:
+    yield from (f"{found['file']}: {found['why']}" for found in damaged)
     if damaged:
         yield "The same srbval campaign run repairs it: damaged results are run again."
 

@@ -8,7 +8,7 @@ from typing import Any
 from srbval.campaign.folder import RESULTS, verify_campaign
 from srbval.campaign.local import Job
 from srbval.campaign.results import CaseResult
-from srbval.campaign.run import CampaignSummary, run_campaign
+from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import prepare, run_case
 from srbval.storage.tables import build
@@ -55,11 +55,11 @@ class InProcess:
             yield run_case(task)
 
 
-def run_small(campaign: Campaign, folder: Path, **options: Any) -> CampaignSummary:
+def run_small(campaign: Campaign, folder: Path, **options: Any) -> dict[str, Any]:
     return run_campaign(campaign, folder, engine=InProcess(), **options)
 
 
-def resume(folder: Path, **changes: Any) -> tuple[CampaignSummary, list[str]]:
+def resume(folder: Path, **changes: Any) -> tuple[dict[str, Any], list[str]]:
     """Run the campaign `MIXED` again; returns its summary and messages."""
     said: list[str] = []
     return run_small(small(axes=MIXED, **changes), folder, message=said.append), said
@@ -77,4 +77,4 @@ def good_results(folder: Path) -> list[Path]:
 
 
 def damaged_names(folder: Path) -> set[str]:
-    return {found.file.name for found in verify_campaign(folder).damaged}
+    return {found["file"].name for found in verify_campaign(folder)["damaged"]}

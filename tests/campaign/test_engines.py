@@ -38,7 +38,7 @@ def test_a_cluster_of_dask_gives_the_same(whole: Path, tmp_path: Path) -> None:
     with distributed.LocalCluster(**options) as cluster:
         cluster.adapt(minimum=1, maximum=2)
         found = run_campaign(small(axes=MIXED), tmp_path, engine=DaskEngine(cluster))
-    assert (found.engine, found.done) == ("dask", 6)
+    assert (found["engine"], found["done"]) == ("dask", 6)
     assert content(tmp_path) == content(whole)
 
 
@@ -50,7 +50,7 @@ def test_slurm_jobs_give_the_same(adapt: bool, whole: Path, tmp_path: Path, monk
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(tmp_path)
     found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2, adapt=adapt))
-    assert found.engine == "slurm"
+    assert found["engine"] == "slurm"
     assert content(tmp_path / "run") == content(whole)
 
 
@@ -75,7 +75,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     kept = len(list(tmp_path.glob("cases/*.h5")))
     assert 0 < kept < 60
     again = run_small(campaign, tmp_path)
-    assert (again.done, again.ran, again.failed) == (60, 60 - kept, ())
+    assert (again["done"], again["ran"], again["failed"]) == (60, 60 - kept, [])
 
 
 BAD_CASES = """\
@@ -119,15 +119,17 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
     else:
         with dask_cluster({"PYTHONPATH": paths}) as cluster:
             found = run_campaign(campaign, tmp_path / "run", engine=DaskEngine(cluster))
-    assert (found.cases, found.done) == (6, 6)
+    assert (found["cases"], found["done"]) == (6, 6)
     endings = ["crashed", "timed-out", "timed-out", "timed-out"]
-    assert [(entry["case"], entry["ending"]) for entry in found.failed] == list(zip((1, 3, 4, 5), endings, strict=True))
-    crash, timeout, *_ = (entry["reason"] for entry in found.failed)
+    assert [(entry["case"], entry["ending"]) for entry in found["failed"]] == list(
+        zip((1, 3, 4, 5), endings, strict=True)
+    )
+    crash, timeout, *_ = (entry["reason"] for entry in found["failed"])
     assert "its process died 3 times (signal SIGKILL)" in crash
     assert f"longer than its limit of {LIMIT}" in timeout
     assert "--least-limit" in timeout
     again = run_small(campaign, tmp_path / "run")
-    assert (again.ran, again.failed) == (4, ())
+    assert (again["ran"], again["failed"]) == (4, [])
 
 
 @pytest.mark.parametrize(
