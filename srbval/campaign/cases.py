@@ -118,17 +118,15 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
 def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameError) -> ConfigurationError:
     """The `error` of a point with the axis that causes it, or with the table `scene` that all points share."""
 
-    def fails(part: Mapping[str, Any]) -> bool:
+    place = "scene"
+    for name, part in {"scene": {}, **{f"axis {key!r}": {key: value} for key, value in point.items()}}.items():
         try:
             scene_of(campaign, part)
         except UnknownNameError:
-            return True
+            place = name
+            break
         except SrbvalError:
-            return False
-        return False
-
-    axis = None if fails({}) else next((key for key in point if fails({key: point[key]})), None)
-    place = "scene" if axis is None else f"axis {axis!r}"
+            continue
     known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
     said = str(error).removeprefix("scene: ")
     return ConfigurationError(f"campaign {campaign.name}, {place}: {said}{known} Nothing was run.")

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -46,43 +47,23 @@ class NoiseSpectrum:
     density: FloatArray | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportSettings:
-    """Successive segments of `segment_s`, each without noise and with noise at every ratio of `snr_db`.
-
-    `noise` is ``white`` or a recording whose spectrum it takes.
-    """
-
-    segment_s: float = 1.0
-    snr_db: tuple[float, ...] = ()
-    noise: str = WHITE
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if self.noise != WHITE and not self.snr_db:
-            raise ConfigurationError("a noise spectrum is given, but no ratio: add --snr-db, such as --snr-db 10 0.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class ExportedSet:
-    """The written set: `segments` of `samples` each; `left_out` cases had no signal or failed."""
-
-    file: Path
-    segments: int
-    samples: int
-    fs_hz: float
-    left_out: int
-
-
-def export_campaign(path: Path, file: Path, settings: ExportSettings) -> ExportedSet:
+def export_campaign(
+    path: Path, file: Path, *, segment_s: float = 1.0, snr_db: Sequence[float] = (), noise: str = WHITE, seed: int = 0
+) -> dict[str, Any]:
     """Write labelled segments of all good cases of the campaign in folder `path` to `file`, whole or not at all.
 
-    Segments follow each other without overlap, float32. The same campaign, settings and seed give the same samples.
+    Successive segments last `segment_s`; each comes without noise and with noise at every ratio of `snr_db` [dB].
+    `noise` is ``white`` or a recording whose spectrum it takes. Returns the document of ``campaign export``: `segments`
+    of `samples` each; `left_out` cases had no signal or failed.
+
+    Segments follow each other without overlap, float32. The same campaign, options and seed give the same samples.
     Raises `DataError` if no case has a signal that long, if sampling rates differ, if a result is damaged, or if `file`
     cannot be written.
     """
+    if noise != WHITE and not snr_db:
+        raise ConfigurationError("a noise spectrum is given, but no ratio: add --snr-db, such as --snr-db 10 0.")
     table = read_cases(path)
-    spectrum = noise_spectrum(settings.noise)
+    spectrum = noise_spectrum(noise)
     left_out, fs_hz, count = 0, None, 0
     with new_hdf5(file) as out:
         for case in table.cases:
@@ -95,20 +76,22 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
             if fs_hz not in (None, rate):
                 raise DataError(f"{path}: cases differ in output_rate ({fs_hz:g} and {rate:g} Hz); export one.")
             fs_hz = rate
-            segments, labels = _segments(samples, fs_hz, settings, spectrum, key=case.key)
+            segments, labels = _segments(
+                samples, fs_hz, segment_s, snr_db, spectrum, seeds=(seed, int(case.key[:16], 16))
+            )
             count += len(segments)
             _append(out, segments, labels | _case_labels(attributes) | {"case": case.index})
         if not count or fs_hz is None:
             raise DataError(
-                f"{path}: no case holds {settings.segment_s:g} s of signal ({left_out} hold none at all). "
+                f"{path}: no case holds {segment_s:g} s of signal ({left_out} hold none at all). "
                 'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
             )
         length = out["segments"].shape[1]
         about = {"name": table.campaign.name, "title": table.campaign.title, "version": table.version}
-        counts = {"cases": len(table.cases) - left_out, "segments": count, "fs_hz": fs_hz}
+        counts = {"cases": len(table.cases) - left_out, "segments": count, "fs_hz": fs_hz, "segment_s": segment_s}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
-        out.attrs.update({"version": table.version, "data_card": _data_card(settings, spectrum, about | counts)})
-    return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
+        out.attrs.update({"version": table.version, "data_card": _data_card(snr_db, seed, spectrum, about | counts)})
+    return {"file": file, "segments": count, "samples": length, "fs_hz": fs_hz, "left_out": left_out}
 
 
 def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
@@ -124,20 +107,24 @@ def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
 
 
 def _segments(
-    samples: FloatArray, fs_hz: float, settings: ExportSettings, spectrum: NoiseSpectrum, *, key: str
+    samples: FloatArray,
+    fs_hz: float,
+    segment_s: float,
+    snr_db: Sequence[float],
+    spectrum: NoiseSpectrum,
+    seeds: tuple[int, int],
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """Segments, shape [k, length], without noise and at each ratio, and the labels that differ between them, [k]."""
-    length = max(1, round(settings.segment_s * fs_hz))
+    length = max(1, round(segment_s * fs_hz))
     pieces = samples[: samples.size // length * length].reshape(-1, length)
     rows = []
     for number, piece in enumerate(pieces):
         rows.append(piece)
-        for snr_db in settings.snr_db:
+        for ratio in snr_db:
             # noise of its own for every segment and ratio, the same whatever else is exported
-            seeds = [settings.seed, int(key[:16], 16), number, round((snr_db + 1000) * 1000)]
-            random = np.random.default_rng(seeds)
-            rows.append(add_noise(piece, fs_hz, snr_db=snr_db, spectrum=spectrum, random=random))
-    ratios = [np.inf, *settings.snr_db]
+            random = np.random.default_rng([*seeds, number, round((ratio + 1000) * 1000)])
+            rows.append(add_noise(piece, fs_hz, snr_db=ratio, spectrum=spectrum, random=random))
+    ratios = [np.inf, *snr_db]
     labels = {
         "snr_db": np.tile(ratios, len(pieces)),
         "start_s": np.repeat(np.arange(len(pieces)) * length / fs_hz, len(ratios)),
@@ -172,21 +159,21 @@ def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, Any]) -> 
             made.attrs.update({"units": units, "long_name": text})
 
 
-def _data_card(settings: ExportSettings, spectrum: NoiseSpectrum, facts: dict[str, Any]) -> str:
+def _data_card(snr_db: Sequence[float], seed: int, spectrum: NoiseSpectrum, facts: dict[str, Any]) -> str:
     """The data card: origin and limits of the set, as Markdown (`data_card.md`)."""
     noise, origin = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
     of_recording = spectrum.frequency_hz is not None
-    if settings.snr_db:
+    if snr_db:
         noise = (
             f"each segment comes without noise (`snr_db` infinite) and with {'coloured' if of_recording else 'white'} "
-            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in settings.snr_db)} dB, seed {settings.seed}. The "
+            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in snr_db)} dB, seed {seed}. The "
             "ratio is that of the variances of the whole segment, over all frequencies."
         )
     if of_recording:
         origin = f"only the spectrum of the added noise was taken from {spectrum.name}."
-    given = {"program": __version__, "segment_s": settings.segment_s}
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
-    return template.format(**facts | {"title": facts["title"] or "no title"}, **given, noise=noise, noise_origin=origin)
+    facts |= {"title": facts["title"] or "no title", "program": __version__}
+    return template.format(**facts, noise=noise, noise_origin=origin)
 
 
 def noise_spectrum(noise: str) -> NoiseSpectrum:

@@ -8,7 +8,7 @@ from typing import Any
 
 from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
-from srbval.campaign.export import ExportSettings, export_campaign
+from srbval.campaign.export import export_campaign
 from srbval.campaign.folder import Damage, campaign_status, verify_campaign
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, load_campaign
@@ -102,11 +102,10 @@ def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _export(options: argparse.Namespace) -> int:
-    settings = ExportSettings(
-        segment_s=options.segment_seconds, snr_db=tuple(options.snr_db), noise=options.noise, seed=options.seed
-    )
-    made = export_campaign(Path(options.folder), Path(options.output), settings)
-    text = f"{made.segments} segments of {made.samples} samples in {made.file}; {made.left_out} cases left out"
+    folder, file = Path(options.folder), Path(options.output)
+    given = {"segment_s": options.segment_seconds, "snr_db": options.snr_db}
+    made = export_campaign(folder, file, **given, noise=options.noise, seed=options.seed)
+    text = "{segments} segments of {samples} samples in {file}; {left_out} cases left out".format(**made)
     return answer(options, made, text)
 
 

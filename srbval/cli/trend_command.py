@@ -10,7 +10,7 @@ from typing import Any
 from srbval.campaign.folder import TABLE, read_cases, result_path
 from srbval.cli.analyse_command import read_many, report_failed
 from srbval.cli.output import answer, own_command, print_table
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, TrendPoint, record_times, trend_of, zone_boundaries
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, time_text, trend_of, zone_boundaries
 from srbval.storage.files import check_suffix
 
 MOST_ROWS = 10  # printed for a channel
@@ -42,13 +42,13 @@ def run(options: argparse.Namespace) -> int:
     rows = [
         {
             "channel": one.channel,
-            "time": point.time_text,
-            "file": point.file,
-            "rpm": point.rpm,
-            **{f"{name}_{one.unit}": point.levels.get(name) for name in one.reference},
-            "velocity_rms_mm_s": point.velocity_rms_mm_s,
-            "zone": point.zone,
-            "risen": " ".join(point.risen),
+            "time": time_text(point["time"]),
+            "file": point["file"],
+            "rpm": point["rpm"],
+            **{f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference},
+            "velocity_rms_mm_s": point["velocity_rms_mm_s"],
+            "zone": point["zone"],
+            "risen": " ".join(point["risen"]),
         }
         for one in trend.channels
         for point in one.points
@@ -75,16 +75,16 @@ def _print(trend: Trend) -> None:
         print(f"no zone of ISO 20816-3: {why}")
 
 
-def _row(one: ChannelTrend, point: TrendPoint, names: Sequence[str]) -> tuple[str, ...]:
-    stars = {name: "*" if name in point.risen else "" for name in (*names, RMS)}
-    rises = {name: one.rise_db(point.levels, name) for name in names}
-    velocity = "-" if point.velocity_rms_mm_s is None else f"{point.velocity_rms_mm_s:.2f} {point.zone or ''}"
-    shown = ("-" if x is None else f"{x:.1f}±{point.ci95_db[n]:.1f}{stars[n]}" for n, x in rises.items())
-    rms = f"{point.levels[RMS]:.3g}{stars[RMS]}" if point.comparable else "other speed"
-    return (point.time_text, rms, velocity, *shown)
+def _row(one: ChannelTrend, point: dict[str, Any], names: Sequence[str]) -> tuple[str, ...]:
+    stars = {name: "*" if name in point["risen"] else "" for name in (*names, RMS)}
+    rises = {name: one.rise_db(point["levels"], name) for name in names}
+    velocity = "-" if point["velocity_rms_mm_s"] is None else f"{point['velocity_rms_mm_s']:.2f} {point['zone'] or ''}"
+    shown = ("-" if x is None else f"{x:.1f}±{point['ci95_db'][n]:.1f}{stars[n]}" for n, x in rises.items())
+    rms = f"{point['levels'][RMS]:.3g}{stars[RMS]}" if point["comparable"] else "other speed"
+    return (time_text(point["time"]), rms, velocity, *shown)
 
 
-def _shown(one: ChannelTrend) -> list[TrendPoint]:
+def _shown(one: ChannelTrend) -> list[dict[str, Any]]:
     """Evenly spaced points, with the first, the last and the point of the first alarm."""
     step = math.ceil(len(one.points) / MOST_ROWS)
     kept = {*range(0, len(one.points), step), len(one.points) - 1, one.first_alarm}

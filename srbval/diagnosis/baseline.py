@@ -15,12 +15,12 @@ from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
+from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
 # Speeds and loads that differ by at most this share are one operating point: a motor slips under load.
 SAME_SHARE = 0.03
-N_PER_KN = 1000.0
 SINGLE_PRECISION = 1e-6
 # A line has risen from this ratio over the healthy bearing's (6 dB, the usual alarm step of condition monitoring), if
 # the 95 % interval of the ratio excludes one.

@@ -16,7 +16,7 @@ import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, ClassVar
@@ -39,34 +39,12 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrendPoint:
-    """One record of a trend.
-
-    `levels` of the lines and the RMS, in the recording's unit; `ci95_db` are the 95 % half widths of the lines [dB];
-    `risen` names the levels above their limits. A record that is not `comparable`, since its speed is not that of the
-    baseline, is not judged.
-    """
-
-    file: str
-    time: datetime | float
-    rpm: float
-    levels: Mapping[str, float]
-    ci95_db: Mapping[str, float]
-    velocity_rms_mm_s: float | None
-    zone: str | None
-    comparable: bool
-    risen: tuple[str, ...] = ()
-
-    @property
-    def time_text(self) -> str:
-        """Time in words."""
-        return self.time.isoformat(" ", "minutes") if isinstance(self.time, datetime) else f"{self.time:g}"
-
-
-@dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """Records of one channel in the order of time.
+    """Records of one channel in the order of time: `points` with file, time, rpm, velocity and zone.
 
+    Their `levels` are those of the lines and the RMS, in the recording's unit; `ci95_db` are the 95 % half widths of
+    the lines [dB]; `risen` names the levels above their limits. A record that is not `comparable`, since its speed is
+    not that of the baseline, is not judged.
     `reference` are the geometric means of the baseline's levels, `limits` the levels above which they have risen (empty
     without a baseline), `zones` the least velocities of B, C and D [mm/s]; `velocity_missing` is the reason for no
     velocity or no zone.
@@ -74,7 +52,7 @@ class ChannelTrend:
 
     channel: str | None
     unit: str
-    points: tuple[TrendPoint, ...]
+    points: tuple[dict[str, Any], ...]
     reference: Mapping[str, float]
     limits: Mapping[str, float]
     zones: tuple[tuple[str, float], ...]
@@ -88,7 +66,7 @@ class ChannelTrend:
     @property
     def first_alarm(self) -> int | None:
         """Index of the first record in which a level has risen."""
-        return next((n for n, point in enumerate(self.points) if point.risen), None)
+        return next((n for n, point in enumerate(self.points) if point["risen"]), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,13 +102,18 @@ class Trend:
             return f"No alarm in {count} records: no level rose above those of the first {self.baseline}; {chance}."
         n = first.first_alarm
         point, since = first.points[n], first.points[n:]
-        name = max(point.risen, key=lambda one: first.rise_db(point.levels, one) or 0.0)
-        lasting, where = sum(name in one.risen for one in since), f" of {first.channel}" if first.channel else ""
+        name = max(point["risen"], key=lambda one: first.rise_db(point["levels"], one) or 0.0)
+        lasting, where = sum(name in one["risen"] for one in since), f" of {first.channel}" if first.channel else ""
         return (
-            f"Alarm: {name}{where} first at {point.time_text} (record {n + 1} of {count}), "
-            f"{first.rise_db(point.levels, name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
+            f"Alarm: {name}{where} first at {time_text(point['time'])} (record {n + 1} of {count}), "
+            f"{first.rise_db(point['levels'], name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
             f"{len(since)} records from then on; {chance}."
         )
+
+
+def time_text(time: datetime | float) -> str:
+    """The time of a record in words."""
+    return time.isoformat(" ", "minutes") if isinstance(time, datetime) else f"{time:g}"
 
 
 def machine_classes() -> dict[str, tuple[float, ...]]:
@@ -209,6 +192,8 @@ def trend_of(
     to `MOST_BASELINE`). `zones_mm_s`, the velocities at which zones B, C and D begin, replace those of `machine_class`
     (one of `machine_classes`). Raises `ConfigurationError` for a baseline that is too short.
     """
+    import pandas as pd
+
     by_channel: dict[str | None, list[Mapping[str, Any]]] = {}
     for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
         by_channel.setdefault(one["channel"], []).append(one)
@@ -218,39 +203,36 @@ def trend_of(
         raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} show their scatter.")
     boundaries = zones_mm_s or zone_boundaries(machine_class)
     series = {channel: _points(found, times, count, boundaries) for channel, found in by_channel.items()}
-    names = (*(fault.line or "" for fault in DEFECTS), RMS)
-    comparisons = sum(
-        name in point.levels
-        for points in series.values()
-        for point in points[count:]
-        if point.comparable
-        for name in names
-    )
+    names = [*(fault.line or "" for fault in DEFECTS), RMS]
+    levels = {c: pd.DataFrame([p["levels"] for p in points], columns=names) for c, points in series.items()}
+    judged = {c: [n >= count and p["comparable"] for n, p in enumerate(points)] for c, points in series.items()}
+    comparisons = sum(int(levels[channel][judged[channel]].count().sum()) for channel in series)
     channels = []
     for channel, points in series.items():
-        features = by_channel[channel][0]["features"]
-        logs = {name: np.log([p.levels[name] for p in points[:count] if name in p.levels]) for name in names}
-        factor = {n: t.isf(ALPHA / max(1, comparisons), n - 1) * math.sqrt(1 + 1 / n) for n in range(2, count + 1)}
-        enough = {name: x for name, x in logs.items() if x.size >= LEAST_BASELINE and comparisons}
-        limits = {name: math.exp(x.mean() + factor[x.size] * x.std(ddof=1)) for name, x in enough.items()}
-        missing = features["velocity_missing"] or ("" if boundaries else "no class of machine: --machine-class")
+        features, logs = (
+            by_channel[channel][0]["features"],
+            np.log(levels[channel][:count].dropna(axis="columns", how="all")),
+        )
+        known = logs.count()
+        factor = t.isf(ALPHA / max(1, comparisons), known - 1) * np.sqrt(1 + 1 / known)
+        enough = known.index[(known >= LEAST_BASELINE) & (comparisons > 0)]
+        limits = np.exp(logs.mean() + factor * logs.std())[enough].to_dict()
+        for point, is_judged in zip(points, judged[channel], strict=True):
+            point["risen"] = [x for x, limit in limits.items() if is_judged and point["levels"].get(x, 0.0) > limit]
         channels.append(
             ChannelTrend(
                 channel=channel,
                 unit=features["unit"],
-                velocity_missing=missing,
+                velocity_missing=features["velocity_missing"]
+                or ("" if boundaries else "no class of machine: --machine-class"),
                 limits=limits,
                 zones=tuple(zip("BCD", boundaries, strict=False)),
-                reference={name: math.exp(x.mean()) for name, x in logs.items() if x.size},
-                points=(*points[:count], *(replace(one, risen=_risen(one, limits)) for one in points[count:])),
+                reference=np.exp(logs.mean()).to_dict(),
+                points=tuple(points),
             )
         )
     first = min(count, max(map(len, series.values())))
     return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
-
-
-def _risen(point: TrendPoint, limits: Mapping[str, float]) -> tuple[str, ...]:
-    return tuple(name for name, limit in limits.items() if point.comparable and point.levels.get(name, 0.0) > limit)
 
 
 def _points(
@@ -258,25 +240,23 @@ def _points(
     times: Mapping[str, datetime | float],
     count: int,
     boundaries: Sequence[float],
-) -> list[TrendPoint]:
+) -> list[dict[str, Any]]:
     usual_hz = float(np.median([one["shaft_hz"]["value"] for one in documents[:count]]))
     points = []
     for one in documents:
         features, shaft_hz = one["features"], one["shaft_hz"]["value"]
         lines = [x for x in one["lines"] if x["harmonic"] == 1 and x["depth"] and x["snr"]]
-        velocity = features["velocity_rms_mm_s"]
-        points.append(
-            TrendPoint(
-                file=one["file"],
-                time=times[one["file"]],
-                rpm=60 * shaft_hz,
-                levels={x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines}
-                | {RMS: features["rms"]},
-                # a line of power rho over noise: 8.69 / sqrt(2 rho) dB; a level is the root of the depth
-                ci95_db={x["name"]: DB_PER_NEPER / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
-                velocity_rms_mm_s=velocity,
-                zone=zone_of(velocity, boundaries),
-                comparable=abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
-            )
-        )
+        levels = {x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines}
+        point = {
+            "file": one["file"],
+            "time": times[one["file"]],
+            "rpm": 60 * shaft_hz,
+            "levels": levels | {RMS: features["rms"]},
+            # a line of power rho over noise: 8.69 / sqrt(2 rho) dB; a level is the root of the depth
+            "ci95_db": {x["name"]: DB_PER_NEPER / 2 * NORMAL_95 * math.sqrt(0.5 / max(x["snr"], 0.5)) for x in lines},
+            "velocity_rms_mm_s": features["velocity_rms_mm_s"],
+            "zone": zone_of(features["velocity_rms_mm_s"], boundaries),
+            "comparable": abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
+        }
+        points.append(point)
     return points

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from srbval.campaign.export import ExportSettings, NoiseSpectrum, add_noise, export_campaign
+from srbval.campaign.export import NoiseSpectrum, add_noise, export_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import FAILING, run_small, small
@@ -30,8 +30,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_segments_and_labels(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "set.h5"
-    made = export_campaign(folder, file, ExportSettings(segment_s=2e-3, snr_db=(10.0, -3.0)))
-    assert (made.segments, made.samples, made.left_out) == (2 * 2 * 3, 41, 1)
+    made = export_campaign(folder, file, segment_s=2e-3, snr_db=(10.0, -3.0))
+    assert (made["segments"], made["samples"], made["left_out"]) == (2 * 2 * 3, 41, 1)
     with h5py.File(file) as found:
         table = {name: found[name][()] for name in found}
         card = str(found.attrs["data_card"])
@@ -48,7 +48,7 @@ def test_segments_and_labels(folder: Path, tmp_path: Path) -> None:
 
 def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -> None:
     def noisy(name: str, **options: object) -> np.ndarray:
-        export_campaign(folder, tmp_path / name, ExportSettings(segment_s=2e-3, **options))  # type: ignore[arg-type]
+        export_campaign(folder, tmp_path / name, segment_s=2e-3, **options)  # type: ignore[arg-type]
         with h5py.File(tmp_path / name) as found:
             return np.asarray(found["segments"][found["snr_db"][()] == 0.0])
 
@@ -58,8 +58,8 @@ def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -
 
 
 def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
-    settings = ExportSettings(segment_s=2e-3, snr_db=(0.0,), noise=str(_case_with_signals(folder)))
-    assert export_campaign(folder, tmp_path / "set.h5", settings).segments == 8
+    noise = str(_case_with_signals(folder))
+    assert export_campaign(folder, tmp_path / "set.h5", segment_s=2e-3, snr_db=(0.0,), noise=noise)["segments"] == 8
     with h5py.File(tmp_path / "set.h5") as found:
         card = str(found.attrs["data_card"])
     assert "with coloured Gaussian noise at 0 dB" in card
@@ -76,12 +76,12 @@ def _case_with_signals(folder: Path) -> Path:
 
 def test_what_cannot_be_exported(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no case holds 1 s of signal"):
-        export_campaign(folder, tmp_path / "set.h5", ExportSettings())
+        export_campaign(folder, tmp_path / "set.h5")
     assert not (tmp_path / "set.h5").exists()
     with pytest.raises(DataError, match="no campaign here"):
-        export_campaign(tmp_path, tmp_path / "set.h5", ExportSettings())
+        export_campaign(tmp_path, tmp_path / "set.h5")
     with pytest.raises(ConfigurationError, match="no ratio"):
-        ExportSettings(noise="recording.mat")
+        export_campaign(folder, tmp_path / "set.h5", noise="recording.mat")
 
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

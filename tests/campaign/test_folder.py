@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.export import ExportSettings, export_campaign
+from srbval.campaign.export import export_campaign
 from srbval.campaign.folder import RESULTS, TABLE, campaign_status, folder_lock
 from srbval.campaign.local import Job
 from srbval.campaign.quantities import Output, quantities_of
@@ -88,7 +88,7 @@ def test_a_damaged_result_is_named_and_run_again(
     status = campaign_status(folder)
     assert (status["done"], [found["file"] for found in status["damaged"]]) == (5, [path])
     with pytest.raises(DataError, match=path.name):
-        export_campaign(folder, folder / "set.h5", ExportSettings(segment_s=1e-3))
+        export_campaign(folder, folder / "set.h5", segment_s=1e-3)
     assert main(["campaign", "verify", str(folder), "--json"]) == 3
     found = json.loads(capsys.readouterr().out)
     assert (found["ok"], found["status"], found["damaged"][0]["file"]) == (False, "damaged", str(path))

@@ -69,7 +69,7 @@ def test_a_growing_defect_is_found_and_a_drop_is_not() -> None:
     assert found.alarm is not None
     assert found.alarm.first_alarm is not None
     assert 10 < found.alarm.first_alarm < 18
-    assert all("BPFI" in point.risen for point in found.alarm.points[18:])
+    assert all("BPFI" in point["risen"] for point in found.alarm.points[18:])
     assert found.answer.startswith(f"Alarm: BPFI of x first at {found.alarm.first_alarm} (record ")
     falling = levels.copy()
     falling[10:, 1] /= np.exp(0.5 * np.arange(RECORDS - 10))
@@ -82,7 +82,7 @@ def test_another_speed_is_not_judged_and_few_records_are_not_either() -> None:
     documents = [document(n, one, rpm=1500.0 if n != 15 else 1800.0) for n, one in enumerate(levels)]
     found = trend_of(documents, {one["file"]: float(n) for n, one in enumerate(documents)}, baseline=BASELINE)
     (channel,) = found.channels
-    assert (channel.points[15].risen, channel.points[15].comparable) == ((), False)
+    assert (channel.points[15]["risen"], channel.points[15]["comparable"]) == ([], False)
     assert found.comparisons == 4 * (RECORDS - BASELINE - 1)
     assert trend(levels[:4]).answer.startswith("No alarm can be judged from 4 records")
     with pytest.raises(ConfigurationError, match="at least 5"):
@@ -116,7 +116,7 @@ def test_zones_rise_with_the_velocity_and_the_class() -> None:
     one = document(0, np.ones(4))
     one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}
     zones = [
-        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0].zone
+        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0]["zone"]
         for name in ("medium-rigid", "medium-flexible", "large-flexible")
     ]
     assert zones == ["D", "C", "B"]

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, time_text
 from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
 from srbval.report.plain import literal
@@ -49,14 +49,14 @@ def trend_points(trend: Trend) -> Iterator[str]:
 
 
 def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
-    first, has_velocity = one.first_alarm, one.points[0].velocity_rms_mm_s is not None
+    first, has_velocity = one.first_alarm, one.points[0]["velocity_rms_mm_s"] is not None
     marks = ["; dashed, the limits"] * bool(one.limits) + ["; dotted, the first alarm"] * (first is not None)
     words: dict[str, Any] = {
         "channel": f"Channel {one.channel}. " if one.channel else "",
         "of_channel": f" of channel {one.channel}" if one.channel else "",
         "names": ", ".join(level for level in one.reference if level != RMS),
         "below": "velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
-        "alarm": "no alarm" if first is None else f"first alarm at {one.points[first].time_text}",
+        "alarm": "no alarm" if first is None else f"first alarm at {time_text(one.points[first]['time'])}",
     }
     counts: dict[str, Any] = {"baseline": trend.baseline, "records": len(one.points)}
     return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **counts, **words)
@@ -66,16 +66,16 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
     names = [name for name in one.reference if name != RMS]
     rows = [
         {
-            "time": point.time_text,
-            "risen": ", ".join(point.risen) or ("no" if point.comparable else "other speed"),
-            "risen_tone": Tone.BAD if point.risen else None,
-            "rms": point.levels[RMS],
-            "velocity": point.velocity_rms_mm_s,
-            "zone": point.zone or MISSING,
-            "rpm": point.rpm,
+            "time": time_text(point["time"]),
+            "risen": ", ".join(point["risen"]) or ("no" if point["comparable"] else "other speed"),
+            "risen_tone": Tone.BAD if point["risen"] else None,
+            "rms": point["levels"][RMS],
+            "velocity": point["velocity_rms_mm_s"],
+            "zone": point["zone"] or MISSING,
+            "rpm": point["rpm"],
         }
-        | {name: one.rise_db(point.levels, name) for name in names}
-        | {f"{name}_ci95": point.ci95_db.get(name) for name in names}
+        | {name: one.rise_db(point["levels"], name) for name in names}
+        | {f"{name}_ci95": point["ci95_db"].get(name) for name in names}
         for point in one.points
     ]
     columns: dict[str, Title] = {
@@ -97,12 +97,12 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     """Rises of the lines' levels with their 95 % intervals and limits above, RMS or velocity below, in time."""
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
-    times = [point.time for point in one.points]
+    times = [point["time"] for point in one.points]
     marked = len(times) <= MOST_MARKED
-    columns: dict[str, Any] = {"time": [point.time_text for point in one.points]}
+    columns: dict[str, Any] = {"time": [time_text(point["time"]) for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
-        rises = [_number(one.rise_db(point.levels, name)) for point in one.points]
-        half = [_number(point.ci95_db.get(name)) for point in one.points]
+        rises = [_number(one.rise_db(point["levels"], name)) for point in one.points]
+        half = [_number(point["ci95_db"].get(name)) for point in one.points]
         upper.errorbar(
             times,
             rises,
@@ -122,8 +122,8 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     upper.set_ylabel("Level over baseline, dB")
     if one.reference.keys() > {RMS}:
         upper.legend(loc="upper left", ncols=len(COLOURS))
-    velocity = [point.velocity_rms_mm_s for point in one.points]
-    shown = [point.levels[RMS] for point in one.points] if None in velocity else velocity
+    velocity = [point["velocity_rms_mm_s"] for point in one.points]
+    shown = [point["levels"][RMS] for point in one.points] if None in velocity else velocity
     lower.plot(times, shown, color=SOFT, marker="o" if marked else None, ms=3.5, lw=0.9)
     lower.set_ylabel(f"RMS, {one.unit}" if None in velocity else "Velocity RMS, mm/s")
     for zone, least in () if None in velocity else one.zones:
