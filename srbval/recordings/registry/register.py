@@ -102,17 +102,14 @@ def remove(name: str | Path) -> RegisterListing:
     Returns the removed entries. Raises `DataError` for an unknown name, `ConfigurationError` for a name in several
     folders.
     """
-    path, wanted = os.path.abspath(name), str(name)
+    path, wanted = Path(os.path.abspath(name)), str(name)
     removed: list[RegisteredRecording] = []
 
     def change(entries: Entries) -> None:
         every = list(entries.values())
         named = [entry for entry in every if Path(entry.file).name == wanted]
-        removed[:] = (
-            [entry for entry in every if entry.file == path or entry.file.startswith(os.path.join(path, ""))]
-            or [entry for entry in every if entry.dataset == wanted]
-            or named
-        )
+        below = [entry for entry in every if Path(entry.file).is_relative_to(path)]
+        removed[:] = below or [entry for entry in every if entry.dataset == wanted] or named
         if not removed:
             raise DataError(
                 f"{wanted}: no registered file, folder or data set; nothing was removed. See: srbval data list. What "
@@ -128,10 +125,11 @@ def remove(name: str | Path) -> RegisterListing:
     return RegisterListing(removed)
 
 
-def listing(*, or_none: bool = False) -> RegisterListing:
-    """All registered files, and those in SRBVAL_RECORDINGS; only files of another size or time of change are hashed.
+def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
+    """All registered files, and those in SRBVAL_RECORDINGS, compared with their entries.
 
-    With `or_none` a register that cannot be read counts as empty, and the listing has the reason in `unreadable`.
+    Only files of another size or time of change are hashed, or all of them with `hash_all`. With `or_none` a register
+    that cannot be read counts as empty, and the listing has the reason in `unreadable`.
     """
     registered, unreadable = {}, ""
     try:
@@ -141,18 +139,17 @@ def listing(*, or_none: bool = False) -> RegisterListing:
             raise
         unreadable = str(error).removeprefix(f"{manifest_path().parent}{os.sep}")
     entries = _with_environment_folder(registered)
-    return RegisterListing((e if _unchanged(e) else _verified(e) for e in entries.values()), unreadable)
+    total, done, compared = sum(e.size_bytes for e in entries.values()), 0, []
+    for entry in entries.values():
+        compared.append(entry if not hash_all and _unchanged(entry) else _verified(entry))
+        done += entry.size_bytes
+        progress("Verify", done / max(total, 1))
+    return RegisterListing(compared, unreadable)
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
     """All registered files, each hashed again and compared with its entry."""
-    entries = _with_environment_folder(read_manifest())
-    total, done, checked = sum(e.size_bytes for e in entries.values()), 0, []
-    for entry in entries.values():
-        checked.append(_verified(entry))
-        done += entry.size_bytes
-        progress("Verify", done / max(total, 1))
-    return RegisterListing(checked)
+    return listing(hash_all=True, progress=progress)
 
 
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
