@@ -8,7 +8,7 @@ folder. Each value replaces an option of the command line that is not given.
 import json
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from srbval.bearing import load_bearing
 from srbval.diagnosis.trend import zone_boundaries
 from srbval.errors import ConfigurationError
 from srbval.recordings import RecordingSettings
-from srbval.storage.tables import SI_SUFFIX, UNITS, Limited, build, limited, quantity, read_toml
+from srbval.storage.tables import UNITS, Limited, build, limited, quantity, read_toml, without_unit
 
 OPTIONS = {  # option and its unit, for fields with another name
     "speed_rad_s": ("rpm", "rpm"),
@@ -117,9 +117,9 @@ def machine_options(path: str | Path) -> dict[str, Any]:
     try:
         machine = build(Machine, read_toml(file), str(file))
         options = {
-            name: _in_unit(value, key, unit)
-            for table, key, name, unit in _fields()
-            if (value := getattr(getattr(machine, table), key)) is not None
+            name: _in_unit(value, one, unit)
+            for table, one, name, unit in _fields()
+            if (value := getattr(getattr(machine, table), one.name)) is not None
         }
         if machine.bearing is not None:
             name = machine.bearing if isinstance(machine.bearing, str) else file.name
@@ -141,32 +141,26 @@ def machine_toml(title: str, options: Mapping[str, Any], folder: Path) -> str:
         if name in stated and (name == "healthy" or stated[name].endswith(".toml")):
             stated[name] = os.path.relpath(stated[name], folder)
     tables = {"": [f"{name} = {json.dumps(stated[name])}" for name in ("title", "bearing") if name in stated]}
-    for table, key, name, unit in _fields():
+    for table, one, name, unit in _fields():
         if (value := stated.get(name)) is not None:
             if unit:
-                key, _ = _shorter(key, unit)
                 value = [f"{x:.12g} {unit}" for x in value] if isinstance(value, list) else f"{value:.12g} {unit}"
-            tables.setdefault(f"\n[{table}]", []).append(f"{key} = {json.dumps(value)}")
+            tables.setdefault(f"\n[{table}]", []).append(f"{without_unit(one)} = {json.dumps(value)}")
     return "\n".join(line for head, rows in tables.items() for line in (head, *rows) if line) + "\n"
 
 
-def _fields() -> Iterator[tuple[str, str, str, str]]:
+def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
     """Table, field, option and its unit for every statement of a machine's file but the bearing."""
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):
-                yield table.name, one.name, *OPTIONS.get(one.name, (one.name, ""))
+                yield table.name, one, *OPTIONS.get(one.name, (one.name, ""))
 
 
-def _shorter(key: str, unit: str) -> tuple[str, float]:
-    """Name of a field without the suffix of its SI unit, and `unit` in SI."""
-    dimension = next(d for d, end in SI_SUFFIX.items() if key.endswith(end) and unit in UNITS[d])
-    return key.removesuffix(SI_SUFFIX[dimension]), UNITS[dimension][unit]
-
-
-def _in_unit(value: Any, key: str, unit: str) -> Any:
+def _in_unit(value: Any, field: Field[Any], unit: str) -> Any:
     """Value of a field in `unit`, rounded to remove the digits that the conversion leaves."""
     if not unit:
         return value
-    found = [float(f"{x / _shorter(key, unit)[1]:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
+    scale = UNITS[field.metadata["dimension"]][unit]
+    found = [float(f"{x / scale:.12g}") for x in (value if isinstance(value, tuple) else (value,))]
     return found if isinstance(value, tuple) else found[0]

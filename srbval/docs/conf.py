@@ -163,7 +163,7 @@ def scene_keys() -> str:
 
 
 def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
-    from srbval.storage.tables import SI_SUFFIX, UNITS
+    from srbval.storage.tables import UNITS, without_unit
 
     rows: list[tuple[str, ...]] = []
     below: list[tuple[Any, str, Any]] = []
@@ -171,7 +171,7 @@ def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
         dimension = field.metadata.get("dimension")
         takes = typing.get_type_hints(kind)[field.name]
         parts = [part for part in (takes, *typing.get_args(takes)) if dataclasses.is_dataclass(part)]
-        key = field.name.removesuffix(SI_SUFFIX.get(dimension, "")) if dimension else field.name
+        key = without_unit(field)
         value = values.get(key, values.get(field.name, ""))
         below += [(parts[0], field.name, value)] if parts else []
         units = f"{dimension}: {', '.join(unit for unit in UNITS[dimension] if unit)}" if dimension else ""

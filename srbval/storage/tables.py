@@ -201,11 +201,12 @@ def _declared(cls: type, stored: bool) -> tuple[dict[str, Any], dict[str, datacl
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.name not in omitted}
     spelling = {name: name for name in fields}
     if not stored:
-        spelling |= {_without_unit(field): name for name, field in fields.items()}
+        spelling |= {without_unit(field): name for name, field in fields.items()}
     return typing.get_type_hints(cls), fields, spelling
 
 
-def _without_unit(field: dataclasses.Field[Any]) -> str:
+def without_unit(field: dataclasses.Field[Any]) -> str:
+    """Name of a field without the suffix of its SI unit."""
     return field.name.removesuffix(SI_SUFFIX.get(field.metadata.get("dimension", ""), ""))
 
 
@@ -262,7 +263,7 @@ def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) ->
     dimension = field.metadata.get("dimension")
     if dimension and key == field.name and isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: a number in SI is expected; for {shown(raw)} write {_without_unit(field)!r}."
+            f"{where}: a number in SI is expected; for {shown(raw)} write {without_unit(field)!r}."
         )
     if dimension and key != field.name and not isinstance(raw, str):
         raise ConfigurationError(
