@@ -5,10 +5,9 @@ pebble, give up everything that is running if one dies at the wrong moment.
 """
 
 import itertools
-import queue
 import threading
 from collections.abc import Generator, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,42 +38,31 @@ class Job:
     count: int
 
 
-class StoppedError(Exception):
-    """Another thread has stopped this process for good."""
-
-
 class CaseProcess:
     """A process of one thread that runs cases and is replaced if it dies or exceeds a time limit.
 
-    It compiles or loads `scenes` before its first case. All methods raise `StoppedError` after `stop`, and `OSError` if
-    the system starts no process.
+    It compiles or loads `scenes` before its first case. `prepare` and `run` raise `CancelledError` after `stop`,
+    `OSError` if the system starts no process, and `NumericsError` if processes die or hang while they compile.
     """
 
     def __init__(self, scenes: Sequence[Scene]) -> None:
-        self.scenes = tuple(scenes)
-        self._lock = threading.Lock()
+        self.scenes, self._lock, self._stopped = tuple(scenes), threading.Lock(), False
         self._process: WorkerProcess | None = None
         self._version = ""  # of the code that the process runs
-        self._stopped = False
 
     def prepare(self) -> str:
-        """Start and compile unless done; returns the code's version. `NumericsError` if the process dies or hangs."""
-        for _ in range(ATTEMPTS):
-            try:
-                self._prepared()
-                return self._version
-            except DiedError:
-                how = self._end()
-        raise NumericsError(f"a worker process died {ATTEMPTS} times while compiling ({how}). See: srbval doctor")
+        """Start and compile unless done; returns the version of the code."""
+        return self._ready()[1]
 
     def run(self, task: CaseTask) -> CaseResult:
         """Run a case, up to `ATTEMPTS` times if its process dies."""
         for _ in range(ATTEMPTS):
+            process, _version = self._ready()
             try:
-                result: CaseResult = self._prepared().call(("run", task), limit_s=task.limit_s)
+                result: CaseResult = process.call(("run", task), limit_s=task.limit_s)
                 return result
             except DiedError as error:
-                how = self._end()
+                how = self._end(process)
                 if (found := final_result(task.path)) is not None:  # written, but too late in being announced
                     return found
                 if isinstance(error, OverLimitError):
@@ -101,24 +89,29 @@ class CaseProcess:
 
     __del__ = close  # with the thread of a Dask worker
 
-    def _prepared(self) -> WorkerProcess:
-        with self._lock:
-            if self._stopped:
-                raise StoppedError
-            if self._process is not None:
-                return self._process
-            process = self._process = WorkerProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
-        try:
-            self._version = process.call(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
-        except OverLimitError:
-            raise NumericsError(
-                f"a worker process did not compile what it needs within {PREPARE_LIMIT_S:g} s. See: srbval doctor"
-            ) from None
-        return process
+    def _ready(self) -> tuple[WorkerProcess, str]:
+        """The process that has compiled, and its version; a new one unless there is one."""
+        for _ in range(ATTEMPTS):
+            with self._lock:
+                if self._stopped:
+                    raise CancelledError
+                if self._process is not None:
+                    return self._process, self._version
+                process = self._process = WorkerProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
+            try:
+                self._version = process.call(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
+                return process, self._version
+            except OverLimitError:
+                raise NumericsError(
+                    f"a worker process did not compile what it needs within {PREPARE_LIMIT_S:g} s. See: srbval doctor"
+                ) from None
+            except DiedError:
+                how = self._end(process)
+        raise NumericsError(f"a worker process died {ATTEMPTS} times while compiling ({how}). See: srbval doctor")
 
-    def _end(self) -> str:
+    def _end(self, process: WorkerProcess) -> str:
         """Close the dead process; returns how it ended."""
-        how = self._process.death() if self._process is not None else ""
+        how = process.death()
         self.close()
         return how
 
@@ -137,17 +130,14 @@ class LocalProcesses:
     def run(self, job: Job) -> Generator[CaseResult]:
         """Results as they come. A case whose process dies is tried again in a new one, `ATTEMPTS` times in all."""
         processes = [CaseProcess(job.precompiled) for _ in range(min(self.workers, job.count))]
-        free: queue.SimpleQueue[CaseProcess] = queue.SimpleQueue()
-        for process in processes:
-            free.put(process)
+        free = list(processes)  # as many as there are threads
 
         def run_one(task: CaseTask) -> CaseResult:
-            process = free.get()
+            process = free.pop()
             try:
-                process.prepare()
                 return process.run(task)
             finally:
-                free.put(process)
+                free.append(process)
 
         pool, tasks = ThreadPoolExecutor(len(processes)), iter(job.tasks)
         try:
