@@ -2,7 +2,6 @@
 
 import functools
 
-import numpy as np
 import pytest
 
 import srbval
@@ -36,26 +35,6 @@ def test_an_analysis_is_a_table_a_picture_and_a_line_of_text() -> None:
     assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
     assert repr(analysis()).endswith("BPFI detected>")
     assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"
-
-
-def test_the_envelope_spectrum_of_a_modulated_carrier_has_its_line_where_and_as_high_as_it_is() -> None:
-    """Carrier 3 kHz of amplitude 2, modulated at 50 Hz with depth 0.3: the envelope's line is 0.6 high."""
-    fs_hz, time = 20_000.0, np.arange(40_000) / 20_000
-    samples = 2 * (1 + 0.3 * np.cos(2 * np.pi * 50 * time)) * np.sin(2 * np.pi * 3000 * time)
-    found = srbval.envelope_spectrum(samples, fs_hz, (2000.0, 4000.0))
-    frame = found.to_frame()
-    top = frame.loc[frame["amplitude"].idxmax()]
-    assert top["frequency_hz"] == pytest.approx(50.0, abs=found.resolution_hz / 2)
-    assert top["amplitude"] == pytest.approx(0.6, rel=0.05)
-    assert repr(found).startswith("<Spectrum to ")
-
-
-def test_fault_frequencies_by_name_and_by_bearing() -> None:
-    named = srbval.fault_frequencies("skf-6205", rpm=1800.0)
-    assert named == srbval.fault_frequencies(BEARING, rpm=1800.0)
-    assert named.bpfo_hz + named.bpfi_hz == pytest.approx(9 * 30.0)
-    with pytest.raises(srbval.ConfigurationError, match="-1"):
-        srbval.fault_frequencies("skf-6205", rpm=-1.0)
 
 
 def test_every_command_is_a_function() -> None:

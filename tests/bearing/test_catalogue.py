@@ -35,12 +35,9 @@ def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
     [
         ({"rollers_per_row": 30}, "overlap"),
         ({"roller_width_m": 0.02}, "too short"),
-        ({"pitch_radius_m": -1.0}, "positive"),
         ({"rollers_per_row": 0}, "rollers_per_row = 0 must be 1 or more"),
-        ({"raceway_radius_m": 0.14}, "must lie between"),
         ({"raceway_radius_m": 0.19}, "must lie between"),
         ({"inner_centre_radial_m": 0.25}, "leave a gap of .* = 0.28362, inner_centre_axial_m = 0.0500"),
-        ({"roller_diameter_m": 0.03}, "leave a gap of"),
     ],
 )
 def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
@@ -53,7 +50,6 @@ def test_impossible_geometry_is_refused(change: dict[str, float], message: str) 
     ("table", "message"),
     [
         ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 12.3\nbsf = 2.7\nftf = 0.41", "must be the number"),
-        ("[orders]\nrolling_elements = 0\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 0.41", "must be the number"),
         ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 41.0", "ftf = 41.0 must lie"),
         ("[orders]\nrolling_elements = 15\nbpfo = 6.2", "missing key"),
         (
@@ -132,11 +128,9 @@ def test_a_search_looks_at_every_word() -> None:
     ("text", "said"),
     [
         ("elements 38,40.1,283.62,10", "count one row"),
-        ("elements 19,283.62,40.1,10", "must lie between 0 and 1"),
         ("elements 19.5,40.1,283.62,10", "must be whole"),
         ("elements 9,4.1,283.62,10", "at least 25%"),
         ("elements 19;40.1;283.62;10", "4 numbers with commas"),
-        ("orders 8.2,10.2,7.1,0.43", "must be the number of rolling elements"),
         ("orders 8.2,10.8,0.43,3.5", "between 0 and 1"),
         ("orders 8.2,10.8,3.5,0.5", "bpfo over the rolling elements"),
     ],

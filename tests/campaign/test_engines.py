@@ -18,7 +18,6 @@ from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, small
 from tests.campaign.command import MANY, dask_cluster, stand_in_for_slurm, start
-from tests.marked import until
 
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
@@ -40,18 +39,6 @@ def test_a_cluster_of_dask_gives_the_same(whole: Path, tmp_path: Path) -> None:
         found = run_campaign(small(axes=MIXED), tmp_path, engine=DaskEngine(cluster))
     assert (found["engine"], found["done"]) == ("dask", 6)
     assert content(tmp_path) == content(whole)
-
-
-@pytest.mark.long_form
-@pytest.mark.parametrize("adapt", [False, True])
-def test_slurm_jobs_give_the_same(adapt: bool, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
-    for name, value in stand_in_for_slurm(tmp_path).items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.chdir(tmp_path)
-    found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2, adapt=adapt))
-    assert found["engine"] == "slurm"
-    assert content(tmp_path / "run") == content(whole)
 
 
 @pytest.mark.slow
@@ -227,19 +214,6 @@ def _said(process: subprocess.Popen[bytes]) -> list[str]:
     text = process.communicate()[1].decode()
     assert "Traceback" not in text, text
     return [line for line in text.splitlines() if not line.startswith("campaign many")]
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
-    file = _many(tmp_path, "4 s")
-    with dask_cluster() as cluster:
-        options = ("--engine", "dask", "--address", cluster.scheduler_address)
-        process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE)
-        until(lambda: any((tmp_path / "run").glob("cases/*.h5")) or process.poll() is not None)
-    (line,) = _said(process)
-    assert process.returncode == 3
-    assert "is gone" in line or "failed (" in line
-    assert "the same command resumes" in line
 
 
 def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -122,9 +122,3 @@ def test_noise_keeps_its_ratio_and_its_spectrum(snr_db: float) -> None:
     ratio = density[inside] * (100 + found_hz[inside]) ** 2
     assert np.all(np.abs(ratio / np.median(ratio) - 1) < SCATTER)
     assert density[outside].max() < LEAKAGE * density[inside].max()
-
-
-def test_a_spectrum_without_power_at_this_rate_is_refused() -> None:
-    spectrum = NoiseSpectrum(name="high", frequency_hz=np.array([0.0, 90.0, 100.0]), density=np.array([0.0, 0.0, 1.0]))
-    with pytest.raises(ConfigurationError, match="nothing is left of it at 100 Hz"):
-        add_noise(np.ones(64), 100.0, snr_db=0.0, spectrum=spectrum, random=np.random.default_rng(0))

@@ -10,7 +10,7 @@ import random
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,8 @@ import pytest
 
 from srbval.campaign.export import export_campaign
 from srbval.campaign.folder import RESULTS, TABLE, campaign_status, folder_lock
-from srbval.campaign.local import Job
 from srbval.campaign.quantities import Output, quantities_of
 from srbval.campaign.results import CaseResult, Ending, write_result
-from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import load_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
@@ -165,20 +163,6 @@ def test_a_users_own_files_stay(folder: Path) -> None:
     assert [path.read_text() for path in own] == ["mine"] * len(own)
 
 
-def test_a_case_file_is_a_run_file(whole: Path) -> None:
-    import xarray
-
-    from srbval.recordings import load_recording
-
-    file = good_results(whole)[0]
-    assert load_recording(file).channels["y"].size == round(5e-3 * 20480)
-    with xarray.open_dataset(file, engine="h5netcdf") as found:
-        assert found["acceleration_y_m_s2"].attrs["units"] == "m s-2"
-        assert found["value"].dims == ("quantity",)
-        assert "displacement_y_m" not in found
-        assert "wall_s" not in found.attrs
-
-
 def test_two_campaigns_in_one_folder(folder: Path) -> None:
     with folder_lock(folder):
         with pytest.raises(ConfigurationError, match="another campaign runs in this folder"):
@@ -243,22 +227,6 @@ def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     kept = len(list((folder / "cases").glob("*.h5")))
     found = run_small(load_campaign(str(file)), folder)
     assert (found["done"], found["ran"], found["failed"]) == (12, 12 - kept, [])
-
-
-def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
-    class Interrupted:
-        name, workers = "interrupted", 1
-
-        def run(self, job: Job) -> Generator[CaseResult]:
-            part = job.folder / "cases" / f".{'0' * 32}.h5.abcd1234.srbval-part"
-            part.parent.mkdir(parents=True)
-            part.touch()
-            raise KeyboardInterrupt
-            yield
-
-    with pytest.raises(KeyboardInterrupt):
-        run_campaign(small(), tmp_path, engine=Interrupted())
-    assert not list(tmp_path.rglob("*.srbval-part"))
 
 
 def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:

@@ -9,13 +9,12 @@ from typing import Any
 import pytest
 
 from srbval.check import check, fingerprint
-from srbval.check.check import differences, run_check, stale_evidence, write_reference
+from srbval.check.check import differences, run_check, write_reference
 from srbval.errors import ConfigurationError
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
 from srbval.scene import Scene, load_scene
 from srbval.storage.behaviour import Fingerprint, reference_fingerprint
-from srbval.storage.json_files import write_json
 
 TEN_MICROMETRES = 1e-5
 NOW: Fingerprint = {
@@ -87,27 +86,6 @@ def test_numbers_words_and_missing_quantities(monkeypatch: pytest.MonkeyPatch) -
 def test_an_unknown_part_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="part 'nothing' is not known"):
         run_check("nothing")
-
-
-def test_only_evidence_of_another_behaviour_is_stale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A changed kernel constant makes the evidence stale that names the part, and nothing else."""
-    monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
-    monkeypatch.setattr("srbval.storage.stored_result.code_sha256", lambda _: "same")
-    origin = {
-        "schema_version": 3,
-        "made_utc": "2026-01-01T00:00:00+00:00",
-        "git_revision": "abc",
-        "code_sha256": "same",
-    }
-    for name, part in (("stability", "full"), ("reading", "reading")):
-        content = origin | {"kind": name, "fingerprint": {part: NOW[part]}}
-        write_json(tmp_path / f"{name}.json", content)
-    write_json(tmp_path / "naming.json", origin | {"kind": "naming", "evidence_kind": "recorded"})
-    assert stale_evidence(NOW) == ()
-    drifted = NOW | {"full": {**NOW["full"], "outer: cage_ratio": 0.43001}}
-    (one,) = stale_evidence(drifted)
-    assert one["file"] == "stability.json"
-    assert "part full behaves differently: outer: cage_ratio" in one["why"]
 
 
 def test_no_reference_is_made_of_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -71,12 +71,6 @@ def test_everything_missing_is_asked_for_at_once(two_channels: Path, capsys: pyt
         assert ([asked for asked in questions if asked not in said], "srbval analyse" in said) == ([], False)
 
 
-def test_the_message_names_the_format_of_the_file(two_channels: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for given, code in (([], 3), (["--channel", "data[1]", *RECORD[4:8]], 2)):
-        assert main(["analyse", str(two_channels), *given]) == code
-        assert capsys.readouterr().err.startswith(f"srbval: {two_channels} (NumPy) leaves open:\n")
-
-
 @pytest.mark.parametrize("stated", [["--band", "500", "3000"], ["--auto-band"]])
 @pytest.mark.parametrize("bearing", [["--elements", "9,7.94,39.04,0"], ["--orders", "3.58,5.42,2.36,0.398"]])
 def test_what_a_machines_file_states_is_registered_once(

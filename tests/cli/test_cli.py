@@ -75,16 +75,6 @@ def test_what_a_bearing_does_is_no_failure(
     assert any(f"the run ended {status}" in note for note in load_recording(path).notes)
 
 
-def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text('duration = "0.05 s"\nsettle = "0.01 s"\n[load]\nradial = "62.4 kN"\n')
-    code, found = ask(capsys, "simulate", str(scene), "--solver", "ode3", "--dt", "8.138020833333333e-06")
-    assert (code, found["solver"], found["seconds"]) == (0, "ode3", 0.05)
-    _, found = ask(capsys, "simulate", str(scene), "--solver", "ode4")
-    assert found["dt_s"] == pytest.approx(1 / 61440), "of an explicit solver; its error is estimated"
-    assert isinstance(found["numerics"]["cage_pct"], float)  # type: ignore[index]
-
-
 def test_plan(capsys: pytest.CaptureFixture[str]) -> None:
     code, found = ask(capsys, "plan", "--defect", "outer", "--tolerance", "0.5")
     assert code == 0
@@ -130,14 +120,11 @@ BAD = [
     (("analyse", "nowhere.mat"), 3, "no such file"),
     (("analyse", "text.mat"), 3, "text.mat"),
     (("analyse", "good.h5", "--band", "500", "15000"), 2, "Nyquist|10240"),
-    (("analyse", "good.h5", "--band", "1500", "500"), 2, "band|Band"),
     (("simulate", "misspelt.toml", "-o", "out.h5"), 2, "did you mean 'shaft_speed'"),
-    (("simulate", "--dt", "2e-5", "-o", "out.h5"), 2, "whole number"),
     (("simulate", "-o", "no/such/folder/out.h5"), 3, "no such folder"),
     (("simulate", "--solver", "ode1", "--dt", "4.8828125e-05", "--seconds", "0.3", "-o", "out.h5"), 4, "failed"),
     (("kinematics", "--bearing", "skf22240"), 2, "skf-22240"),
     (("report", "--seconds", "0.1", "-o", "out"), 2, "too short"),
-    (("data", "fetch", "torino"), 2, "torino"),
     (("frobnicate",), 2, "invalid choice"),
     ((), 2, "name a command"),
 ]

@@ -37,9 +37,7 @@ class Odd(Exception):
     ("error", "code"),
     [
         (MemoryError(), INTERNAL),
-        (RecursionError("too deep"), INTERNAL),
         (Odd(), INTERNAL),
-        (KeyError("a"), INTERNAL),
         (UnicodeEncodeError("ascii", "\udcff", 0, 1, "no"), INTERNAL),
         (NumericsError("why"), 4),
         (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3),  # a worker's: the command's own output still has a reader

@@ -9,7 +9,6 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.cage_means import cage_means, covariance, random_effects
 from srbval.comparison.cage_readings import cage_reading, cage_readings
-from srbval.errors import DataError
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.load import load_recording
 
@@ -158,9 +157,3 @@ def test_the_rig_s_records_are_read_and_its_cage_slows_less_at_low_speed(recordi
     means = cage_means(found)
     low, high = np.quantile(means.draws[:, 0] - means.draws[:, -1], (0.025, 0.975))
     assert 0 < low < means.means[0] - means.means[-1] < high
-
-
-def test_one_record_a_speed_has_no_scatter():
-    one = cage_reading(simulated(1, Fault.HEALTHY, BEARING.orders.ftf), BEARING)
-    with pytest.raises(DataError, match="1 records at 1 speeds"):
-        cage_means([one])

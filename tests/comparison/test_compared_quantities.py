@@ -7,16 +7,13 @@ from types import SimpleNamespace
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison import compared_quantities
 from srbval.comparison.compared_quantities import (
-    COMPARED,
     PRESENCE,
-    ComparedQuantity,
     cage_of,
     compare,
     values_of_model,
 )
-from srbval.comparison.comparison import INPUTS, QuantityValue
+from srbval.comparison.comparison import INPUTS
 from srbval.comparison.vocabulary import Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
@@ -129,14 +126,3 @@ def test_the_run_s_own_speed_gives_the_model_s_cage():
     assert (row["quantity"], row["scene"], row["model"]) == ("cage ratio", "rig", 1 - 10.83 / 19)
     assert list(compare(Fault.HEALTHY, analysis(), values, known(CAGE))) == []
     assert cage_of(Fault.OUTER, 8.17, 19) == pytest.approx(cage_of(Fault.INNER, 10.83, 19))  # one cage, both races
-
-
-def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):
-    row = ComparedQuantity(
-        kind="depth",
-        name="{line} depth",
-        read=lambda analysis, fault: QuantityValue(value=20 * math.log10(analysis.line_of(fault).depth)),
-    )
-    monkeypatch.setattr(compared_quantities, "COMPARED", (*COMPARED, row))
-    found = rows(analysis(), analysis())["BPFI depth"]
-    assert (found["kind"], found["unit"], found["error"]) == ("depth", "dB", 0.0)

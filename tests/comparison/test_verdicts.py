@@ -80,8 +80,6 @@ def found(read: list[CageReading], *variants: dict[str, Any]) -> list[Row]:
     ("off", "half", "answer"),
     [
         (0.0, 0.1, Verdict.MET),
-        (0.5, 0.1, Verdict.MET),
-        (-0.5, 0.1, Verdict.MET),
         (1.0, 0.3, Verdict.NOT_RESOLVED),
         (2.0, 0.1, Verdict.MISSED),
         (-2.0, 0.1, Verdict.MISSED),

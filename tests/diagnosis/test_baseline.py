@@ -15,17 +15,14 @@ from srbval.cli import main
 from srbval.diagnosis.baseline import (
     baseline_of,
     compare_with_baseline,
-    load_healthy,
     on_background,
 )
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, RecordingSettings, load_recording
-from srbval.recordings.registry import add, healthy_baseline
+from srbval.recordings import Origin, Recording
 from srbval.recordings.speed import nominal_speed, prescribed_speed
 from tests.reading.test_shaft_speed import BEARING, record
-from tests.recordings import files
 
 
 def healthy(**changes):
@@ -49,22 +46,6 @@ def test_fault_stands_above_the_healthy_record() -> None:
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
 
 
-def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:
-    for state, rpm in (("H", 353), ("H", 877), ("OR", 877), ("OR", 353)):
-        files.excerpt(
-            tmp_path / f"{state}_{rpm}rpm_a.mat",
-            condition=state,
-            rpm_nominal=rpm,
-            rpm=0.97 * rpm + 0 * files.vibration(128),
-        )
-    add(tmp_path)
-    found = healthy_baseline(load_recording(tmp_path / "OR_877rpm_a.mat"))
-    assert Path(found.file).name == "H_877rpm_a.mat"
-    assert healthy_baseline(load_recording(tmp_path / "H_877rpm_a.mat")) is None
-    (tmp_path / "H_877rpm_a.mat").unlink()
-    assert healthy_baseline(load_recording(tmp_path / "OR_877rpm_a.mat")) is None
-
-
 def test_what_differs_is_named() -> None:
     ours = analyse(dataclasses.replace(record(shaft_hz=25.0), radial_n=1000.0), bearing=BEARING)
     other = healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5))
@@ -80,12 +61,6 @@ def test_the_record_itself_in_another_file_is_no_baseline() -> None:
     )
     with pytest.raises(ConfigurationError, match="the healthy record is the record itself"):
         baseline_of(faulted_analysis(), copy)
-
-
-@pytest.mark.recordings
-def test_a_record_declared_faulty_is_no_baseline(recordings_dir: Path) -> None:
-    with pytest.raises(ConfigurationError, match="declared inner race"):
-        load_healthy(str(recordings_dir / "mfpt" / "InnerRaceFault_vload_7.mat"), RecordingSettings())
 
 
 FS_HZ, SIZE = 4096.0, 8192

@@ -8,7 +8,6 @@ import pytest
 from srbval.diagnosis.fault_posterior import (
     CLASSES,
     OTHER,
-    PRIOR,
     SHARED,
     UNDECIDED,
     Evidence,
@@ -82,9 +81,3 @@ def test_records_of_one_machine_say_more_than_one_and_less_than_as_many() -> Non
         assert abs(many[name]) <= abs(faint[name]) / SHARED
     silent = BY.log_likelihood(np.array([-1.0, -1, -1, 0.5]))
     assert BY.probabilities(of_one_machine([silent] * 9))["healthy"] > BY.probabilities(silent)["healthy"]
-
-
-def test_the_prior_is_the_user_s_to_change() -> None:
-    faint = BY.log_likelihood(np.array([-1.0, 4.8, -1, 0.5]))
-    sure = {name: 0.6 if name == "inner" else 0.1 for name in PRIOR}
-    assert BY.probabilities(faint, sure)["inner"] > BY.probabilities(faint)["inner"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval.cli import main
-from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
+from srbval.diagnosis.trend import ALPHA, Trend, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.reading.features import velocity_rms
 from tests.reading.test_shaft_speed import FS_HZ, record
@@ -109,17 +109,6 @@ def test_velocity_of_a_tone(frequency_hz: float, within: bool) -> None:
     expected = 3.0 / (2 * np.pi * frequency_hz * math.sqrt(2))
     found = velocity_rms(tone, 10_000.0, (10.0, 1000.0))
     assert found == pytest.approx(expected, rel=1e-3) if within else found < 0.01 * expected
-
-
-def test_zones_rise_with_the_velocity_and_the_class() -> None:
-    assert all(list(one) == sorted(one) and len(one) == 3 for one in machine_classes().values())
-    one = document(0, np.ones(4))
-    one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}
-    zones = [
-        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0]["zone"]
-        for name in ("medium-rigid", "medium-flexible", "large-flexible")
-    ]
-    assert zones == ["D", "C", "B"]
 
 
 def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,7 +17,6 @@ from srbval.models.simulate import simulate_to_file
 from srbval.scene import DefectShape
 
 INNER_6206 = (2 / 9.525e-3 / (1 - 9.525 / 46), (2 - 9.525 / 4.89) / 9.525e-3)  # groove 4.89 mm, pitch 46 mm
-PUBLISHED = 0.02  # of the example's values, which come from Hamrock & Brewe's fit of the integrals
 INTEGRALS = 1e-3  # of displacements by quadrature
 STRIBECK = 0.01  # of the largest load: the rounded constants 4.37 and 4.08
 LINE = 2e-4  # of a line in one second: a fifth of the resolution at a thousandth of it
@@ -54,14 +53,6 @@ def test_under_hertzs_pressure_half_spaces_take_the_bodies_shape(curvatures: tup
         x = share * e.across_m * force ** (1 / 3)
         sunk = approach - curvatures[1] * x**2 / 2
         assert displacement_m(e, force, x) == pytest.approx(sunk, rel=INTEGRALS)
-
-
-def test_a_published_example_of_a_6206() -> None:
-    """eng-tools.dev, series A2: 556 N on the inner race: 1.368 x 0.112 mm half axes, 1728 MPa."""
-    e, force = ellipse(*INNER_6206), 5 * 1000 / 9
-    across, along = e.across_m * force ** (1 / 3), e.along_m * force ** (1 / 3)
-    assert (across, along) == pytest.approx((1.368e-3, 0.112e-3), rel=PUBLISHED)
-    assert 1.5 * force / (math.pi * across * along) == pytest.approx(1728e6, rel=PUBLISHED)
 
 
 @pytest.mark.parametrize("name", ["skf-6205", "fag-nu2205", "fag-qj212"])

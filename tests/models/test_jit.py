@@ -14,7 +14,6 @@ from filelock import FileLock, Timeout
 
 from srbval import paper_scene
 from srbval.models import jit, precompile
-from srbval.models import simulate as simulation
 from srbval.storage.installation import child_environment
 from tests.marked import marked, until
 
@@ -116,14 +115,3 @@ def test_a_run_loads_what_a_process_of_its_own_compiled_and_its_bits_are_the_sam
     assert first[1] == "0"
     assert first == second
     assert (here[0], here[1] != "0") == (first[0], True)
-
-
-def test_compiling_is_shown_while_it_happens(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[str] = []
-    scene = paper_scene(model="planar", duration_s=0.01, settle_s=0.0)
-    monkeypatch.setattr(simulation, "is_compiled", lambda *_: False)
-    monkeypatch.setattr(simulation, "precompile", lambda *_, **__: told.append("precompile") or 1.5)
-    run = simulation.simulate(scene, progress=lambda task, _: told.append(task))
-    assert told[:3] == ["Compile the models, once after installation", "precompile", told[0]]
-    assert told[3] == "Simulate"
-    assert run.compile_s >= 1.5

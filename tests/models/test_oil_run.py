@@ -1,13 +1,10 @@
 """Runs of the scene `rig-oil`: losses by source against the drive's power and closed forms; light load."""
 
-import json
 import math
 
-import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.cli import main
 from srbval.models import film
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import Step, simulate
@@ -55,11 +52,3 @@ def test_minimum_load_of_the_catalogue() -> None:
     assert ratings is not None
     for rpm, expected in ((339, 5.79e3), (859, 11.43e3)):
         assert ratings.minimum_load_n(rpm * math.pi / 30) == pytest.approx(expected, rel=1e-3)
-
-
-def test_the_command_prints_them(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", "rig-oil", "--seconds", "0.05", "--dt", "1/40960", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert set(found["power_w"]) == KEYS
-    assert set(found["film_um"]) == {"min", "mean"}
-    assert np.isfinite([found["lambda_min"], found["slip_pct"]]).all()

@@ -77,21 +77,16 @@ def test_silent_failures_are_caught(solver: str, factor: int, tmp_path: Path) ->
         ({"balanced_share": 0.009}, RunStatus.ROLLERS_UNLOADED),
         ({"roller_load_share": 0.029, "energy_imbalance": -0.17}, RunStatus.LOAD_LOST),
         ({"roller_load_share": 0.0, "idle_share": 0.9}, RunStatus.LOAD_LOST),
-        ({"roller_load_share": 0.0, "energy_imbalance": math.nan}, RunStatus.LOAD_LOST),
-        ({"roller_load_share": 0.031, "energy_imbalance": -0.09}, RunStatus.OK),
         ({"roller_load_share": 0.029, "energy_imbalance": 0.09}, RunStatus.ROLLERS_UNLOADED),
         ({"energy_imbalance": -0.11}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": -0.11, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.OK),
-        ({"energy_imbalance": -0.21, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.01)}, RunStatus.OK),
         ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.21)}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": -0.93, "step_error": estimated(DRIVE, 0.9, energy=-0.01)}, RunStatus.ENERGY_OPEN),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.005, 1e-3)}, RunStatus.SKIDDING),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 1e-3)}, RunStatus.INACCURATE),
         ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 5e-3)}, RunStatus.SKIDDING),
-        ({"energy_imbalance": math.nan}, RunStatus.OK),
         ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
-        ({"step_s": 1.05e-5, "step_limit_s": 1e-5}, RunStatus.OK),
         ({"step_s": 1.0, "step_limit_s": math.inf}, RunStatus.OK),
         ({}, RunStatus.OK),
         ({"step_error": TOO_COARSE}, RunStatus.INACCURATE),
@@ -164,15 +159,6 @@ def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:
     assert np.median(detailed.spin_rad_s) == pytest.approx(-32.08 * 0.14181 / 0.02, rel=SPIN)
     upwards = detailed.load_n[:, 0].sum(axis=(1, 2))
     assert upwards.mean() > detailed.roller_force_n[:, 1].mean() > 0
-
-
-def test_play_that_unloads_the_rollers_is_no_failure() -> None:
-    """With 0.2 mm of play the housing spring alone carries the load: nothing is lost, whatever the step."""
-    run = simulate(paper_scene(duration="0.1 s", contact={"radial_play": "0.2 mm"}), step=Step.UNCHECKED)
-    assert run.roller_load_share < 0.01
-    assert run.status is RunStatus.ROLLERS_UNLOADED
-    assert "a radial play below 200 um" in run.reason
-    assert "--dt" not in run.reason
 
 
 def test_without_a_load_the_rollers_are_unloaded(tmp_path: Path) -> None:

@@ -8,8 +8,6 @@ from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
-INTERVAL_RELATIVE = 0.5  # the reading's own interval may move with the masks of a wider speed
-SPEED_SHARE_RELATIVE = 0.05  # the speed's interval outweighs that of the reading, which joins it as a square
 SAME_CHAIN_HZ = 1e-6  # the same samples but for rounding of the two axes
 
 FS_HZ = 20_480.0
@@ -101,13 +99,6 @@ def test_second_harmonic_of_a_slower_comb_is_no_race_line():
     assert "half" in line.explained_by
 
 
-def test_speed_uncertainty_enters_the_deviation_not_the_line(outer):
-    unsure = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.05, source=SpeedSource.STATED)
-    line = analyse(outer.recording, bearing=BEARING, speed=unsure).line("BPFO")
-    assert line.ci95_hz == pytest.approx(outer.line("BPFO").ci95_hz, rel=INTERVAL_RELATIVE)
-    assert line.deviation_ci95_pct == pytest.approx(100 * 0.05 / SHAFT_HZ, rel=SPEED_SHARE_RELATIVE)
-
-
 def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer):
     samples = outer.recording.channels["vibration"]
     axes = {"y": samples / np.sqrt(2), "z": samples / np.sqrt(2)}
@@ -143,7 +134,6 @@ def test_both_race_lines_close_on_the_number_of_rollers():
         ({"speed": None}, {}, ConfigurationError, "--rpm"),
         ({"band_hz": None}, {}, ConfigurationError, "--band"),
         ({}, {"band_hz": (5000.0, 11_000.0)}, ConfigurationError, "Nyquist"),
-        ({}, {"channel": "x"}, ConfigurationError, r"no channel 'x'.*vibration"),
         ({"channels": {"vibration": np.full(20_000, 9.81)}}, {}, DataError, "constant"),
         ({"channels": {"vibration": impulses(100.0)[:3000]}}, {}, DataError, "revolutions"),
     ],

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError
 from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line, sidak_corrected
 from srbval.reading.pipeline import band_kurtogram, declared_band
@@ -13,7 +12,6 @@ from srbval.signal.comb import FALSE_ALARM
 from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
 
 ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
-FILTER_RELATIVE = 1e-4  # a line moves by less than its interval between filters
 
 OUTER = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ))
 NOISE = recording(np.random.default_rng(5).standard_normal(OUTER.samples))
@@ -58,11 +56,6 @@ def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sideba
     assert all(x.detected for x in sidak_corrected((line, side), 1))
     assert all(x.detected for x in sidak_corrected((line, side), 4))
     assert not any(x.detected for x in sidak_corrected((line, side), 6))
-
-
-def test_a_band_given_and_one_chosen_are_refused_together():
-    with pytest.raises(ConfigurationError, match="leave out one"):
-        analyse(OUTER, bearing=BEARING, band_hz=(1000.0, 2000.0), choose_on_record=True)
 
 
 def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from srbval.bearing import Bearing, FaultOrders, load_bearing
+from srbval.bearing import Bearing, load_bearing
 from srbval.reading.families import half_window_hz, window_share
-from srbval.reading.lines import SHAFT, Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
+from srbval.reading.lines import Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.verdict import describe_lines
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, is_improbable
@@ -84,18 +82,3 @@ def test_no_row_contradicts_itself(trials: int) -> None:
         assert "weaker" not in text
         assert all(line.name in text for line in detected_fault_lines(lines))
     assert trials > 1 or reasons >= {*NotDetected, None} - {NotDetected.OUT_OF_REACH, NotDetected.NOISE}
-
-
-@pytest.mark.parametrize(("name", "order"), [("2xBSF", 4.01), ("BPFO", 6.01)])
-@pytest.mark.parametrize("seconds", [2.0, 10.0])
-def test_a_line_under_a_harmonic_of_the_shaft_says_so(name: str, order: float, seconds: float) -> None:
-    """A rolling element's and an outer race's order at 300 rpm: the shaft's mask takes in their own peak."""
-    orders = FaultOrders(bpfo=6.01, bpfi=8.99, bsf=2.005, ftf=0.4007)
-    bearing = replace(load_bearing("uc-204"), rolling_elements=15, orders=orders)
-    shaft_hz, number = 5.0, np.arange(1, 6)
-    samples = squared_envelope(np.random.default_rng(1), order * shaft_hz * number, 0.6 / number, seconds)
-    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=1e-5, source=SpeedSource.TACHOMETER)
-    line = next(x for x in read_lines(periodogram(samples, shaft_hz), bearing, speed) if x.name == name)
-    assert (line.detected, line.not_detected, line.explained_by) == (False, NotDetected.HIDDEN, SHAFT)
-    assert line.snr is not None
-    assert line.snr > 1e3

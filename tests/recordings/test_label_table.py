@@ -85,15 +85,3 @@ def test_all_that_is_wrong_with_a_table_at_once(tmp_path: Path) -> None:
         add(folder, table=labelled(folder, *rows))
     with pytest.raises(ConfigurationError, match="bearing 'skf-9999' is not known"):
         add(folder, table=labelled(folder, "a.npy;;skf-9999;;;;;"))
-
-
-def test_sensitivity_and_scale(tmp_path: Path) -> None:
-    folder = folder_of(tmp_path, "a.npy")
-    common = {"channel": "data[1]", "fs_hz": 1e4}
-    add(folder, settings=RecordingSettings(**common, unit="mV", sensitivity_mv_per_g=50.0, scale=2.0))
-    found = load_registered(folder / "a.npy")
-    np.testing.assert_allclose(found.channels["data[1]"], files.vibration(seed=0) * 2 / 50 * 9.80665, rtol=1e-12)
-    (entry,) = add(
-        folder, settings=RecordingSettings(**common, unit="g", sensitivity_mv_per_g=50.0), repin=True
-    ).recordings
-    assert "needs samples in V or mV; they are in g" in (entry.reason or "")

@@ -5,16 +5,14 @@ import runpy
 import signal
 import sys
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
 
 from srbval.errors import DataError
-from srbval.recordings import load, load_recording
-from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings import load_recording
+from srbval.recordings.loaders import limited
 from srbval.recordings.loaders.limited import FileFormat, end_readers
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.registry.manifest import read_manifest
@@ -75,10 +73,8 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on
 DEATHS = [
     ("while True: pass", "more than 1 s of computing time"),
     ("os.kill(os.getpid(), signal.SIGSEGV)", r"crashed \(signal SIGSEGV\)\. The file is damaged; copy it again"),
-    ("print('noise', flush=True)\nos.chdir('.')\nos.abort()", r"crashed \(signal SIGABRT\)"),
     ("os.kill(os.getpid(), signal.SIGKILL)", r"ended \(signal SIGKILL\), perhaps for lack of memory"),
     ("os._exit(7)", r"ended \(exit code 7\)"),
-    ("raise SystemExit", "ended"),
     ("open('/none')", "cannot be read"),
     ("time.sleep(1000)", r"could not be read within 2\.0 s"),
     pytest.param("[bytearray(10**8) for _ in range(20)]", r"more than \d+ bytes of memory", marks=linux),
@@ -147,31 +143,3 @@ def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path: Path) -> None:
     assert after.children_user + after.children_system - before.children_user - before.children_system < 6
     assert not limited._running
     assert not read_manifest()
-
-
-def test_paths_are_those_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "in").mkdir()
-    good(tmp_path / "in" / "a.h5")
-    (tmp_path / "in" / "bad.h5").write_bytes((tmp_path / "in" / "a.h5").read_bytes()[:1500])
-    for folder, name in ((tmp_path, "in/a.h5"), (tmp_path / "in", "a.h5")):
-        monkeypatch.chdir(folder)
-        assert load_recording(name, unit="g").file == name
-    with pytest.raises(DataError, match=r"^bad\.h5: truncated or damaged"):
-        load_recording("bad.h5")
-
-
-@pytest.mark.parametrize("write", [good, files.excerpt, lambda path: np.savetxt(path, files.vibration())])
-def test_file_that_vanishes_while_it_is_read(
-    tmp_path: Path, write: Callable[[Path], object], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "a"
-    write(path)
-
-    def found_and_gone(path: Path) -> FileFormat:
-        form = detect_format(path)
-        path.unlink()
-        return form
-
-    monkeypatch.setattr(load, "detect_format", found_and_gone)
-    with pytest.raises(DataError, match="No such file"):
-        load_recording(path)

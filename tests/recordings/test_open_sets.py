@@ -87,11 +87,9 @@ def test_ims_names_its_channels(tmp_path: Path) -> None:
     [
         ("cwru/174_IR014_0_48kDE.mat", 48000, 1796, "DE", 63788),  # its variables are called X173
         ("cwru/278_IR007_0_12kFE.mat", 12000, 1796, "FE", 121535),  # carries a stray array
-        ("cwru/97_Normal_0_48kDE.mat", 48000, 1796, "DE", 243938),
         ("cwru/3001_IR028_0_12kDE.mat", 12000, 1797, "DE", 120801),  # variables of another record, no rpm
         ("mfpt/InnerRaceFault_vload_1.mat", 48828, 1500, "gs", 146484),
         ("hit_sm/SpectraQuest/Normal_1200.mat", 51200, 1200, "vibration", 262144),
-        ("uestc/O_1200_1.mat", 20000, 1200, "vibration", 262144),
     ],
 )
 def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, channel: str, samples: int) -> None:
@@ -104,8 +102,6 @@ def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, c
     ("name", "rpm", "state"),
     [
         ("04_500_S1_OR_F1_R1.mat", 500, Fault.OUTER),
-        ("11_500_S1_IR_F3_R1.mat", 500, Fault.INNER),
-        ("15_350_S1_RE_F2_R3.mat", 350, Fault.ROLLER),
         ("01_500_S1_EE_F0_R1.mat", 500, Fault.HEALTHY),
         ("07_200_S1_RE_F0_R1.mat", 200, Fault.HEALTHY),  # before the fault was milled
         ("101_200_S1_ORRE_F2_R1.mat", 200, None),  # two faults at once

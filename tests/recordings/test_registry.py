@@ -187,18 +187,6 @@ def test_a_folder_that_moved(more: bool, folder: Path, tmp_path: Path) -> None:
     assert (len(found), found["105.mat"].status, found[RIG].settings) == (4, FileStatus.MISSING, None)
 
 
-def test_what_cannot_be_added(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no such folder"):
-        add(tmp_path / "none")
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(DataError, match="holds no file"):
-        add(tmp_path / "empty")
-    np.save(tmp_path / "empty" / "a.npy", files.vibration(300))
-    os.mkfifo(tmp_path / "empty" / "pipe.mat")
-    pipe = by_name(add(tmp_path / "empty").recordings)["pipe.mat"]
-    assert (pipe.status, pipe.reason) == (FileStatus.UNREADABLE, "not a regular file")
-
-
 def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
     folders = [tmp_path / f"f{i}" for i in range(3)]
     for folder in folders:
@@ -264,3 +252,11 @@ def test_remove_undoes_an_add(
     assert [len(remove(name).recordings) for name in ("s.h5", "cwru", folder)] == [1, 2, 2]
     assert main(["data", "remove", "s.h5"]) == 3
     assert "s.h5: no registered file, folder or data set; nothing was removed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", [b"", b"[" * 200_000, b"\xff\xfe{}", b"null", b'{"recordings": [{"file": 5}]}'])
+def test_a_damaged_register_is_refused(content: bytes, folder: Path) -> None:
+    add(folder)
+    manifest_path().write_bytes(content)
+    with pytest.raises(DataError, match=r"manifest\.json"):
+        listing()

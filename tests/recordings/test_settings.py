@@ -1,13 +1,10 @@
 """What the user settles when registering is kept, and used by every command that loads the file."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
-from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import RecordingSettings, SpeedSource, load_recording
 from srbval.recordings.registry import FileStatus, add, load_entry, load_registered, verify
@@ -51,24 +48,6 @@ def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None
     assert "no channel 'data[2]'; it has data" in (one.reason or "")
 
 
-def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rng = np.random.default_rng(0)
-    path = tmp_path / "x.mat"
-    savemat(path, {"left": rng.normal(size=40000), "right": rng.normal(size=40000)})
-    analyse = ["analyse", str(path), "--bearing", "skf-6205", "--band", "500", "3000", "--json"]
-    assert main(analyse) == 3
-    assert "--channel left | right" in capsys.readouterr().err
-    given = ["--channel", "right", "--fs", "8000", "--unit", "g", "--rpm", "1500"]
-    assert main([*analyse, *given]) == 0
-    at_once = json.loads(capsys.readouterr().out)
-    assert main(["data", "add", str(tmp_path), *given, "--json"]) == 0
-    (entry,) = json.loads(capsys.readouterr().out)["recordings"]
-    stated = {key: value for key, value in entry["settings"].items() if value is not None}
-    assert stated == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
-    assert main(analyse) == 0
-    assert json.loads(capsys.readouterr().out)["lines"] == at_once["lines"]
-
-
 def test_a_set_point_is_not_a_measured_speed(tmp_path: Path) -> None:
     path = tmp_path / "one.npy"
     np.save(path, files.vibration(seed=0))
@@ -87,10 +66,3 @@ def test_a_set_point_is_not_a_measured_speed(tmp_path: Path) -> None:
 def test_a_tolerance_needs_its_speed_and_has_a_limit(wrong: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError, match=r"--rpm.*at most 10 %"):
         RecordingSettings(**wrong)
-
-
-@pytest.mark.recordings
-def test_the_file_s_own_set_point_given_again_stays_one(recordings_dir: Path) -> None:
-    path = recordings_dir / "mfpt" / "InnerRaceFault_vload_1.mat"
-    assert load_recording(path, rpm=1500.0).speed == load_recording(path).speed
-    assert load_recording(path, rpm=1484.4).speed.source is SpeedSource.STATED

@@ -120,11 +120,6 @@ def test_a_rate_that_contradicts_the_times(tmp_path: Path) -> None:
     assert load(tmp_path, {"t": np.arange(N)}, fs_hz=30_000.0).cautions == ()
 
 
-def test_times_that_contradict_each_other(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"the times of t and time mean different rates"):
-        load(tmp_path, {"t": GRID, "time": 2 * GRID})
-
-
 def test_names_that_contradict_each_other(tmp_path: Path) -> None:
     """A value was silently not used."""
     with pytest.raises(DataError, match=r"no sampling rate \(fs = 8000 and sr = 9000 contradict each other\): --fs HZ"):

@@ -80,15 +80,6 @@ def test_the_tallest_line_survives_thinning(tmp_path):
     assert np.all(np.diff(kept) > 0)
 
 
-def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
-    import matplotlib as mpl
-
-    before, pyplot_was_there = dict(mpl.rcParams), "matplotlib.pyplot" in sys.modules
-    draw("acceleration", tmp_path)
-    assert dict(mpl.rcParams) == before
-    assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
-
-
 def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval():
     rows = [
         {"of": of, "state": state, "nominal_rpm": rpm, "ratio": 0.431 + rpm / 1e7, "low": 0.4305, "high": 0.4318}
@@ -111,3 +102,12 @@ def test_the_cage_ratio_s_picture_has_each_record_at_its_place_with_its_interval
         low, high = bars[0].lines[2][0].get_segments()[0][:, 1]
         assert (low, high) == pytest.approx((0.4305, 0.4318))
     assert columns["ratio"] == [row["ratio"] for row in rows]
+
+
+def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
+    import matplotlib as mpl
+
+    before, pyplot_was_there = dict(mpl.rcParams), "matplotlib.pyplot" in sys.modules
+    draw("acceleration", tmp_path)
+    assert dict(mpl.rcParams) == before
+    assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there

@@ -138,15 +138,6 @@ def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium: Any, wi
         assert page.locator(".overflows").count() > 0, "what is wider than its place says so"
 
 
-def test_without_scripts_everything_is_there(chromium: Any, with_rig: Made) -> None:
-    with Visit(chromium, with_rig.files["html"], java_script_enabled=False) as visit:
-        text = visit.page.locator("main").text_content()
-        assert "Figure 12a" in text
-        assert visit.page.locator("button").count() == 0
-        assert visit.page.locator("a.data").first.get_attribute("href").startswith("data:text/csv")
-        assert visit.complaints == []
-
-
 def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium: Any, with_rig: Made) -> None:
     with Visit(chromium, with_rig.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page

@@ -59,20 +59,12 @@ def test_what_does_not_fit_together_is_refused():
         (-1.004, "+.2f", "-1.00"),
         (-0.0001, "+.2f", "0.00"),
         (None, ".2f", "–"),
-        (float("inf"), ".2f", "–"),
         (True, "", "yes"),
-        ("text", ".2f", "text"),
         (12, "", "12"),
     ],
 )
 def test_values_are_shown_as_their_column_says(value, spec, shown):
     assert format_value(value, spec) == shown
-
-
-def test_an_interval_is_shown_with_its_value_and_never_with_a_missing_one():
-    column = Column(title="f", format="+.2f")
-    assert Cell(value=1.0, ci95=0.25).text(column) == "+1.00 ± 0.25"
-    assert Cell(value=None, ci95=0.25).text(column) == "–"
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.report.blocks import Badge, Column, Table, Tone
+from srbval.report.blocks import Badge, Table, Tone
 from srbval.report.tables import frame_table
 
 COLUMNS = {"name": "Scene", "error": ("Error", "%", "+.2f"), "runs": ("Runs", "", "d")}
@@ -42,15 +42,6 @@ def test_values_are_plain_python_values() -> None:
     (row,) = frame_table(frame, id="t", caption="x", columns=dict.fromkeys("abc", "x")).rows
     assert [cell.value for cell in row] == [True, 2, "bad"]
     assert [type(cell.value) for cell in row] == [bool, int, str]
-
-
-def test_rows_as_mappings_and_a_column_that_says_more() -> None:
-    table = frame_table([{"s": 1.5}], id="t", caption="x", columns={"s": Column(title="Time", format=".1f")})
-    assert _shown(table) == [["1.5"]]
-
-
-def test_no_rows_give_an_empty_table_with_its_columns() -> None:
-    assert frame_table([], id="t", caption="x", columns=COLUMNS).rows == ()
 
 
 def test_an_unknown_column_and_a_cell_with_several_values_are_errors() -> None:

@@ -1,6 +1,5 @@
 """The scenes that are known by name, and the ranges of the rig's inputs."""
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,10 +15,8 @@ from srbval.scene import (
     RigInput,
     Traction,
     load_scene,
-    merge,
     paper_scene,
     rig_inputs,
-    scene_table,
 )
 from srbval.scene.read import bundled_table
 
@@ -105,10 +102,3 @@ def test_a_range_must_hold_its_nominal_value(wrong: dict[str, Any]) -> None:
     given: dict[str, Any] = {"low": 0.0, "high": 2.0, "points": 3} | wrong
     with pytest.raises(ConfigurationError, match="must rise"):
         RigInput(key="a", nominal=1.0, stands_for="", source="", **given)
-
-
-def test_what_a_scene_is_laid_over_is_not_changed() -> None:
-    before = json.dumps(scene_table("rig"))
-    merge(scene_table("rig"), {"load": {"radial_n": 1.0}})
-    load_scene("rig", {"load": {"radial_n": 1.0}, "defect": {"kind": "outer"}})
-    assert json.dumps(scene_table("rig")) == before

@@ -27,12 +27,6 @@ def masses() -> tuple[float, float, float]:
     return ring, ring + BOX_KG, BEARING_KG - ring - rollers - scene.bodies.cage_mass_kg
 
 
-def test_two_bodies_on_a_spring_move_against_each_other_as_their_reduced_mass_does() -> None:
-    box, shaft, stiffness = 90.2, 91.9, 4.3e9
-    squares = np.linalg.eigvals(np.array([[stiffness, -stiffness], [-stiffness, stiffness]]) / [[box], [shaft]])
-    assert max(squares) == pytest.approx(stiffness * (1 / box + 1 / shaft))
-
-
 def test_the_box_of_the_rig_has_the_reduced_mass_less_the_ring() -> None:
     ring, box, inner = masses()
     stiffness = box * (2 * math.pi * RING_HZ) ** 2

@@ -12,7 +12,6 @@ from srbval.signal import (
     amplitude_spectrum,
     analytic_signal,
     butterworth_gain,
-    drop_ends,
     normalise,
     rotate_axes,
     squared_envelope_one_pass,
@@ -82,11 +81,6 @@ def test_impossible_band_is_refused(band):
         check_band(band, FS_HZ)
     with pytest.raises(ConfigurationError, match=r"6000 Hz.*Nyquist frequency of 5000 Hz.*--band"):
         check_band((1000.0, 6000.0), 10_000.0)
-
-
-def test_too_short_a_record_is_refused():
-    with pytest.raises(DataError, match="longer recording"):
-        drop_ends(np.zeros(900), 10_000.0, seconds=0.05)
 
 
 @pytest.mark.parametrize(("amplitude", "depth"), [(1.0, 0.5), (3.0, 0.2)])

@@ -68,11 +68,6 @@ def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
     assert np.allclose(prewhitened(-7 * samples), -prewhitened(samples))
 
 
-def test_a_constant_record_is_refused() -> None:
-    with pytest.raises(DataError, match="constant"):
-        prewhitened(np.full(1000, 3.0))
-
-
 @pytest.mark.parametrize("size", [4096, 4097])
 def test_random_phases_keep_the_spectrum(size: int) -> None:
     samples = np.random.default_rng(1).standard_normal(size) + 0.3
@@ -85,8 +80,6 @@ def test_random_phases_keep_the_spectrum(size: int) -> None:
 KURTOGRAM_HZ, COUNT, LEAST_HZ = 20_480.0, 40_960, 460.0
 # 20 records of 44 overlapping bands: the spread is known to some 5 %, the mean to 0.05; three to four of these.
 SPREAD, MEAN = 0.15, 0.2
-# The tone is one line of the transform: only rounding is left.
-STEADY_TONE = 1e-9
 
 
 def noise(seed=0):
@@ -112,13 +105,6 @@ def test_the_most_impulsive_band_is_that_of_the_ringing(ring_hz):
     low, high = kurtogram(samples, KURTOGRAM_HZ, least_width_hz=LEAST_HZ).best_hz
     assert low < ring_hz < high
     assert high - low < 2600
-
-
-def test_a_steady_tone_is_minus_one():
-    tone = np.cos(2 * np.pi * 3000 * np.arange(COUNT) / KURTOGRAM_HZ)
-    picture = kurtogram(tone, KURTOGRAM_HZ, least_width_hz=LEAST_HZ)
-    holding = (picture.band_hz[:, 0] < 2900) & (picture.band_hz[:, 1] > 3100)
-    np.testing.assert_allclose(picture.kurtosis[holding], -1.0, atol=STEADY_TONE)
 
 
 def test_bands_that_do_not_fit_the_record_are_left_out():
@@ -173,13 +159,6 @@ def test_every_row_is_that_of_the_direct_sum(samples, columns):
         errors.append(np.abs(row - expected).max() / expected.max())
     assert max(errors) < WORST_ROW
     assert np.median(errors) < MEDIAN_ROW
-
-
-def test_rows_are_near_those_asked_for_and_times_the_middles_of_the_columns():
-    picture = morlet_scalogram(impulses(2000), PICTURE_HZ, range_hz=RANGE_HZ)
-    np.testing.assert_allclose(picture.frequency_hz, np.geomspace(*RANGE_HZ, 120), rtol=0.005)
-    centre_s = np.average(picture.time_s, weights=picture.amplitude[-1])
-    assert centre_s == pytest.approx(2000 / PICTURE_HZ, abs=0.05 / PICTURE_HZ)
 
 
 @pytest.mark.parametrize("range_hz", [(0.1, 100.0), (100.0, 9000.0)])

@@ -7,7 +7,6 @@ import pytest
 
 from srbval.errors import ConfigurationError
 from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
-from srbval.storage.json_files import write_json
 
 
 @pytest.fixture(autouse=True)
@@ -81,10 +80,3 @@ def test_what_is_not_ours_stays(root: Path, tmp_path: Path, monkeypatch: pytest.
     assert all(path.read_text() == "mine" for path in kept)
     assert {use.kind: use.files for use in cache_use()} == {"kernels": 0, "photos": 0, "results": 0}
     assert not (root / "results/version").exists(), "an empty folder of ours goes"
-
-
-def test_named_results_with_our_schema_are_ours(root: Path) -> None:
-    result = root / "results" / "waves.json"
-    write_json(result, {"schema_version": 3, "kind": "waves"})
-    result.with_name("copy.json").write_bytes(result.read_bytes())
-    assert [(use.kind, use.files, use.left) for use in cache_use()] == [("results", 1, 1)]

@@ -11,8 +11,6 @@ import pytest
 from srbval.storage import content_store
 from srbval.storage.content_store import ABANDONED_S, FRESH, ContentStore, make_room, stored_results
 
-WRITES = 40  # of each process, of the same few results
-
 
 def store_in(folder: Path) -> ContentStore:
     return ContentStore(kind="scene", computed_by="srbval.errors", folder=folder)
@@ -73,6 +71,9 @@ def test_a_cache_that_cannot_be_written_stores_nothing(tmp_path: Path) -> None:
     store = store_in(tmp_path / "file")
     store.save("a scene", {"x": 1})
     assert store.load("a scene", dict) is None
+
+
+WRITES = 40  # of each process, of the same few results
 
 
 def write_and_read(folder: Path) -> bool:

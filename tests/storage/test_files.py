@@ -1,7 +1,6 @@
 """A file is replaced as a whole or stays as it was."""
 
 import os
-import stat
 from pathlib import Path
 
 import pytest
@@ -31,14 +30,6 @@ def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert list(tmp_path.iterdir()) == []
-
-
-def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
-    (tmp_path / "plain.txt").touch()
-    with atomic_write(tmp_path / "a.txt") as part:
-        part.touch()
-    modes = {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
-    assert len(modes) == 1
 
 
 def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:

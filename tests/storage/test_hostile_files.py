@@ -15,26 +15,20 @@ from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
-from srbval.storage.tables import parse_quantity, read_toml
+from srbval.storage.tables import parse_quantity
 
 LONGEST = SrbvalError.longest + 20
 READERS: list[Callable[[str], object]] = [load_scene, load_bearing, load_campaign]
 TEXTS = {
     "5,000 digits": "seed = " + "9" * 5000,
-    "6,000 digits in hexadecimal": "seed = 0x" + "f" * 5000,
-    "beyond 64 bits": "seed = 9223372036854775808",
     "1e400": 'duration_s = 1e400\n[load]\nradial = "1e400 kN"',
     "nested lists": "seed = " + "[" * 20_000 + "]" * 20_000,
-    "nested tables": "seed = " + "{a = " * 20_000 + "1" + "}" * 20_000,
     "dotted key": ".".join("a" * 20_000) + " = 1",
-    "dotted key in quotes": ".".join(['"a"'] * 20_000) + " = 1",
-    "dotted table": "[" + ".".join("a" * 500) + "]",
     "long key": "a" * 1_000_000 + " = 1",
     "control characters": '"\\u0000\\u001b[2J\\n\\u202e" = 1',
     "long value": f'bearing = 5\nmodel = "{"x" * 1_000_000}"',
     "long number": f'duration = "{"1" * 1_000_000}\\nx"',
     "date": "seed = 1979-05-27",
-    "time": "[[axes]]\nkind = 'grid'\nvalues = {seed = [07:32:00]}",
     "NUL": "seed = \0",
     "not UTF-8": b"bearing = '\xff'",
     "surrogate": 'bearing = "\\ud800"',
@@ -77,13 +71,6 @@ def test_what_is_no_file(reader: Callable[[str], object], tmp_path: Path) -> Non
     refused(lambda: paper_scene(bearing=f"{tmp_path}/pipe.toml") and load_bearing(f"{tmp_path}/pipe.toml"))
 
 
-def test_scene_files_with_a_name_that_is_not_utf8(tmp_path: Path) -> None:
-    path = os.fsdecode(os.fsencode(tmp_path / "a") + b"\xff.toml")
-    Path(path).write_text("seed = 5")
-    assert load_scene(path).seed == 5
-    assert read_toml(Path(path)) == {"seed": 5}
-
-
 VALUES = [10**400, -(10**400), 10**5000, "1e400 kN", "9" * 5000, math.inf, math.nan, [[]], {}, "5", "5 lbf", "kN",
           "1e999 N", "nan N", True, None, [1]]  # fmt: skip
 
@@ -95,22 +82,13 @@ def test_hostile_quantities(value: object) -> None:
 
 LIMITS = {
     "--seconds 1e12": ({"duration_s": 1e12}, "1e\\+12"),
-    "long settling": ({"settle_s": 1e8}, "steps"),
     "output rate": ({"output_rate_hz": 1e15}, "1e\\+15.*1e\\+06"),
-    "rare outputs": ({"output_rate_hz": 1e-3, "duration_s": 1e4}, "0.001"),
     "step": ({"solver": {"step_s": 1e-30}}, "steps per output"),
     "points": ({"contact": {"points_per_circle": 10**9}}, "1000000000.*100000"),
     "defects": ({"further_defects": [{"kind": "outer"}] * 10**6}, "100000[01].*20"),
-    "speed": ({"shaft_speed_rad_s": 1e300}, "1e\\+300"),
-    "soft": ({"contact": {"stiffness_n_m": 1e-300}}, "1e-300"),
     "stiff": ({"contact": {"stiffness_n_m": 1e300}}, "1e\\+300"),
-    "density": ({"bodies": {"density_kg_m3": 1e300}}, "1e\\+300"),
-    "detail": ({"detail_rate_hz": 1e-300}, "1e-300"),
     "seed": ({"seed": -1}, "seed = -1"),
-    "friction": ({"contact": {"static_friction": 1e300}}, "1e\\+300"),
-    "jitter": ({"slip_jitter": 1e300}, "1e\\+300"),
     "angle": ({"load": {"direction_rad": 1e300}}, "1e\\+300"),
-    "near times": ({"speed_profile": {"time_s": [0.0, 5e-324, 10.0], "speed_rad_s": [0.0, 1.0, 1.0]}}, "rise"),
 }
 
 
@@ -133,16 +111,6 @@ def test_what_fits_nowhere_is_refused_before_it_starts(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="passages"):
         simulate(paper_scene(model="impulse", duration_s=1e4, output_rate_hz=100.0, shaft_speed_rad_s=5e4, settle_s=0.0,
                              solver={"step_s": 1e-4}, defect={"kind": "outer"}))  # fmt: skip
-
-
-DENSE = {"points_per_circle": 100_000}
-FINE = [{"kind": "outer", "extent": "50 mm", "refinement": 50}] * 10
-
-
-@pytest.mark.timeout(300)
-def test_more_points_than_there_is_room_for() -> None:
-    with pytest.raises(ConfigurationError, match="points"):
-        simulate(paper_scene(duration_s=0.001, settle_s=0.0, further_defects=FINE, contact=DENSE))
 
 
 def test_a_shaft_that_hardly_turns_and_one_that_spins() -> None:

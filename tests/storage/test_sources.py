@@ -36,10 +36,6 @@ def made(tmp_path: Path) -> Path:
     return package
 
 
-def test_sources_are_followed_from_import_to_import(made: Path) -> None:
-    assert {path.relative_to(made).as_posix() for path in sources_of("made.entry", package=made)} == USED
-
-
 @pytest.mark.parametrize("name", SOURCES)
 def test_the_version_changes_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
     content_version.cache_clear()
@@ -77,11 +73,6 @@ def test_the_hash_of_a_study_follows_what_it_computes(file: str, text: str, tmp_
         (tmp_path / "study.py").unlink()
     (tmp_path / file).write_text(text)
     assert (code_of(tmp_path) == before) is ((file, text) in SAME)
-
-
-def test_an_unknown_module_is_an_error(made: Path) -> None:
-    with pytest.raises(ModuleNotFoundError, match=r"made\.nowhere"):
-        sources_of("made.nowhere", package=made)
 
 
 def test_no_import_of_this_package_is_overlooked() -> None:

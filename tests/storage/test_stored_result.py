@@ -82,3 +82,15 @@ def test_values_agree_within_their_tolerance() -> None:
     assert differing({"a": 1.0, "b": 2.0}, {"b": 2.1, "c": 3.0}) == ["b", "c", "a"]
     assert changed_parts(NOW, NOW | {"reading": {}}, ["full"]) == {}
     assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"[" * 200_000, b"9" * 5000, b"\xff\xfe{}", b"null", b'{"kind": "stability"}']
+)
+def test_a_result_that_cannot_be_read_counts_as_absent(
+    content: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stored_result, "cache_folder", lambda _: tmp_path)
+    monkeypatch.setattr(stored_result, "shipped_folder", lambda _: tmp_path / "none")
+    (tmp_path / f"{NAME}.json").write_bytes(content)
+    assert newest_result(NAME) is None
