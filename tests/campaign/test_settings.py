@@ -61,6 +61,7 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
         ({"axes": [{"kind": "grid", "values": {"a": [n]}} for n in (1, 2)]}, "set by two blocks"),
         ({"axes": [{"kind": "sobol", "samples": 12, "ranges": {"a": [0, 1]}}]}, "power of two, such as 16"),
         ({"axes": [{"kind": "sobol", "samples": 8, "ranges": {"a": ["1 rpm", "2 Hz"]}}]}, "in one unit"),
+        ({"axes": [{"kind": "sobol", "samples": 8, "ranges": {"a": [2, 1]}}]}, "least and the largest"),
     ],
 )
 def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:

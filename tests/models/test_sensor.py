@@ -42,12 +42,6 @@ def test_a_tone_counts_in_its_band_alone(band: str, frequency_hz: float) -> None
     assert all(value < 0.25 for name, value in rms.items() if name != band)
 
 
-def test_chunks_do_not_matter() -> None:
-    noise = np.random.default_rng(1).standard_normal((8192, 3))
-    whole, parts = levels_of(noise, 8192).rms(), levels_of(noise, 37).rms()
-    assert parts == pytest.approx(whole, rel=1e-12)
-
-
 @pytest.mark.parametrize(("direction", "axis"), [(0, 1), (1, 0)])
 def test_the_response_is_that_of_the_path_and_comes_half_a_filter_late(direction: int, axis: int) -> None:
     """Of an impulse along y, which is the load's, and along x, which is across it."""

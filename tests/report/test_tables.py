@@ -37,13 +37,6 @@ def test_a_frame_is_shown_with_its_companions_and_its_gaps() -> None:
     assert heads == [("Scene", "", "left"), ("Error", "%", "right"), ("Runs", "", "right")]
 
 
-def test_values_are_plain_python_values() -> None:
-    frame = pd.DataFrame({"a": np.array([True]), "b": np.array([2], dtype=np.int32), "c": [Tone.BAD]})
-    (row,) = frame_table(frame, id="t", caption="x", columns=dict.fromkeys("abc", "x")).rows
-    assert [cell.value for cell in row] == [True, 2, "bad"]
-    assert [type(cell.value) for cell in row] == [bool, int, str]
-
-
 def test_an_unknown_column_and_a_cell_with_several_values_are_errors() -> None:
     with pytest.raises(KeyError, match="no column 'runs'; it has name, error"):
         frame_table([{"name": "a", "error": 1.0}], id="t", caption="x", columns=COLUMNS)

@@ -81,12 +81,6 @@ def test_json_is_strict_and_has_the_keys_of_the_interface(with_rig: Made) -> Non
     assert all({"id", "caption", "alt", "file", "data"} <= set(figure) for figure in found["figures"])
 
 
-def test_model_lines_agree_with_the_cage_within_their_interval(with_rig: Made) -> None:
-    for row in (row for row in with_rig.document()["table6"] if row["rig_source"] == "published"):
-        assert abs(row["model_deviation_pct"]) < 0.35  # Coulomb friction on three circles; 0.30 % converged, play 0
-        assert row["model_hz"] == pytest.approx(row["model_cage_hz"], abs=row["model_ci95_hz"])
-
-
 def test_without_a_record_of_each_state_there_is_no_report() -> None:
     with pytest.raises(DataError, match=r"healthy, .*install it again(.|\n)*a\.mat: truncated"):
         gathering._models({}, SimpleNamespace(unusable=(("a.mat", "truncated"),)))  # type: ignore[arg-type]

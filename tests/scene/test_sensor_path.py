@@ -69,6 +69,7 @@ def test_the_bundled_path_says_what_it_was_fitted_to() -> None:
     [
         ({"load": [0.0, 1.0, 1.0]}, "load"),
         ({"cross": [1.0, 1.0]}, "3 load, 2 cross"),
+        ({"u_db": [1.0]}, "1 u_db"),
         ({"u_db": [-1.0, 1.0, 1.0]}, "u_db"),
         ({"frequency_hz": [], "load": [], "cross": []}, "0 frequency_hz"),
         ({"frequency_hz": [1000.0, 2000.0, 4000.0]}, "adjoining third octaves"),

@@ -67,6 +67,7 @@ def test_every_kind_of_field_is_read() -> None:
         ({"parts": [{"radial": "5 N", "radial_n": 5.0}]}, "given twice"),
         ({"parts": [{"radail": "5 N"}]}, "did you mean 'radial'"),
         ({"parts": [{}]}, "missing key 'radial_n'"),
+        ({"parts": [3]}, "expected a table"),
         ({"parts": [{"radial": "5 N", "count": True}]}, "expected int"),
         ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not a force unit"),
         ({"colour": 1}, r"unknown key 'colour'; known: .*side"),

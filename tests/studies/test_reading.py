@@ -11,21 +11,8 @@ from srbval.report.blocks import Paragraph, Table
 from srbval.report.prose import Prose
 from srbval.studies.reading import page, records, study
 
-TRIALS = 10  # combs of a cell; tests/signal/test_comb.py tests error and coverage themselves
-RMSE = (0.4, 1.9)  # over the bound: three standard errors of a root mean square of 10
-LEAST_COVERED = 7  # of 10 intervals of 95 %: fewer in 1 of 1000 draws
-SLIP_FACTOR = 5  # jitter of 1 % makes the errors ten times those of noise and more
 THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
 VARIANCE_SCATTER = 0.05  # of 20,000 samples, with a wide margin
-
-
-def test_without_slip_the_error_is_the_cramer_rao_bound_and_with_it_the_interval_covers() -> None:
-    steady, slipping = (study.accuracy(10.0, 25.0, jitter, TRIALS) for jitter in (0.0, 0.01))
-    assert RMSE[0] < steady["rmse_over_bound"] < RMSE[1]
-    assert slipping["rmse_over_bound"] > SLIP_FACTOR
-    for row in (steady, slipping):
-        assert row["detected"] == TRIALS
-        assert row["covered"] >= LEAST_COVERED
 
 
 def test_the_records_are_as_stated() -> None:
