@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.cases import plan_cases, scene_of, totals
+from srbval.campaign.cases import plan_cases, scene_of
 from srbval.campaign.settings import Campaign, load_campaign, presets
 from srbval.cli import main
 from srbval.errors import ConfigurationError
@@ -67,13 +67,6 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
 def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         list(build(Campaign, {"name": "c"} | table, "c").points())
-
-
-def test_a_point_without_a_scene_is_a_refused_case() -> None:
-    cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "-2 kN"]}}]))
-    assert [bool(c.refused) for c in cases] == [False, True, True]
-    assert "radial_n = -1000 " in str(cases[1].refused)
-    assert totals(cases)["refused"] == 2
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """`srbval analyse` for people: the answer first, of one file, and of a folder with broken files in it."""
 
 import json
-import os
 import re
 import shlex
 from collections.abc import Iterator
@@ -139,17 +138,6 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(
     assert all(len(row) <= 80 for row in rows[: len(document["records"])])
     assert all(row.endswith("yes") for row in rows[:FAULTY])
     assert all(f"not read: {folder / name}: " in shown.err for name in failed)
-
-
-def test_what_all_files_leave_open_is_asked_for_once(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    files = sorted(str(one) for one in folder.glob("run0*.npy"))
-    assert main(["analyse", *files, "--bearing", "skf-6205"]) == 3
-    assert capsys.readouterr().err.count("--fs HZ") == 1
-    os.mkfifo(folder / "pipe")
-    assert main(["trend", str(folder / "pipe"), *GIVEN]) == 3  # and does not wait for it
-    assert "not a regular file" in capsys.readouterr().err
-    assert main(["analyse", *files, *GIVEN, "--plot", "x.png"]) == 2
-    assert "one file at a time" in capsys.readouterr().err
 
 
 @pytest.mark.recordings

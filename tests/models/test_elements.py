@@ -3,15 +3,18 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import srbval
 from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
 from srbval.models.planar.contacts import HIGHEST_SHARE, POISSON, YOUNG_N_M2, Ellipse, element_slot, ellipse
 from srbval.models.planar.ring import make_ring
 from srbval.models.simulate import simulate_to_file
+from srbval.scene import DefectShape
 
 INNER_6206 = (2 / 9.525e-3 / (1 - 9.525 / 46), (2 - 9.525 / 4.89) / 9.525e-3)  # groove 4.89 mm, pitch 46 mm
 INTEGRALS = 1e-3  # of displacements by quadrature
@@ -146,3 +149,13 @@ def test_a_run_file_carries_its_bearing(tmp_path: Path) -> None:
     carried = srbval.load_recording(tmp_path / "run.h5").own_bearing
     assert (carried.title, carried.source, carried.rolling_elements) == ("mine", "drawing 1", 11)
     assert carried.orders == expected.orders
+
+
+@pytest.mark.parametrize(
+    ("change", "legal"),
+    [({"shape": DefectShape.COSINE}, "'flat' and 'hole'"), ({"shape": DefectShape.FLAT, "extent_m": None}, "0.5 mm")],
+)
+def test_a_shape_that_strips_do_not_know_is_refused_with_a_legal_one(change: dict[str, Any], legal: str) -> None:
+    scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})
+    with pytest.raises(ConfigurationError, match=legal):
+        srbval.simulate(replace(scene, defect=replace(scene.defect, **change)))

@@ -4,6 +4,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import srbval
@@ -43,23 +44,6 @@ def test_the_simpler_models_put_the_line_where_kinematics_does(file: Path, model
     assert line.found_hz == pytest.approx(getattr(bearing.orders, name.lower()) * scene.shaft_hz, rel=LINE)
 
 
-@pytest.mark.parametrize(
-    ("file", "model", "instead"),
-    [
-        ("orders", "planar", "impulse or kinematic"),
-        ("elements", "line", "planar, impulse or kinematic"),
-    ],
-    indirect=["file"],
-)
-def test_models_that_need_more_of_the_bearing_name_those_that_run(
-    file: Path, model: str, instead: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["simulate", "--bearing", str(file), "--model", model, "--seconds", "0.1"]) == 2
-    message = capsys.readouterr().err
-    assert "has no [geometry]" in message
-    assert f"use --model {instead}." in message
-
-
 @pytest.mark.parametrize("file", ["geometry"], indirect=True)
 def test_the_full_model_runs_where_there_is_one(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "scene.toml"
@@ -76,3 +60,12 @@ def test_the_full_model_runs_where_there_is_one(file: Path, tmp_path: Path, caps
     assert any("held against the skf-22240 alone" in what for what in document["not_validated"])
     recording = srbval.load_recording(output)
     assert any("not validated" in note and "skf-22240 alone" in note for note in recording.notes)
+
+
+def test_pulses_without_dimensions_follow_the_load() -> None:
+    scene = srbval.paper_scene(model="impulse", bearing="fag-22205", duration="0.5 s", defect={"kind": "outer"})
+    half = srbval.paper_scene(
+        model="impulse", bearing="fag-22205", duration="0.5 s", defect={"kind": "outer"}, load={"radial": "62.4 kN"}
+    )
+    whole_rms, half_rms = (np.sqrt(np.mean(srbval.simulate(s).acceleration_m_s2 ** 2)) for s in (scene, half))
+    assert half_rms == pytest.approx(whole_rms / 2, rel=ROUNDING)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.steps import rates
@@ -106,3 +107,8 @@ def test_the_line_model_is_the_limit_of_ever_denser_points(fit: str) -> None:
     assert QUIETER * floors[0][0] < floors[1][0]  # type: ignore[index]
     assert QUIETER * line.band_rms_m_s2 < paper.band_rms_m_s2
     assert dense.band_rms_m_s2 < paper.band_rms_m_s2
+
+
+def test_the_line_model_refuses_a_defect_on_a_roller() -> None:
+    with pytest.raises(ConfigurationError, match="full"):
+        simulate(paper_scene(model="line", defect={"kind": "roller"}, duration="0.01 s"))

@@ -8,7 +8,6 @@ import pytest
 from srbval.report.blocks import Callout, Figure, Paragraph, Table
 from srbval.report.pages import StoredResults, joined_data, origin_of, results_of, study_page
 from srbval.report.prose import Prose
-from srbval.report.write import report_data
 from srbval.storage.stored_result import StoredResult
 from srbval.studies.harness import pages
 
@@ -38,14 +37,6 @@ def test_with_its_results_a_page_has_tables_and_figures_that_draw(name: str, tmp
 
 def test_lists_of_pages_are_joined_and_other_keys_added() -> None:
     assert joined_data({"rows": [1]}, [{"rows": (2,)}, {"more": 3}]) == {"rows": [1, 2], "more": 3}
-
-
-def test_figures_are_listed_from_the_tree(report: Any) -> None:
-    data = report_data(report)
-    assert [(f["id"], f["file"], f["data"], f["synthetic"]) for f in data["figures"]] == [
-        ("fig11b", "figures/fig11b.svg", "figures/fig11b.csv", True),
-        ("fig12a", "figures/fig12a.svg", "figures/fig12a.csv", False),
-    ]
 
 
 STORED = {

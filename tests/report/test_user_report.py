@@ -105,20 +105,6 @@ def test_another_speed_gives_no_answer_and_the_report_says_why() -> None:
     assert any("1200 rpm" in point and "not comparable" in point for point in assembled(own).verdict.points)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["report", "--healthy", "healthy.csv"], "name it too"),
-        (["analyse", "nowhere.csv", "--plot", "picture.tiff"], ".png, .svg, .html"),
-    ],
-)
-def test_options_that_fit_nothing_are_refused_before_anything_is_read(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(words) == 2
-    assert message in capsys.readouterr().err
-
-
 @pytest.mark.recordings
 @pytest.mark.parametrize(
     ("file", "baseline", "expected", "line"),

@@ -1,11 +1,9 @@
 import re
-from pathlib import Path
 
 import pytest
 
-from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
-from srbval.scene import load_scene, paper_scene
+from srbval.scene import paper_scene
 
 EXACT_RELATIVE = 1e-12  # rounding of a change of units
 
@@ -19,14 +17,6 @@ def test_defaults_are_table_4() -> None:
     assert scene.load.radial_n == pytest.approx(124_800)
     assert scene.solver.step_s == pytest.approx(1 / 61_440, rel=EXACT_RELATIVE / 1e3)
     assert 60 * scene.shaft_hz == pytest.approx(710, rel=EXACT_RELATIVE)
-
-
-def test_a_file_lies_over_the_paper(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text('shaft_speed = "858 rpm"\n[load]\nradial = "62.4 kN"\n[defect]\nkind = "inner"\n')
-    scene = load_scene(path)
-    assert (scene.load.radial_n, scene.defect.kind, scene.load.axial_n) == (62_400, Fault.INNER, 0.0)
-    assert load_scene(path, {"load": {"radial_n": 1.0}}).load.radial_n == 1.0
 
 
 @pytest.mark.parametrize(

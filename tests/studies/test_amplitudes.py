@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,9 +9,8 @@ import pytest
 
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.datasets.description import dataset
-from srbval.report.pages import StoredResults
 from srbval.storage.stored_result import newest_result
-from srbval.studies.amplitudes.page import PAGE, draw_errors, unexplained
+from srbval.studies.amplitudes.page import unexplained
 from srbval.studies.amplitudes.study import FINER, NOMINAL, compare, count_within, separate_levels
 
 # Published before the records were read:
@@ -77,12 +74,6 @@ def test_a_planted_level_is_unexplained_and_scatter_is_not() -> None:
     assert [one["level"] for one in tests] == pytest.approx(list(planted.values()), abs=0.5)
     assert "the level of IR 353 (model over rig +11 to +13 dB) is not explained" in unexplained(tests, locked)
     assert unexplained(tests[:1], locked).startswith("In no record")
-
-
-def test_the_page_has_a_figure_and_without_a_result_names_the_command(tmp_path: Path) -> None:
-    rows = compared(row("locked 1000 Hz", 3.0), row("locked 1259 Hz", math.pi))[0].to_dict("records")
-    assert draw_errors(rows)(tmp_path, "errors").data.read_text().count("\n") == 3
-    assert "srbval evidence amplitudes" in str(PAGE.section(StoredResults()))
 
 
 def test_the_outcome_is_that_of_the_stored_predictions_on_the_published_records() -> None:

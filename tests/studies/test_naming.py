@@ -11,11 +11,8 @@ from srbval.diagnosis.fault_posterior import OTHER, evidence
 from srbval.diagnosis.learning import NUMBERS, fit_evidence
 from srbval.recordings import Recording
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
-from srbval.report.blocks import Table
-from srbval.report.prose import Prose
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
-from srbval.studies.naming import page
 from srbval.studies.naming.records import KnownRecord, known_records
 from srbval.studies.naming.study import counted, named, see
 from tests.reading.test_shaft_speed import BEARING, record
@@ -78,9 +75,3 @@ def test_the_evidence_that_ships_is_that_of_the_stored_records() -> None:
     for name in NUMBERS:
         assert getattr(fitted, name) == pytest.approx(getattr(shipped, name), rel=FIT_REL)
     assert (fitted.rigs, fitted.specimens) == (shipped.rigs, shipped.specimens)
-
-
-def test_the_page_has_a_row_for_each_method() -> None:
-    rows = list(page.blocks(Prose("srbval.studies.naming"), STORED))[1]
-    assert isinstance(rows, Table)
-    assert [row[1].value for row in rows.rows] == [row["right"] for row in STORED["methods"] if row["by"] == "all"]

@@ -1,18 +1,14 @@
 """The stability study: its word is `simulate`'s, lines have one length, and the paper's claims are counted."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from srbval.cli import main
 from srbval.models.run import works
 from srbval.models.simulate import Step, simulate
-from srbval.report.prose import Prose
 from srbval.storage.json_files import to_json
 from srbval.studies.stability import study
 from srbval.studies.stability.claims import claims
-from srbval.studies.stability.page import blocks
 from srbval.sweep.scenes import PAPER
 from tests.sweep import stored_in
 
@@ -79,12 +75,3 @@ def test_claims_are_answered_by_counting_cells(claim: int, failed: list[tuple[st
     others = [cell("ode4", 710.0, False, model="slices"), cell("ode4", 710.0, False, dt_s=PAPER.step_s / 2)]
     assert claims(cells + others)[claim]["borne_out"] is borne_out
     assert [one["borne_out"] for one in claims([cell("imex2", 710.0, True)])] == [None, None], "not covered"
-
-
-def test_page_and_command(result: dict[str, Any], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    _, claimed, figure, table = blocks(Prose("srbval.studies.stability"), result)
-    assert len(claimed.items) == len(table.rows) == 2
-    assert figure.draw(tmp_path, "limits").picture.is_file()
-    assert "interference-outer" in study.answer_text(result)
-    assert main(["stability", "--solvers", "ode9"]) == 2
-    assert "ode4" in capsys.readouterr().err
