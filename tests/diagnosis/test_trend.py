@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval.cli import main
-from srbval.diagnosis.trend import ALPHA, Trend, record_times, trend_of
+from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.reading.features import velocity_rms
 from tests.reading.test_shaft_speed import FS_HZ, record
@@ -142,3 +142,14 @@ def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFi
     last = channel["points"][-1]
     wanted = f"zone {last['zone']} of ISO 20816-3, medium-rigid: velocity {last['velocity_rms_mm_s']:.2f} mm/s RMS"
     assert f"\n{wanted}, 10 to 1000 Hz\n" in capsys.readouterr().out
+
+
+def test_zones_rise_with_the_velocity_and_the_class() -> None:
+    assert all(list(one) == sorted(one) and len(one) == 3 for one in machine_classes().values())
+    one = document(0, np.ones(4))
+    one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}
+    zones = [
+        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0]["zone"]
+        for name in ("medium-rigid", "medium-flexible", "large-flexible")
+    ]
+    assert zones == ["D", "C", "B"]
