@@ -10,7 +10,7 @@ from typing import Any
 from srbval.campaign.folder import TABLE, read_cases, result_path
 from srbval.cli.analyse_command import read_many, report_failed
 from srbval.cli.output import answer, own_command, print_table
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, time_text, trend_of, zone_boundaries
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries
 from srbval.storage.files import check_suffix
 
 MOST_ROWS = 10  # printed for a channel
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     rows = [
         {
             "channel": one.channel,
-            "time": time_text(point["time"]),
+            "time": one.time_text(point),
             "file": point["file"],
             "rpm": point["rpm"],
             **{f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference},
@@ -81,7 +81,7 @@ def _row(one: ChannelTrend, point: dict[str, Any], names: Sequence[str]) -> tupl
     velocity = "-" if point["velocity_rms_mm_s"] is None else f"{point['velocity_rms_mm_s']:.2f} {point['zone'] or ''}"
     shown = ("-" if x is None else f"{x:.1f}±{point['ci95_db'][n]:.1f}{stars[n]}" for n, x in rises.items())
     rms = f"{point['levels'][RMS]:.3g}{stars[RMS]}" if point["comparable"] else "other speed"
-    return (time_text(point["time"]), rms, velocity, *shown)
+    return (one.time_text(point), rms, velocity, *shown)
 
 
 def _shown(one: ChannelTrend) -> list[dict[str, Any]]:

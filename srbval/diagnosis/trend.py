@@ -63,6 +63,12 @@ class ChannelTrend:
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 
+    @staticmethod
+    def time_text(point: Mapping[str, Any]) -> str:
+        """Time of a point in words."""
+        time = point["time"]
+        return time.isoformat(" ", "minutes") if isinstance(time, datetime) else f"{time:g}"
+
     @property
     def first_alarm(self) -> int | None:
         """Index of the first record in which a level has risen."""
@@ -105,15 +111,10 @@ class Trend:
         name = max(point["risen"], key=lambda one: first.rise_db(point["levels"], one) or 0.0)
         lasting, where = sum(name in one["risen"] for one in since), f" of {first.channel}" if first.channel else ""
         return (
-            f"Alarm: {name}{where} first at {time_text(point['time'])} (record {n + 1} of {count}), "
+            f"Alarm: {name}{where} first at {first.time_text(point)} (record {n + 1} of {count}), "
             f"{first.rise_db(point['levels'], name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
             f"{len(since)} records from then on; {chance}."
         )
-
-
-def time_text(time: datetime | float) -> str:
-    """The time of a record in words."""
-    return time.isoformat(" ", "minutes") if isinstance(time, datetime) else f"{time:g}"
 
 
 def machine_classes() -> dict[str, tuple[float, ...]]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, time_text
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
 from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
 from srbval.report.plain import literal
@@ -56,7 +56,7 @@ def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
         "of_channel": f" of channel {one.channel}" if one.channel else "",
         "names": ", ".join(level for level in one.reference if level != RMS),
         "below": "velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
-        "alarm": "no alarm" if first is None else f"first alarm at {time_text(one.points[first]['time'])}",
+        "alarm": "no alarm" if first is None else f"first alarm at {one.time_text(one.points[first])}",
     }
     counts: dict[str, Any] = {"baseline": trend.baseline, "records": len(one.points)}
     return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **counts, **words)
@@ -66,7 +66,7 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
     names = [name for name in one.reference if name != RMS]
     rows = [
         {
-            "time": time_text(point["time"]),
+            "time": one.time_text(point),
             "risen": ", ".join(point["risen"]) or ("no" if point["comparable"] else "other speed"),
             "risen_tone": Tone.BAD if point["risen"] else None,
             "rms": point["levels"][RMS],
@@ -99,7 +99,7 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
     marked = len(times) <= MOST_MARKED
-    columns: dict[str, Any] = {"time": [time_text(point["time"]) for point in one.points]}
+    columns: dict[str, Any] = {"time": [one.time_text(point) for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
         rises = [_number(one.rise_db(point["levels"], name)) for point in one.points]
         half = [_number(point["ci95_db"].get(name)) for point in one.points]
