@@ -51,7 +51,7 @@ def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("race", ["outer_circle", "inner_circle"])
+@pytest.mark.parametrize("race", ["outer_circle", pytest.param("inner_circle", marks=pytest.mark.long_form)])
 def test_a_circle_ten_micrometres_off_is_noticed(race: str, monkeypatch: pytest.MonkeyPatch) -> None:
     as_it_is: Callable[..., Circle] = getattr(parameters, race)
 

@@ -96,7 +96,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fit", ["play", "printed"])
+@pytest.mark.parametrize("fit", ["play", pytest.param("printed", marks=pytest.mark.long_form)])
 def test_the_line_model_is_the_limit_of_ever_denser_points(fit: str) -> None:
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))

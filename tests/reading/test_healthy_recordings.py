@@ -25,7 +25,9 @@ def assert_nothing_reported(result: Analysis, baseline: Analysis | None = None) 
     assert verdict.part is None
 
 
-@pytest.mark.parametrize(("rpm", "fit"), [(710.0, "play"), (997.0, "play"), (858.0, "printed")])
+@pytest.mark.parametrize(
+    ("rpm", "fit"), [(710.0, "play"), pytest.param(997.0, "play", marks=pytest.mark.long_form), (858.0, "printed")]
+)
 def test_healthy_model_shows_no_fault(rpm: float, fit: str) -> None:
     """Judged as if it had been measured and not labelled, alone and against another run of the same bearing."""
     judged, before = (model(rpm, fit, settle) for settle in ("0.05 s", "0.17 s"))

@@ -1,6 +1,7 @@
 """Files in the layouts of the open data sets, and the real ones where they are at hand."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from . import files
 
 
 @pytest.mark.parametrize(
-    ("name", "number", "rpm", "fs_hz", "channel", "bearing", "state", "source"),
+    "known",  # name, number, rpm, sampling rate, channel, bearing, state, source of the speed
     [
         ("131.mat", "131", 1773, 12000.0, "DE", "skf-6205", Fault.OUTER, SpeedSource.STATED),
         ("270_IR021_0_12kFE.mat", "270", 1796, 12000.0, "FE", "skf-6203", Fault.INNER, SpeedSource.STATED),
@@ -22,17 +23,8 @@ from . import files
         ("3001_IR028_0_12kDE.mat", "056", None, 12000.0, "DE", "skf-6205", Fault.INNER, SpeedSource.NOMINAL),
     ],
 )
-def test_cwru_by_its_number(
-    tmp_path: Path,
-    name: str,
-    number: str,
-    rpm: int | None,
-    fs_hz: float,
-    channel: str,
-    bearing: str,
-    state: Fault,
-    source: SpeedSource,
-) -> None:
+def test_cwru_by_its_number(tmp_path: Path, known: tuple[Any, ...]) -> None:
+    name, number, rpm, fs_hz, channel, bearing, state, source = known
     r = load_recording(files.cwru(tmp_path / name, number, rpm=rpm))
     assert (r.fs_hz, r.channel, r.bearing, r.state) == (fs_hz, channel, bearing, state)
     assert r.band_hz == (500.0, 10000.0 if fs_hz > 40000 else 5500.0)

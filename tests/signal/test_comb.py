@@ -56,7 +56,7 @@ def test_stated_interval_covers_the_mean_rate_with_slip(jitter):
     assert np.mean(np.abs(error_hz) < ci95_hz) > LEAST_COVER
 
 
-@pytest.mark.parametrize("order", [8.1772, 10.8228], ids=["BPFO", "BPFI"])
+@pytest.mark.parametrize("order", [8.1772, pytest.param(10.8228, marks=pytest.mark.long_form)], ids=["BPFO", "BPFI"])
 def test_in_eight_to_ten_turns_the_interval_covers_slip_and_what_the_mask_cuts_is_refused(order):
     """The interval of noise alone covers 7 to 50 % of these; of four blocks of two turns each slip is not read."""
     held, refused = [], []
