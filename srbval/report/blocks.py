@@ -16,6 +16,7 @@ from srbval.report.figures.style import Drawing
 FIGURES = "figures"  # the folder of pictures and their data beside the documents
 Value = float | int | str | bool | None
 MISSING = "–"
+NEEDED = {"alt": "an alt text: describe the picture", "caption": "a caption"}
 _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
@@ -45,10 +46,7 @@ class Tone(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """One column; `unit` is shown below the title.
-
-    `format` is a Python format specification for numbers, such as ``.2f``; a column with a format is aligned right.
-    """
+    """One column; a `format`, a Python format specification for numbers such as ``.2f``, aligns it right."""
 
     title: str
     unit: str = ""
@@ -56,16 +54,15 @@ class Column:
 
     @property
     def align(self) -> str:
-        """Alignment of the cells."""
+        """Alignment of the column."""
         return "right" if self.format else "left"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One value with its source (`badge`), its judgement (`tone`) and a short remark below it (`note`).
+    """One value, plain text: its half width of a 95 % interval, its source, its judgement and a short remark below it.
 
-    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95`` with at most two digits.
-    None and non-finite values show as a dash. All text is plain: no markup is read in a cell.
+    None and non-finite values show as a dash, an interval with at most two digits.
     """
 
     value: Value
@@ -97,20 +94,23 @@ def format_value(value: Value, spec: str) -> str:
     return shown.lstrip("+-") if reads_as_zero else shown
 
 
-def _check(identifier: str, what: str) -> None:
-    """Raise ValueError unless an id, which names anchors and files, is lower-case letters, digits and hyphens."""
-    if not _IDENTIFIER.fullmatch(identifier):
+def _check(part: Any, *needed: str) -> None:
+    """Raise ValueError for an id that names no anchor or file, and for a needed text that is empty."""
+    what = type(part).__name__.lower()
+    if not _IDENTIFIER.fullmatch(part.id):
         raise ValueError(
-            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
+            f"{what} id {part.id[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
         )
+    for name in needed:
+        if not getattr(part, name).strip():
+            raise ValueError(f"{what} {part.id!r} needs {NEEDED[name]}.")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table with a caption; the first column holds row headers.
+    """A table; the first column holds row headers, `label` ("Table 6") starts the caption, `notes` are set below it.
 
-    `label` is the bold start of the caption ("Table 6"). `notes` are set below the table; they and the caption may use
-    inline markup. Raises ValueError without a caption and for a row of another length than the columns.
+    Raises ValueError without a caption and for a row of another length than the columns.
     """
 
     id: str
@@ -121,9 +121,7 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check(self.id, "table")
-        if not self.caption.strip():
-            raise ValueError(f"table {self.id!r} needs a caption.")
+        _check(self, "caption")
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
@@ -145,14 +143,14 @@ class Heading:
 
 @dataclass(frozen=True)
 class Listing:
-    """A list of short texts with inline markup."""
+    """Short texts with inline markup."""
 
     items: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Callout:
-    """A boxed remark; its tone is shown as a sign and a word as well as a colour."""
+    """A boxed remark; a sign and a word repeat its tone's colour."""
 
     tone: Tone
     text: str
@@ -175,10 +173,9 @@ class KeyValues:
 
 @dataclass(frozen=True, kw_only=True)
 class Explore:
-    """Description of a chart that scripts draw from a figure's data, to be zoomed and read off.
+    """A chart that scripts draw from a figure's data: `x` and the keys of `curves` are columns of its file.
 
-    `x` and the keys of `curves` are columns of the figure's data file, the values of `curves` their names; `marks` are
-    named places on the x axis; `x_per_order`, if any, is the length of one shaft order on it.
+    `marks` are named places on the x axis; `x_per_order` is the length of one shaft order on it.
     """
 
     x: str
@@ -191,11 +188,10 @@ class Explore:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A picture (SVG), with the text that replaces it (`alt`).
+    """A picture (SVG) that ``draw(folder, id)`` writes with its data (CSV), and the text that replaces it (`alt`).
 
-    `draw(folder, id)` writes the picture and the plotted data (CSV) under that name, see `save_panel`. `label` is the
-    bold start of the caption ("Figure 11a"). Both renderers mark a `synthetic` stand-in above the caption. A figure on
-    its own takes the whole width of the text unless `wide` is False. Raises ValueError without alt text or caption.
+    `label` ("Figure 11a") starts the caption, a `synthetic` stand-in is marked above it. A figure that is not `wide`
+    does not take the whole width of the text. Raises ValueError without alt text or caption.
     """
 
     id: str
@@ -209,14 +205,11 @@ class Figure:
     explore: Explore | None = None
 
     def __post_init__(self) -> None:
-        _check(self.id, "figure")
-        for what, text in (("an alt text: describe the picture", self.alt), ("a caption", self.caption)):
-            if not text.strip():
-                raise ValueError(f"figure {self.id!r} needs {what}.")
+        _check(self, "alt", "caption")
 
     @property
     def files(self) -> dict[str, str]:
-        """Paths of the `picture` and the plotted `data`, relative to the report's folder."""
+        """Paths of `picture` and `data` in the report's folder."""
         return {"picture": f"{FIGURES}/{self.id}.svg", "data": f"{FIGURES}/{self.id}.csv"}
 
 
@@ -253,16 +246,15 @@ class Section:
     open: bool = False
 
     def __post_init__(self) -> None:
-        _check(self.id, "section")
+        _check(self)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """A whole report.
+    """A whole report; `data` becomes ``report.json``, which also lists tables and figures.
 
-    `generated_utc` dates the page and the PDF (time zone required). `data` becomes ``report.json``; its
-    ``figures`` list is filled from the tree. `rows` are the rows behind the report, by the name of the CSV file that
-    holds them beside those of figures and tables. Raises ValueError if two parts share an id.
+    `generated_utc` needs a time zone. `rows` are written as CSV beside the data of figures and tables, by the name of
+    the file. Raises ValueError if two parts share an id.
     """
 
     title: str
@@ -285,21 +277,10 @@ class Report:
 
     def figures(self) -> Iterator[Figure]:
         """The verdict's figure, then those of the sections in their order, those in grids included."""
-        if self.verdict.figure:
-            yield self.verdict.figure
-        for section in self.sections:
-            yield from figures_in(section.blocks)
+        for block in (self.verdict.figure, *(block for section in self.sections for block in section.blocks)):
+            yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 
     def tables(self) -> Iterator[Table]:
         """All tables, section by section."""
         for section in self.sections:
             yield from (block for block in section.blocks if isinstance(block, Table))
-
-
-def figures_in(blocks: tuple[Block, ...]) -> Iterator[Figure]:
-    """The figures among some blocks, those in grids included."""
-    for block in blocks:
-        if isinstance(block, Figure):
-            yield block
-        elif isinstance(block, FigureGrid):
-            yield from block.figures

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
+from srbval.report.blocks import Block, Paragraph, Section, Tone
 from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
 
@@ -24,9 +24,8 @@ class StoredResults(dict[str, StoredResult]):
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A section of the report that is made of stored `results` alone.
+    """A section of the report that is made of stored `results` alone; `place` orders the sections, see `assemble`.
 
-    `place` orders the sections, see `assemble`.
     `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it.
     """
 
@@ -58,10 +57,9 @@ def study_page(
     blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]],
     data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
 ) -> Page:
-    """Page of the study in `package`, of its stored result of the same name and the file ``texts.md`` in its folder.
+    """Page of the study in `package`: its stored result's origin, then `blocks` of the folder's ``texts.md`` and it.
 
-    Its section starts with the origin of the result; `blocks` makes the rest from the texts and the content. Without a
-    result the section names the command that makes it. `data` makes keys of ``report.json`` from the content.
+    Without a result the section names the command that computes it. `data` makes keys of ``report.json`` from it.
     """
     name, prose = package.rpartition(".")[2], Prose(package)
 
@@ -77,41 +75,25 @@ def study_page(
 
 def first_line(results: StoredResults, name: str) -> Block:
     """First line of a section that shows a stored result: its origin, or the command that computes it."""
-    return origin_of(results[name]) if name in results else missing(name)
+    if name in results:
+        return origin_of(results[name])
+    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
 
 
 def origin_of(result: StoredResult) -> Paragraph:
-    """Kind, date, machine, revision and command of a stored result, and why it is stale if it is.
-
-    The kinds: *evidence* follows from what the repository contains, *recorded* also needs data sets that do not ship
-    (``data_sets`` of its content: name, records, revision, date), a *document* belongs to one revision.
-    """
-    origin = result.origin
+    """Origin of a stored result: kind, date, machine, revision, command, data sets, and why it is stale."""
+    origin, facts = result.origin, ("name", "records", "revision", "date")
+    sets = [
+        ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))
+        for one in result.content.get("data_sets", ())
+    ]
+    cores = origin.get("usable_cores")
     text = STORED.text(
         result.kind.value,
         made_utc=result.made_utc,
-        machine=_machine(origin),
+        machine=f"{origin.get('processor') or 'an unknown processor'}{f' ({cores} usable cores)' if cores else ''}",
         revision=origin["git_revision"] or "unknown (installed copy)",
         command=str(origin["command"] or "unknown command").replace("`", "'"),
-        data_sets=data_sets_of(result.content),
+        data_sets="; ".join(sets) or "not stated",
     )
     return Paragraph(text if result.stale is None else f"{text} {STORED.text('stale', why=result.stale)}")
-
-
-def data_sets_of(content: Mapping[str, Any]) -> str:
-    """The data sets that a recorded result was computed on, in words."""
-    facts = [
-        (one["name"], one.get("records") and f"{one['records']} records", one.get("revision"), one.get("date"))
-        for one in content.get("data_sets", ())
-    ]
-    return "; ".join(", ".join(str(fact) for fact in one if fact) for one in facts) or "not stated"
-
-
-def _machine(origin: Mapping[str, Any]) -> str:
-    cores = origin.get("usable_cores")
-    return f"{origin.get('processor') or 'an unknown processor'}{f' ({cores} usable cores)' if cores else ''}"
-
-
-def missing(name: str) -> Callout:
-    """Callout in place of a result that is not stored."""
-    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")

@@ -40,10 +40,7 @@ def printable(text: str) -> str:
 
 
 def spans(text: str) -> tuple[Span, ...]:
-    """Split `text` into runs of (kind, text); a marker without its partner is text.
-
-    Quantities are held together: the blank between a number and its unit is one that no line ends at.
-    """
+    """Split `text` into runs of (kind, text), with no line end in a quantity; a marker without its partner is text."""
     found: list[Span] = []
 
     def append(kind: str, part: str) -> None:

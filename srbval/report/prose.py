@@ -1,13 +1,12 @@
 """The prose of a section as Markdown: plain texts in which values are put, without conditions and without loops.
 
-A file starts with ``# Title {#id}``; each part is ``## name`` with its text below it, up to the next part. A list has
-one item for each line that begins with ``- ``. A figure, table or callout named NAME takes further texts from parts
-``## NAME.caption``, ``NAME.alt``, ``NAME.label`` (the bold start of the caption), ``NAME.title``, and a table the lists
-``NAME.notes`` and ``NAME.columns``, whose items are ``key | title | unit | format`` (see `tables.frame_table`).
+A file starts with ``# Title {#id}``; a part is ``## name`` with its text, a list has an item for each line that begins
+with ``- ``. A figure, table or callout NAME has further parts ``## NAME.caption``, ``NAME.alt``, ``NAME.label`` (the
+bold start of the caption), ``NAME.title``, and a table the lists ``NAME.notes`` and ``NAME.columns``, whose items are
+``key | title | unit | format`` (see `tables.frame_table`).
 
-Values are put in by `str.format`: ``{count}``, ``{run.scene.model}``, ``{error_pct:+.2f}``. Text from a file or a user
-is put in with ``{name!l}``, which keeps its stars and backticks from becoming markup. A value that is missing (not
-given, None or not finite) raises ValueError: a function of the section chooses another text in that case.
+`str.format` puts values in, such as ``{error_pct:+.2f}``; ``{name!l}`` keeps stars and backticks of foreign text from
+becoming markup. A missing value (not given, None, not finite) raises ValueError: choose another text in that case.
 """
 
 import math
@@ -18,19 +17,8 @@ from importlib import resources
 from string import Formatter
 from typing import Any
 
-from srbval.report.blocks import (
-    Badge,
-    Callout,
-    Explore,
-    Figure,
-    FigureGrid,
-    Listing,
-    Paragraph,
-    Section,
-    Table,
-    Tone,
-    format_value,
-)
+from srbval.report import blocks
+from srbval.report.blocks import Explore, Figure, FigureGrid, Section, Table, Tone, format_value
 from srbval.report.figures.style import Drawing
 from srbval.report.plain import literal
 from srbval.report.tables import Title, frame_table
@@ -41,19 +29,18 @@ _ITEM = re.compile(r"^- ", re.MULTILINE)
 
 
 class Prose:
-    """Texts of one section: the file `file` in the package `package` (its name, such as ``__package__``)."""
+    """Texts of one section: a file of a package, given by its name, such as ``__package__``."""
 
     def __init__(self, package: str, file: str = "texts.md") -> None:
         self._package, self._file = package, file
 
     @cached_property
     def _parts(self) -> Mapping[str, str]:
-        """Source of every part by its name; the head of the file has the name ``""``."""
+        """Source of every part by its name, ``""`` for the head of the file."""
         source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
         head, *parts = _PART.split(source)
         names, texts = parts[::2], parts[1::2]
-        if len(set(names)) < len(names):
-            doubled = next(name for name in names if names.count(name) > 1)
+        for doubled in (name for name in names if names.count(name) > 1):
             raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} stands in it twice.")
         return {"": head, **dict(zip(names, texts, strict=True))}
 
@@ -81,17 +68,17 @@ class Prose:
         """Items of a list."""
         return tuple(self._filled(item, name, values) for item in _ITEM.split(self._source(name))[1:])
 
-    def paragraph(self, name: str, /, **values: Any) -> Paragraph:
+    def paragraph(self, name: str, /, **values: Any) -> blocks.Paragraph:
         """One text as a paragraph."""
-        return Paragraph(self.text(name, **values))
+        return blocks.Paragraph(self.text(name, **values))
 
-    def listing(self, name: str, /, **values: Any) -> Listing:
+    def listing(self, name: str, /, **values: Any) -> blocks.Listing:
         """A list of texts."""
-        return Listing(items=self.items(name, **values))
+        return blocks.Listing(items=self.items(name, **values))
 
-    def callout(self, name: str, /, *, tone: Tone, **values: Any) -> Callout:
+    def callout(self, name: str, /, *, tone: Tone, **values: Any) -> blocks.Callout:
         """A boxed remark."""
-        return Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
+        return blocks.Callout(tone=tone, title=self._optional(f"{name}.title", values), text=self.text(name, **values))
 
     def figure(
         self,
@@ -106,12 +93,12 @@ class Prose:
         **values: Any,
     ) -> Figure:
         """A figure with its caption, alt text and label; `id` is `name` unless given."""
-        source = Badge(badge) if badge else None
+        source = blocks.Badge(badge) if badge else None
         return Figure(
             id=id or name,
             draw=draw,
             badge=source,
-            synthetic=source is Badge.STAND_IN,
+            synthetic=source is blocks.Badge.STAND_IN,
             wide=wide,
             explore=explore,
             label=self._optional(f"{name}.label", values),
@@ -119,11 +106,10 @@ class Prose:
             alt=self.text(f"{name}.alt", **values),
         )
 
-    def grid(
-        self, name: str, figures: Iterable[Figure], label: str = "", *, columns: int = 2, **values: Any
-    ) -> FigureGrid:
-        """Panels with the text `name` as their common caption."""
-        return FigureGrid(figures=tuple(figures), columns=columns, label=label, caption=self.text(name, **values))
+    def grid(self, name: str, figures: Iterable[Figure], label: str = "", **values: Any) -> FigureGrid:
+        """At most two panels a row with the text `name` as their common caption."""
+        shown = tuple(figures)
+        return FigureGrid(figures=shown, columns=min(2, len(shown)), label=label, caption=self.text(name, **values))
 
     def table(
         self,
@@ -136,16 +122,11 @@ class Prose:
         more_notes: Iterable[str] = (),
         **values: Any,
     ) -> Table:
-        """A table from a frame (see `frame_table`) with the file's caption, label, notes and, unless given, columns.
-
-        `id` is `name` unless given. `more_notes` come before the notes of the file.
-        """
+        """A table from a frame (see `frame_table`) with the file's texts; `more_notes` come before its notes."""
         notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
         columns = self.columns(name, **values) if columns is None else columns
         caption, label = self.text(f"{name}.caption", **values), self._optional(f"{name}.label", values)
-        return frame_table(
-            frame, id=id or name, caption=caption, label=label, columns=columns, notes=(*more_notes, *notes)
-        )
+        return frame_table(frame, id or name, caption, columns, label=label, notes=(*more_notes, *notes))
 
     def columns(self, name: str, /, **values: Any) -> dict[str, Title]:
         """The columns of a table."""

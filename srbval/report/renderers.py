@@ -29,10 +29,9 @@ def _template(name: str) -> str:
 
 
 def render_html(report: Report, folder: Path) -> str:
-    """Render a report as a whole page.
+    """Render a report, whose pictures and data are in ``folder/figures``, as one page without further files.
 
-    Its pictures and their data are in ``folder/figures``. All text is escaped by the template engine; pictures
-    and data become data URIs. Raises FileNotFoundError when a file of a figure is missing.
+    The template engine escapes all text. Raises FileNotFoundError if a file of a figure is missing.
     """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
@@ -57,10 +56,7 @@ def render_html(report: Report, folder: Path) -> str:
 
 
 def _data_uri(folder: Path, name: str) -> Markup:
-    """A file as a data URI without any sign that HTML would have to escape in an attribute between double quotes.
-
-    Percent-encoded, which is smaller than base64.
-    """
+    """A file as a data URI, percent-encoded (smaller than base64), that HTML need not escape between double quotes."""
     path = folder / name
     kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
     if kind == "image/svg+xml":
@@ -79,11 +75,10 @@ def require_typst() -> Any:
 
 
 def render_pdf(report: Report, folder: Path) -> bytes:
-    """Typeset `report`, whose pictures are in ``folder/figures``.
+    """Typeset `report`, whose pictures are in ``folder/figures``; the same report gives the same bytes.
 
-    All text travels as JSON data, never as markup, so nothing in it can be executed. The PDF is dated
-    with the report's own time: the same report gives the same bytes. Raises `ConfigurationError` without
-    typst and typst's own error (a bug here) when the document does not compile.
+    Text travels as JSON data, so nothing in it can be executed. Raises `ConfigurationError` without typst, and
+    typst's own error (a bug here) if the document does not compile.
     """
     content: bytes = require_typst().compile(
         _template("report.typ").encode("utf-8"),

@@ -39,14 +39,11 @@ def make_report(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[Findings, dict[str, Path]]:
-    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
+    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`; returns findings and files.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
-    `pages` what studies add, `command` what the report names to make it again. Returns the findings and the files by
-    format.
-
-    Raises `ConfigurationError` for a duration too short or a missing typst, `NumericsError` for a failed run,
-    `DataError` for a folder that cannot be written.
+    `pages` come from studies, `command` makes the report again. Raises `ConfigurationError` for a duration too short or
+    a missing typst, `NumericsError` for a failed run, `DataError` for a folder that cannot be written.
     """
     if "pdf" in formats:
         require_typst()
@@ -73,11 +70,9 @@ def report_recordings(
 ) -> tuple[Report, dict[str, Path]]:
     """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; if no band is stated anywhere, one is
-    chosen on each record, with its trials counted. Recordings that cannot be read or analysed are listed in the report
-    with the reason; `others`, documents of `read_records`, have a row in its overview and no section. See
-    `gather_user_records` for `healthy`, `model` and `all_channels`, and `make_report` for the rest. Raises what they
-    raise.
+    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; if no band is stated, each record's is chosen
+    on it. The report lists recordings that cannot be read with the reason; `others`, documents of `read_records`, have
+    a row in its overview and no section. For the rest, and for errors, see `gather_user_records` and `make_report`.
     """
     if "pdf" in formats:
         require_typst()

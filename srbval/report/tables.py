@@ -15,7 +15,6 @@ WHOLE = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps a
 
 def frame_table(
     frame: "pd.DataFrame | Iterable[Mapping[str, Any]]",
-    *,
     id: str,
     caption: str,
     columns: Mapping[str, Title],
@@ -24,10 +23,9 @@ def frame_table(
 ) -> Table:
     """Build a table with one row for each row of `frame` (or of a list of mappings with the same keys).
 
-    `columns` names the columns of the frame to show, in order, each with (title, unit, format); unit and format may be
-    left out; a `Column` is taken as it is. If the frame has companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and
-    ``X_note`` of a column ``X``, they give the half width of its 95 % interval, its source, its judgement and a remark
-    below it. None and NaN are shown as a dash. Raises KeyError for a column that the frame does not have.
+    `columns` gives the columns to show, in order, as (title, unit, format), the last two optional, or as a `Column`.
+    Companion columns ``X_ci95``, ``X_badge``, ``X_tone`` and ``X_note`` of a column ``X`` are the half width of its
+    95 % interval, its source, its judgement and a remark below it. Raises KeyError for a column that is not there.
     """
     import pandas as pd
 

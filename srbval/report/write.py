@@ -15,12 +15,11 @@ LISTING = "report.json"
 
 
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
-    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
+    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; returns the path of each.
 
-    ``figures`` contains the pictures, the data of each as CSV, and the tables and rows of the report as CSV. Everything
-    is made in a hidden folder beside and then moved file by file, so a failure leaves the former files.
-    ``report.json`` lists all files with their SHA-256; files that a former report in `folder` listed, and nobody
-    changed, are removed unless they are written anew. Returns the path of each format written.
+    ``figures`` contains the pictures and, as CSV, their data, the tables and the rows of the report. A failure leaves
+    the former files. ``report.json`` lists all files with their SHA-256; files that a former report in `folder` listed,
+    and nobody changed, are removed.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` if `folder` cannot be
     written to.
@@ -63,24 +62,17 @@ def draw_figures(report: Report, folder: Path) -> None:
 
 
 def write_tables(report: Report, folder: Path) -> None:
-    """Write every table of the report and the rows behind it as CSV files into `folder`.
-
-    Numbers are not rounded. Lists within a row are in ``report.json`` only.
-    """
+    """Write every table and the rows behind it as CSV, unrounded; lists within a row are in ``report.json`` only."""
     import pandas as pd
 
-    folder.mkdir(parents=True, exist_ok=True)
-    for table in report.tables():
-        _csv(pd.DataFrame(_columns(table)), folder / f"{table.id}.csv")
+    frames = {table.id: pd.DataFrame(_columns(table)) for table in report.tables()}
     for name, rows in report.rows.items():
         frame = pd.json_normalize(to_json(list(rows)))
-        nested = [column for column in frame if frame[column].map(lambda value: isinstance(value, list)).any()]
-        _csv(frame.drop(columns=nested), folder / f"{name}.csv")
-
-
-def _csv(frame: Any, path: Path) -> None:
-    text: str = frame.to_csv(index=False, lineterminator="\n")
-    path.write_text(text, encoding="utf-8", errors="backslashreplace")
+        frames[name] = frame.drop(columns=[key for key in frame if any(isinstance(x, list) for x in frame[key])])
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, frame in frames.items():
+        text = frame.to_csv(index=False, lineterminator="\n")
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def _columns(table: Table) -> dict[str, list[Any]]:
@@ -97,7 +89,7 @@ def _columns(table: Table) -> dict[str, list[Any]]:
 
 
 def report_data(report: Report) -> dict[str, Any]:
-    """The content of ``report.json``: the report's data, its tables and its figures; numbers are not rounded."""
+    """The content of ``report.json``: data, tables and figures, unrounded."""
     figures = [
         {name: getattr(figure, name) for name in ("id", "label", "caption", "alt", "synthetic")}
         | {"file": figure.files["picture"], "data": figure.files["data"]}

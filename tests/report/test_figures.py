@@ -2,6 +2,7 @@
 
 import csv
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,7 +42,8 @@ COLUMNS = {
 
 
 def draw(kind, folder, origin="measured", title=""):
-    return DRAWERS[kind](view(origin), title)(folder, "a")
+    DRAWERS[kind](view(origin), title)(folder, "a")
+    return SimpleNamespace(picture=folder / "a.svg", data=folder / "a.csv")
 
 
 def rows_of(files):

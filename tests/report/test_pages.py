@@ -30,9 +30,9 @@ def test_with_its_results_a_page_has_tables_and_figures_that_draw(name: str, tmp
     blocks = page.section(results).blocks
     assert any(isinstance(block, Table | Figure) or getattr(block, "text", "") for block in blocks)
     for figure in (block for block in blocks if isinstance(block, Figure)):
-        files = figure.draw(tmp_path, figure.id)
-        assert files.picture.stat().st_size > 0
-        assert len(files.data.read_text(encoding="utf-8").splitlines()) > 1
+        figure.draw(tmp_path, figure.id)
+        assert (tmp_path / f"{figure.id}.svg").stat().st_size > 0
+        assert len((tmp_path / f"{figure.id}.csv").read_text(encoding="utf-8").splitlines()) > 1
 
 
 def test_lists_of_pages_are_joined_and_other_keys_added() -> None:

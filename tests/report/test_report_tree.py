@@ -19,12 +19,11 @@ from srbval.report.blocks import (
     VerdictBox,
     format_value,
 )
-from srbval.report.figures.style import PanelFiles
 from srbval.report.plain import literal, printable, spans
 
 
-def nothing(folder: Path, name: str) -> PanelFiles:
-    return PanelFiles(picture=folder / f"{name}.svg", data=folder / f"{name}.csv")
+def nothing(folder: Path, name: str) -> None:
+    """A picture that nobody draws."""
 
 
 def figure(**changes):

@@ -7,15 +7,7 @@ import numpy as np
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.report.figures.signals import ORDER_LABEL_POINTS, draw_acceleration, draw_spectrum
-from srbval.report.figures.style import (
-    BLUE,
-    extreme_indices,
-    figure_style,
-    legend_above,
-    new_figure,
-    origin_style,
-    title_panel,
-)
+from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
 from srbval.report.findings.records import highest_of, marked_line, run_spectrum, spectrum_view, views_of
 
 HEAD_ROOM, LABEL_ROOM = 1.12, 2.0  # over the highest value: of a signal in time, of a spectrum with labelled lines
@@ -57,7 +49,7 @@ def plot_run(run: Run) -> Any:
     kept = extreme_indices(acceleration, PLOTTED_BINS)
     mean = float(np.mean(cage_ratio))
     reach = max(LEAST_REACH * mean, 1.1 * float(np.abs(cage_ratio - mean).max()))
-    look = {"color": origin_style("simulated").colour, "lw": 0.8}
+    look = {"color": BLUE, "lw": 0.8}
     figure = new_figure((7.6, 6.0))
     upper, middle, lower = figure.subplots(3, 1, height_ratios=(1.2, 1.2, 0.7))
     upper.plot(time_s[kept], acceleration[kept], **look)

@@ -13,13 +13,13 @@ from srbval.report.figures.style import (
     HALF,
     HEALTHY,
     INK,
+    ORIGINS,
     VERMILION,
     WIDE,
     Drawn,
     extreme_indices,
     legend_above,
     new_axes,
-    origin_style,
     panel,
     plotted,
     rounded,
@@ -65,10 +65,10 @@ def acceleration_panel(
 
 def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = slice(None)) -> None:
     """Draw acceleration and envelope of the samples `kept` onto given axes."""
-    style, (start, stop) = origin_style(record.origin), record.window_s
+    (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
-    axes.plot(time_ms, record.acceleration[kept], color=style.light, lw=0.6, label="acceleration")
-    axes.plot(time_ms, record.envelope[kept], color=style.colour, lw=1.2, label="its envelope")
+    axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label="acceleration")
+    axes.plot(time_ms, record.envelope[kept], color=colour, lw=1.2, label="its envelope")
     axes.set(
         xlabel="Time, ms", ylabel=f"Acceleration, {record.unit}", xlim=(0, (stop - start) * 1e3), ylim=(-limit, limit)
     )
@@ -101,7 +101,7 @@ def band_panel(
     place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
     axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
     alone = sum(not name.startswith("healthy") for name in records) == 1
-    colours = iter((origin_style(origin).colour,) if alone else (BLUE, VERMILION))
+    colours = iter((ORIGINS[origin][1],) if alone else (BLUE, VERMILION))
     for name, record in records.items():
         look = HEALTHY_LOOK if name.startswith("healthy") else {"color": next(colours)}
         axes.plot(last.power_hz / 1e3, record.power_db, **look, lw=0.9, label=name)
@@ -145,11 +145,11 @@ def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: s
 def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = False) -> None:
     """Draw what `spectrum_panel` writes onto given axes, without title and legend."""
     record, healthy, end_hz = view.record, view.healthy, view.end_hz
-    style = origin_style(record.origin)
+    word, colour, _ = ORIGINS[record.origin]
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
     axes.set(xlim=(0, end_hz), ylim=(0.0, top), xlabel="Frequency, Hz", ylabel=label)
     curve = plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS)
-    axes.plot(*curve, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
+    axes.plot(*curve, color=colour, lw=1.0, label=word.lower(), zorder=4)
     if healthy is not None:
         curve = plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS)
         axes.plot(*curve, **HEALTHY_LOOK, lw=0.8, label="healthy", zorder=5)

@@ -8,7 +8,6 @@ import io
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import resources
 from itertools import pairwise
 from pathlib import Path
@@ -34,36 +33,12 @@ SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION
 BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
 
 
-@dataclass(frozen=True)
-class PanelFiles:
-    """Paths of a panel's picture and its data."""
-
-    picture: Path
-    data: Path
-
-
 Drawn = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
-Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
-
-
-def save_panel(figure: Any, folder: Path, name: str, columns: Mapping[str, ArrayLike]) -> PanelFiles:
-    """Write ``folder/name.svg`` and ``folder/name.csv``; the folder is made if need be.
-
-    `columns` maps a unit-named column to its values, all of one length. The same figure gives the same
-    bytes: no date is stored.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    files = PanelFiles(picture=folder / f"{name}.svg", data=folder / f"{name}.csv")
-    files.picture.write_bytes(picture_bytes(figure, ".svg"))
-    write_csv(files.data, columns)
-    return files
+Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `panel`
 
 
 def picture_bytes(figure: Any, suffix: str) -> bytes:
-    """A figure as SVG (``.svg``) or PNG; call it in the style that the figure was drawn in.
-
-    The SVG has coordinates to a hundredth of a point and no names nobody asks for: a smaller file.
-    """
+    """A figure, in the style it was drawn in, as PNG or as a small SVG: hundredths of a point, no unused names."""
     buffer = io.BytesIO()
     if suffix != ".svg":
         figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
@@ -94,11 +69,7 @@ def rounded(values: FloatArray) -> FloatArray:
 
 
 def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
-    """Indices of the least and greatest value of each of `bins` equal stretches, ascending.
-
-    A line through them covers the same pixels as one through all samples. Fewer than 2 `bins` samples
-    are all kept.
-    """
+    """Ascending indices of the least and greatest value of each of `bins` stretches, which a line needs."""
     n = len(values)
     if n <= 2 * bins:
         return np.arange(n)
@@ -117,44 +88,17 @@ def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins
     return frequency[kept], height[kept]
 
 
-def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> None:
-    """Write columns of numbers, six significant digits, empty for missing numbers."""
-    arrays = [np.asarray(values) for values in columns.values()]
-    lines = [",".join(columns)]
-    lines += [",".join(_text(value) for value in row) for row in zip(*arrays, strict=True)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, str):
-        return '"' + value.replace('"', '""') + '"'
-    return "" if not np.isfinite(value) else f"{value:.6g}"
-
-
-@dataclass(frozen=True)
-class OriginStyle:
-    """Name and colours of signals of one origin."""
-
-    word: str
-    colour: str
-    light: str
-
-
+# Word and colours (strong, light) of the signals of each origin.
 ORIGINS = {
-    "simulated": OriginStyle("Simulated", BLUE, "#a9cfe6"),
-    "measured": OriginStyle("Measured", VERMILION, "#f0bd99"),
-    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0"),
+    "simulated": ("Simulated", BLUE, "#a9cfe6"),
+    "measured": ("Measured", VERMILION, "#f0bd99"),
+    "stand-in": ("Synthetic stand-in", PURPLE, "#dab9d0"),
 }
-
-
-def origin_style(origin: str) -> OriginStyle:
-    """Style of an origin (``simulated``, ``measured``, ``stand-in``); KeyError for anything else."""
-    return ORIGINS[str(origin)]
 
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Draw inside this context: the report's style whatever the user's own settings are."""
+    """Context in which figures have the report's style, whatever the user's settings are."""
     import matplotlib as mpl
 
     with mpl.rc_context(), resources.as_file(resources.files(__package__) / "srbval.mplstyle") as path:
@@ -164,17 +108,22 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
-    """Turn a function that returns a figure and its plotted columns into one that returns a `Drawing`.
+    """Turn a function that returns a figure and its columns into a `Drawing` that writes ``name.svg`` and ``name.csv``.
 
-    The drawing, called with a folder and a name, writes both: picture and data (CSV).
+    The data have six significant digits, and nothing for missing numbers.
     """
 
     @functools.wraps(draw)
     def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
-        def write(folder: Path, name: str) -> PanelFiles:
+        def write(folder: Path, name: str) -> None:
+            import pandas as pd
+
+            folder.mkdir(parents=True, exist_ok=True)
             with figure_style():
                 figure, columns = draw(*args, **kwargs)
-                return save_panel(figure, folder, name, columns)
+                (folder / f"{name}.svg").write_bytes(picture_bytes(figure, ".svg"))
+            frame = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
+            frame.to_csv(folder / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
 
         return write
 
@@ -200,13 +149,13 @@ def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
 
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
     """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
-    style = origin_style(origin)
-    text = " · ".join(filter(None, (f"({letter}) {style.word}" if letter else style.word, title)))
+    word, colour, _ = ORIGINS[origin]
+    text = " · ".join(filter(None, (f"({letter}) {word}" if letter else word, title)))
     room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
     if len(text) > 1.4 * room:
         text = text[: int(1.4 * room) - 1] + "…"
-    # A dollar sign would start a formula.
-    axes.set_title(text, color=style.colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
+    # parse_math: a dollar sign would start a formula
+    axes.set_title(text, color=colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
 
 
 def row_above(axes: Any, points: float) -> Any:

@@ -27,10 +27,9 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `matrix` covers every registered recording of the rig; the other fields cover the model and the rig at one of its
-    speeds. The sides of `analyses` are ``paper`` (the model at 710 rpm), ``model`` (at each rig recording's own speed)
-    and ``rig``; `views` and `scalograms` have the last two. `runs` are by the id of their case, `run_facts` describes
-    each, `datasets` describes the rig's recordings.
+    `matrix` covers every recording of the rig, the rest one speed. The sides of `analyses` are ``paper`` (the model at
+    710 rpm), ``model`` (at each recording's speed) and ``rig``; `views` and `scalograms` have the last two. `runs` are
+    by the id of their case.
     """
 
     data: Mapping[str, Any]
@@ -55,8 +54,3 @@ class Findings:
         rows = self.data[key]
         found = rows.copy() if isinstance(rows, pd.DataFrame) else pd.DataFrame(to_json(list(rows)))
         return found.astype(object).where(found.notna(), None)
-
-    def power(self) -> dict[tuple[str, float], float]:
-        """Share of simulated rigs in which a planted error is found, by endpoint and planted error [%]."""
-        rows = self.results.content("inputs").get("power", ())
-        return {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rows}

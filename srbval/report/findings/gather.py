@@ -11,7 +11,6 @@ from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases
 from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
 from srbval.comparison.table6 import Table6, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import analyse
@@ -32,11 +31,10 @@ RESULTS = ("inputs",)
 def gather(
     *, seconds: float, pages: Iterable[Page] = (), jobs: int | None = None, progress: Progress = silent
 ) -> Findings:
-    """Run the cases and analyse everything; the rig's recordings are those registered.
+    """Run the cases and analyse everything, with the registered recordings of the rig; see `make_report`.
 
-    `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
-    per core), `pages` what the report shows of stored results. Raises what simulating and loading raise; a failed run
-    is a `NumericsError` that names it, a state without a recording that can be read a `DataError`.
+    Raises what simulating and loading raise; a failed run is a `NumericsError` that names it, a state without a
+    recording that can be read a `DataError`.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -48,7 +46,9 @@ def gather(
         register = listing(or_none=True)
         of_rig = rig_recordings(register.recordings)
         chosen = choose_rig_recordings(printed, of_rig)
-    runs, facts = _simulate(seconds, jobs, progress)
+    cases = paper_cases(seconds)
+    runs = dict(run_cases(cases, jobs=jobs, progress=progress))
+    facts = [run_facts(case, runs[case.id]) for case in cases]
     stored = results.content("inputs")
     known = effects_of(stored)
     points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
@@ -99,13 +99,6 @@ def gather(
     return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
 
 
-def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[dict[str, Run], list[dict[str, Any]]]:
-    """The runs that no recording asks for, by their case, and how each went."""
-    cases = paper_cases(seconds)
-    runs = run_cases(cases, jobs=jobs, progress=progress)
-    return dict(runs), [run_facts(case, runs[case.id]) for case in cases]
-
-
 def _models(found: Mapping[Fault, Sides], matrix: Matrix) -> dict[Fault, AnalysedRun]:
     """The run at the speed of the rig's recording of each state; figures cannot do without a recording or a run."""
     if missing := [state.label for state in PAPER_STATES if state not in found]:
@@ -134,10 +127,9 @@ def at_drawn_points(
 def choose_rig_recordings(
     printed: Table6, registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
-    """Recordings of the rig for the comparison: one nominal speed, the paper's load, no axial load.
+    """Recordings of the rig at the paper's load, at the speed with most states and then nearest to 727 rpm.
 
-    The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
-    a state the longest, as in the matrix.
+    Of several records of a state the longest is chosen, as in the matrix.
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):

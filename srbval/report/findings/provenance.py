@@ -2,7 +2,7 @@
 
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,9 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotl
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
     """Facts for ``report.json`` and the report's section of that name."""
     entries = tuple(registered)
+    shipped = [one for one in entries if Path(one.file).parent == shipped_folder(RIG_EXCERPTS)]
+    origin = dataset(shipped[0].dataset or "") if shipped else None
+    form = {"files": [Path(one.file).name for one in shipped], "changes": "single precision, speed at 640 Hz"}
     return {
         "srbval": __version__,
         "git_revision": git_revision(),
@@ -29,28 +32,15 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
         "machine": {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()},
         "seeds": sorted({run.scene.seed for run in runs}),
         "recordings": {Path(entry.file).name: entry.sha256 for entry in entries},
-        **_shipped(entries),
-    }
-
-
-def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
-    """Source and licence of the recordings that come with the program."""
-    folder = shipped_folder(RIG_EXCERPTS)
-    found = [entry for entry in entries if Path(entry.file).parent == folder]
-    if not found:
-        return {}
-    description = dataset(found[0].dataset or "")
-    origin = {"source": description.source, "licence": description.licence}
-    form = {"files": [Path(entry.file).name for entry in found], "changes": "single precision, speed at 640 Hz"}
-    return {"recordings_shipped_with_srbval": origin | form}
+    } | (
+        {"recordings_shipped_with_srbval": {"source": origin.source, "licence": origin.licence} | form}
+        if origin
+        else {}
+    )
 
 
 def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
-    """Facts on the run of a case; `step_s` is None if the model has a solver of its own.
-
-    `numerics`: estimated errors that the step leaves [%], see `estimates.StepError.to_dict`, None if not estimated.
-    `energy_imbalance` is relative to the losses, NaN if the model has no energies.
-    """
+    """Facts on the run of a case: no `step_s` for a model with its own solver, no `numerics` [%] if not estimated."""
     scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,

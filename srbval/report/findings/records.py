@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def badge_of(analysis: Analysis) -> Badge:
 
 
 def side_of(analysis: Analysis) -> str:
-    """The side of a comparison that an analysis is on, in words."""
+    """Side of a comparison, in words."""
     return "rig" if analysis.recording.origin is Origin.MEASURED else "model"
 
 
@@ -46,9 +47,9 @@ def side_of(analysis: Analysis) -> str:
 class RecordView:
     """One record's arrays for figures; amplitudes in `unit`: standard deviations of the band-passed signal, or m/s².
 
-    `time_s`, `acceleration` and `envelope` lie within `window_s`; `frequency_hz` and `amplitude` are the whole envelope
+    `time_s`, `acceleration` and `envelope` lie within `window_s`; `frequency_hz` and `amplitude` are the envelope
     spectrum, `peaks` the name, frequency [Hz] and amplitude of its detected lines; `power_hz` and `power_db`
-    [dB re 1/Hz] a Welch spectrum of the acceleration before demodulation, normalised or in its unit.
+    [dB re 1/Hz] a Welch spectrum before demodulation.
     """
 
     analysis: Analysis
@@ -97,7 +98,7 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
             if line.detected and line.found_hz is not None
         ),
         power_hz=power_hz[1:],
-        power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
+        power_db=_decibels(power[1:]),
     )
 
 
@@ -105,14 +106,15 @@ def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Acceleration of a run along the sensor's axis [m/s²]; frequencies [Hz] and level [dB re 1 (m/s²)²/Hz]."""
     acceleration = along_sensor(run.acceleration_m_s2)
     hz, power = power_density(acceleration, run.scene.output_rate_hz, 1 / RUN_SEGMENT_HZ)
-    return acceleration, hz[1:], 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
+    return acceleration, hz[1:], _decibels(power[1:])
+
+
+def _decibels(power: FloatArray) -> FloatArray:
+    return np.asarray(10 * np.log10(np.maximum(power, np.finfo(float).tiny)))
 
 
 def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Views of a record and a healthy record, each at the middle of its time, in m/s² if both recordings are.
-
-    The Welch spectrum of the healthy record has the record's frequencies, NaN beyond its own.
-    """
+    """Views of the middle of a record and of a healthy one, at the record's frequencies; in m/s² if both are."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = all(side.recording.unit == "m/s2" for side in sides)
     whole = min(side.processed.samples.size / side.processed.fs_hz for side in sides)
@@ -125,8 +127,7 @@ def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, 
     return shown, dataclasses.replace(other[0], power_hz=shown.power_hz, power_db=level)
 
 
-@dataclass(frozen=True)
-class Cursor:
+class Cursor(NamedTuple):
     """One named frequency [Hz] of an axis; a sideband is drawn fainter than a harmonic."""
 
     name: str
@@ -136,10 +137,10 @@ class Cursor:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpectrumView:
-    """The envelope spectrum of `record` from zero to `end_hz`, to be drawn over the spectrum of `healthy` if given.
+    """The envelope spectrum of `record` up to `end_hz`, over that of `healthy` if given.
 
-    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found, `others` the names,
-    frequencies and amplitudes of further tall peaks (see `tall_peaks`).
+    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found, `others` further tall
+    peaks (see `tall_peaks`).
     """
 
     record: RecordView
@@ -157,31 +158,19 @@ def highest_of(record: RecordView, end_hz: float) -> float:
 
 
 def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:
-    """The spectrum up to a few harmonics of the `marked` line, with one sideband on either side of each.
-
-    Only lines whose first harmonic was detected are marked as found.
-    """
+    """Spectrum up to a few harmonics of the `marked` line, with one sideband on either side of each."""
     analysis = record.analysis
     end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
     end_hz = min(end, high - low)
     first = first_lines(analysis)
     found = [Cursor(line.name, line.kinematic_hz) for line in first if marked is None or line.name != marked.name]
-    fault = None if marked is None else Fault.of_line(marked.name)
-    if marked is not None and fault is not None:
+    if marked is not None and (fault := Fault.of_line(marked.name)) is not None:
         spacing_hz = fault.sideband_order(analysis.bearing.orders) * record.shaft_hz
-        found += fault_cursors(
-            marked.name,
-            marked.kinematic_hz,
-            end_hz,
-            sideband_hz=spacing_hz,
-            sideband_name=fault.sidebands or "",
-            sidebands=1 if spacing_hz else 0,
-        )
-    shown = sorted((c for c in found if c.frequency_hz <= end_hz), key=lambda c: c.frequency_hz)
-    return SpectrumView(
-        record=record, healthy=healthy, cursors=tuple(shown), peaks=detected_peaks(record), end_hz=end_hz
-    )
+        sidebands: dict[str, Any] = {"sideband_name": fault.sidebands or "", "sidebands": int(spacing_hz > 0)}
+        found += fault_cursors(marked.name, marked.kinematic_hz, end_hz, sideband_hz=spacing_hz, **sidebands)
+    cursors = tuple(sorted((c for c in found if c.frequency_hz <= end_hz), key=lambda c: c.frequency_hz))
+    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=detected_peaks(record), end_hz=end_hz)
 
 
 def first_lines(analysis: Analysis) -> tuple[Line, ...]:
@@ -209,10 +198,7 @@ def fault_cursors(
     sideband_name: str = "fr",
     sidebands: int = 0,
 ) -> tuple[Cursor, ...]:
-    """Cursors of all harmonics of `line` up to `end_hz`, each with `sidebands` on either side.
-
-    Their names are those of the field: ``BPFI``, ``2xBPFI``, ``BPFI-fr``, ``2xBPFI+2fr``.
-    """
+    """Cursors of all harmonics of `line` with `sidebands` on either side, such as ``BPFI-fr`` and ``2xBPFI+2fr``."""
     found = []
     for harmonic in range(1, int(end_hz // frequency_hz) + 1):
         name = line if harmonic == 1 else f"{harmonic}x{line}"
@@ -236,8 +222,7 @@ def tall_peaks(
 ) -> tuple[tuple[str, float, float], ...]:
     """Names, frequencies and amplitudes of the tall peaks of a spectrum [n] up to `end_hz` that are not marked.
 
-    The name is a small multiple of one of `orders` (name: shaft orders), else the distance from a race line within a
-    shaft order, else the peak's own order.
+    A name is a small multiple of one of `orders` [shaft orders], a race line with a distance, or the peak's order.
     """
     frequency, height = plotted(frequency_hz, amplitude, end_hz, BINS_SHOWN)
     inner = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
@@ -267,10 +252,7 @@ def envelope_scalogram(shown: RecordView) -> Scalogram:
 
 
 def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
-    """Sidebands of the inner-race line `at_one` and `at_two` shaft speeds, mean of both sides, as shares of the line.
-
-    None if the line was not read.
-    """
+    """Sidebands of BPFI `at_one` and `at_two` shaft speeds, mean of both sides, as shares of it; None if not read."""
     line_hz, shaft_hz = analysis.line("BPFI").found_hz, analysis.speed.value_hz
     if line_hz is None:
         return None

@@ -32,26 +32,30 @@ def compared_rows(
     register: RegisterListing,
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
-    """The part of ``report.json`` that follows from the findings, and the problems of the register."""
+    """The keys of ``report.json`` that follow from the findings and from the register."""
     printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
     shown = {rig.recording.file or rig.recording.name for rig, _ in matrix.sides.values()}
     comparisons = matrix.comparisons[matrix.comparisons["record"].isin(shown)]
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = found.results.content("inputs")
-    rows = verdicts(found.cage_readings, stored)
+    records = rows_of(matrix.records)
+    lines = [*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)]
+    keys = dict.fromkeys(key for one in lines for key in one)
+    rows, means = verdicts(found.cage_readings, stored), cage_means(found.cage_readings)
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
         "headline": {"holds": holds(rows), "verdicts": rows},
         "verdicts": rows,
-        **cage_rows(found.cage_readings, stored, rows, bearing.orders.ftf),
-        "table6": with_the_same_keys(
-            [*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)]
-        ),
+        "cage_readings": found.cage_readings,
+        "cage_ratios": list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf)),
+        "trend": trend(means, rows),
+        "joint_tests": list(joint_tests(found.cage_readings, stored)),
+        "table6": [keys | row for row in lines],  # a value that a row does not have is None
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": rows_of(comparisons),
-        "matrix": rows_of(matrix.records),
+        "matrix": records,
         "speed_and_slip": (*matrix_rows(matrix.records, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
         "recordings": tuple(registered),
@@ -66,14 +70,8 @@ def compared_rows(
         "point_passing": point_passing(runs["paper-healthy"]),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
-        "cautions": cautions(rows_of(matrix.records)),
+        "cautions": cautions(records),
     }
-
-
-def with_the_same_keys(rows: Sequence[Row]) -> list[Row]:
-    """Rows with the keys of all of them; a value that a row does not have is None."""
-    keys = dict.fromkeys(key for row in rows for key in row)
-    return [keys | row for row in rows]
 
 
 def cautions(records: Iterable[Row]) -> list[dict[str, str]]:
@@ -89,19 +87,6 @@ def published_speed_rows() -> Iterator[dict[str, Any]]:
         mean = means[state, rpm]
         from_outer_pct = deviation_pct(mean, means[Fault.OUTER, rpm])
         yield {"state": state, "nominal_rpm": rpm, "mean_rpm": mean, "from_outer_pct": from_outer_pct}
-
-
-def cage_rows(
-    readings: Sequence[CageReading], stored: Mapping[str, Any], rows: Sequence[Row], kinematic: float
-) -> dict[str, Any]:
-    """The keys of ``report.json`` that follow from the records' readings and the model's `stored` draws."""
-    means = cage_means(readings)
-    return {
-        "cage_readings": readings,
-        "cage_ratios": list(cage_ratio_rows(readings, means, stored, kinematic)),
-        "trend": trend(means, rows),
-        "joint_tests": list(joint_tests(readings, stored)),
-    }
 
 
 def cage_ratio_rows(
@@ -126,10 +111,7 @@ def _row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row
 
 
 def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
-    """Change of the cage ratio from the fastest speed to the slowest [%]: of the rig, and of the scene ``rig``.
-
-    The model's values are None without its stored draws.
-    """
+    """Change of the cage ratio from the fastest to the slowest speed [%]: of the rig, and of scene ``rig`` if known."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"
     own = next((one for one in rows if (one["scene"], one["endpoint"]) == ("rig", name)), None)

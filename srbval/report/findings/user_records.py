@@ -1,5 +1,6 @@
 """Findings on a user's recordings: lines, reasons for lines not detected, a healthy record, the model to compare."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,8 +38,8 @@ HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's b
 class ModelSide:
     """A run of the model at a record's speed, with the defect of `state`, and its arrays for figures.
 
-    `stated_load` is true if the record states its load; otherwise the scene's load was used. `open_cage` is the
-    uncertainty of the cage's speed from the dimensions, if the model computes the speed from them.
+    `open_cage` is the uncertainty of the cage's speed if the model computes it from the dimensions. `stated_load` is
+    false if the scene's load was used.
     """
 
     run: Run
@@ -78,10 +79,9 @@ class ModelSide:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UserRecord(RecordReading):
-    """One recording with everything that the report shows of it.
+    """One recording with its envelope spectrum over a healthy one's, and the line whose harmonics are marked there.
 
-    `view` is its envelope spectrum with the healthy record's; `marked` is the line whose harmonics are marked there, if
-    any. `model` is the reason as a text if the model's run failed, None without a model.
+    `model` is the reason as a text if the model's run failed, None without a model.
     """
 
     view: SpectrumView
@@ -115,9 +115,9 @@ def gather_user_records(
 ) -> tuple[tuple[UserRecord, ...], tuple[FailedFile, ...], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
-    Returns the records, the files that could not be read or analysed, and the provenance. For `request`, `healthy` and
-    `all_channels` see `read_recording`. If `model` is true, it is compared with each measured record of a bearing
-    with known dimensions; a run that fails is reported. Raises the error of the records if none can be analysed.
+    Returns the records, the files that could not be read or analysed, and the provenance; see `read_recording` for the
+    options. If `model` is true, it is compared with each measured record of a bearing with known dimensions. Raises
+    the error of the records if none can be analysed.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -139,11 +139,9 @@ def gather_user_records(
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
     analyses = [record.analysis for record in records]
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
-    facts = provenance(runs, ()) | {
-        "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
-    }
-    facts = {key: value for key, value in facts.items() if value}
-    return tuple(records), tuple(failed), facts
+    names = {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
+    facts = provenance(runs, ()) | {"recordings": names}
+    return tuple(records), tuple(failed), {key: value for key, value in facts.items() if value}
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
@@ -152,24 +150,14 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
     view = spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked)
-    return UserRecord(
-        analysis=analysis,
-        baseline=baseline,
-        verdict=verdict,
-        cautions=reading.cautions,
-        view=view,
-        marked=marked,
-        model=model,
-    )
+    own = {field.name: getattr(reading, field.name) for field in dataclasses.fields(reading)}
+    return UserRecord(**own, view=view, marked=marked, model=model)
 
 
 def _model_side(
     analysis: Analysis, part: Fault | None, bearing: str | None, progress: Progress
 ) -> ModelSide | str | None:
-    """The model at the record's speed with a defect of the named part, or else of the declared one.
-
-    None if the bearing has no model.
-    """
+    """The model at the record's speed with a defect of the named or else the declared part; None without a model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None

@@ -1,7 +1,7 @@
 """The answer on the cage speed, and its reasons."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.vocabulary import Verdict
@@ -10,9 +10,6 @@ from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.pages import first_line
 from srbval.report.prose import Prose
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 TEXTS = Prose("srbval.report", "texts/answer.md")
 # Tones of verdicts with a tolerance, the worst first.
@@ -26,23 +23,17 @@ def verdict_box(findings: Findings) -> VerdictBox:
     data, stated = findings.data, stated_verdicts(findings)
     ratios = findings.frame("cage_ratios")
     speeds = list(dict.fromkeys(f"{rpm:g}" for rpm in ratios["nominal_rpm"]))
-    values = [f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in _summaries(ratios)]
-    picture = TEXTS.figure(
-        "cage-ratios",
-        cage_ratio_plot(data["cage_ratios"]),
-        wide=False,
-        speeds=" and ".join(speeds),
-        values=", ".join(values),
-    )
+    summaries = ratios[ratios["of"] != "record"].to_dict("records")
+    values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
+    plot, trend, ends = cage_ratio_plot(data["cage_ratios"]), data["trend"], (f"{speeds[0]} rpm", f"{speeds[-1]} rpm")
+    low, high = trend["between_records_ci95_pct"]
+    between = {"between_pct": trend["between_records_pct"], "low_pct": low, "high_pct": high}
+    records = TEXTS.text("records", records=len(data["cage_readings"]), **between)
     return VerdictBox(
         tone=tone_of(row["verdict"] for row in stated),
-        headline=headline(stated, data["trend"]["endpoint"], f"{speeds[0]} rpm", f"{speeds[-1]} rpm"),
-        points=(
-            trend_sentence(data["trend"], f"{speeds[0]} rpm", f"{speeds[-1]} rpm"),
-            _records_sentence(data["trend"], len(data["cage_readings"])),
-            TEXTS.text("below"),
-        ),
-        figure=picture,
+        headline=headline(stated, trend["endpoint"], *ends),
+        points=(trend_sentence(trend, *ends), records, TEXTS.text("below")),
+        figure=TEXTS.figure("cage-ratios", plot, wide=False, speeds=" and ".join(speeds), values=values),
     )
 
 
@@ -81,19 +72,19 @@ def trend_sentence(trend: Row, slowest: str, fastest: str) -> str:
 def cage_ratio_section(findings: Findings) -> Section:
     """Reasons, verdicts with their power, readings."""
     stated = stated_verdicts(findings)
-    tolerance = {"limit_pct": TOLERANCE.limit_pct, "reason": TOLERANCE.reason, "source": TOLERANCE.source}
+    readings, tolerance = findings.frame("cage_readings"), vars(TOLERANCE) | {"rest": 1 - TOLERANCE.risk}
+    shown = readings.assign(
+        ratio_ci95=1.96 * readings["reading_u"],
+        ratio_badge=Badge.MEASURED,
+        tachometer=1.96 * readings["speed_u"],
+        band=[f"{low:g} to {high:g}" for low, high in readings["band_hz"]],
+    )
+    verdicts = list(_verdict_rows(stated, findings))
     return TEXTS.section(
         first_line(findings.results, "inputs"),
         TEXTS.listing("reasons", **tolerance),
-        TEXTS.table(
-            "verdicts",
-            list(_verdict_rows(stated, findings)),
-            more_notes=reversed_notes(stated),
-            limit_pct=TOLERANCE.limit_pct,
-            risk=TOLERANCE.risk,
-            rest=1 - TOLERANCE.risk,
-        ),
-        TEXTS.table("cage-readings", _reading_rows(findings.frame("cage_readings"))),
+        TEXTS.table("verdicts", verdicts, more_notes=reversed_notes(stated), **tolerance),
+        TEXTS.table("cage-readings", shown),
     )
 
 
@@ -107,7 +98,8 @@ def reversed_notes(stated: Sequence[Row]) -> tuple[str, ...]:
 
 
 def _verdict_rows(stated: Sequence[Row], findings: Findings) -> Iterator[dict[str, Any]]:
-    power = findings.power()
+    rigs = findings.results.content("inputs").get("power", ())
+    power = {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rigs}
     for row in stated:
         found = power.get((row["endpoint"], 2 * TOLERANCE.limit_pct)) if row["scene"] == "rig" else None
         changed = [name.replace("line_contact.", "") for name in row["changed_by"]]
@@ -115,24 +107,5 @@ def _verdict_rows(stated: Sequence[Row], findings: Findings) -> Iterator[dict[st
         yield {**row, **more}
 
 
-def _reading_rows(readings: "pd.DataFrame") -> "pd.DataFrame":
-    return readings.assign(
-        ratio_ci95=1.96 * readings["reading_u"],
-        ratio_badge=Badge.MEASURED,
-        tachometer=1.96 * readings["speed_u"],
-        band=[f"{low:g} to {high:g}" for low, high in readings["band_hz"]],
-    )
-
-
-def _summaries(ratios: "pd.DataFrame") -> list[Row]:
-    found: list[Row] = ratios[ratios["of"] != "record"].to_dict("records")
-    return found
-
-
 def _error(row: Row) -> str:
     return f"({row['error_pct']:+.2f} ± {row['u_pct']:.2f} %)"
-
-
-def _records_sentence(trend: Row, records: int) -> str:
-    low, high = trend["between_records_ci95_pct"]
-    return TEXTS.text("records", records=records, between_pct=trend["between_records_pct"], low_pct=low, high_pct=high)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.report.blocks import Explore, Figure, FigureGrid, Section
+from srbval.report.blocks import Explore, Figure, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings.findings import Findings
@@ -21,14 +21,13 @@ from srbval.report.findings.records import (
     tall_peaks,
 )
 from srbval.report.prose import Prose
-from srbval.signal import Scalogram
 from srbval.signal.spectrum import SCALOGRAM_HZ
 
 TEXTS = Prose("srbval.report", "texts/figures.md")
 
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
-PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
+LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
 HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
 Side = Mapping[Fault, RecordView]
@@ -36,26 +35,33 @@ Side = Mapping[Fault, RecordView]
 
 def figures_section(findings: Findings) -> Section:
     """The sixteen panels, and what the sidebands of the inner race show."""
-    model, rig = findings.views["model"], findings.views["rig"]
-    sides = {"model": model, "rig": rig}
+    sides = findings.views
+    model, rig = sides["model"], sides["rig"]
     places = [
-        (side, letter, state)
-        for state, letters in PANEL_LETTERS.items()
-        for side, letter in zip(sides, letters, strict=True)
+        (*one, state) for state, letters in LETTERS.items() for one in zip(("model", "rig"), letters, strict=True)
     ]
     burst = HEAD_ROOM * max(float(abs(one.acceleration).max()) for side in sides.values() for one in side.values())
     pixels = [image.amplitude.ravel() for side in findings.scalograms.values() for image in side.values()]
     brightest = float(np.quantile(np.concatenate(pixels), COLOUR_QUANTILE))
-    times = [_time_panel(f"11{c}", state, sides[side][state], burst) for side, c, state in places]
-    images = [
-        _image_panel(f"14{c}", state, sides[side][state], findings.scalograms[side][state], brightest)
-        for side, c, state in places
-    ]
+    times, images = list[Figure](), list[Figure]()
+    for side, letter, state in places:
+        record, image = sides[side][state], findings.scalograms[side][state]
+        title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
+        period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
+        plot = acceleration_panel(record, limit=burst, letter=letter, title=title, period=period)
+        times.append(TEXTS.figure("acceleration", plot, **_words(f"11{letter}", record, state)))
+        plot = scalogram_panel(record, image, state, top=brightest, letter=letter, title=title)
+        words = _words(f"14{letter}", record, state) | dict(zip(("low_hz", "high_hz"), SCALOGRAM_HZ, strict=True))
+        images.append(TEXTS.figure("scalogram", plot, **words))
+    spectra = []
+    for number, state in SPECTRUM_FIGURES.items():
+        panels = [_spectrum_panel(f"{number}a", state, model, rig), _spectrum_panel(f"{number}b", state, rig, model)]
+        spectra.append(TEXTS.grid(f"grid-{number}", panels, f"Figure {number}", state=state.label))
     shares = {side_of(sides[name][Fault.INNER].analysis): share for name, share in findings.data["sidebands"].items()}
     return TEXTS.section(
         TEXTS.paragraph("intro", model_band=_band(model), rig_band=_band(rig)),
         TEXTS.grid("grid-11", times, "Figure 11", window_ms=1e3 * (WINDOW_S[1] - WINDOW_S[0])),
-        *(_spectrum_figure(number, model, rig) for number in SPECTRUM_FIGURES),
+        *spectra,
         TEXTS.paragraph(
             "sidebands",
             shares=sidebands_sentence(shares),
@@ -80,22 +86,6 @@ def _band(side: Side) -> str:
     return f"{low:g} to {high:g}"
 
 
-def _time_panel(letter: str, state: Fault, record: RecordView, limit: float) -> Figure:
-    period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
-    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=_title(record, state), period=period)
-    return TEXTS.figure("acceleration", plot, **_words(letter, record, state))
-
-
-def _spectrum_figure(number: str, model: Side, rig: Side) -> FigureGrid:
-    """Figure 12 or 13."""
-    state = SPECTRUM_FIGURES[number]
-    panels = [
-        _spectrum_panel(f"{number}{letter}", state, side, other)
-        for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
-    ]
-    return TEXTS.grid(f"grid-{number}", panels, f"Figure {number}", state=state.label)
-
-
 def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figure:
     record, line = side[state], state.line
     assert line is not None, "only the defects of races have a spectrum figure"
@@ -115,11 +105,11 @@ def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figur
         record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ, others=others
     )
     top = LABEL_ROOM * max(highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
-    plot = spectrum_panel(view, top=top, letter=letter[-1], title=_title(record, state), brief=True)
+    title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
+    plot = spectrum_panel(view, top=top, letter=letter[-1], title=title, brief=True)
     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-    explore = explore_spectrum(view, "Envelope amplitude, std. dev.", curves)
-    words = _words(letter, record, state)
-    return TEXTS.figure("spectrum", plot, **words, line=line, end_hz=SPECTRUM_HZ, explore=explore)
+    words = _words(letter, record, state) | {"explore": explore_spectrum(view, "Envelope amplitude, std. dev.", curves)}
+    return TEXTS.figure("spectrum", plot, **words, line=line, end_hz=SPECTRUM_HZ)
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
@@ -132,16 +122,6 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
         marks=tuple((cursor.name, cursor.frequency_hz) for cursor in view.cursors),
         x_per_order=view.record.shaft_hz,
     )
-
-
-def _image_panel(letter: str, state: Fault, record: RecordView, image: Scalogram, top: float) -> Figure:
-    plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=_title(record, state))
-    low_hz, high_hz = SCALOGRAM_HZ
-    return TEXTS.figure("scalogram", plot, **_words(letter, record, state), low_hz=low_hz, high_hz=high_hz)
-
-
-def _title(record: RecordView, state: Fault) -> str:
-    return f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
 
 
 def _words(letter: str, record: RecordView, state: Fault) -> dict[str, Any]:

@@ -12,20 +12,13 @@ from srbval.report.prose import Prose
 TEXTS = Prose("srbval.report", "texts/table6.md")
 SPEED = Prose("srbval.report", "texts/speed_or_slip.md")
 LISTED = 4  # most measured records whose lines are listed one by one
-VERDICT_TONE = {
-    "differs": Tone.WARNING,
-    "agrees": Tone.GOOD,
-    "not resolved": Tone.NEUTRAL,
-    "insufficient data": Tone.NEUTRAL,
-    "met": Tone.GOOD,
-    "missed": Tone.BAD,
-}
+VERDICT_TONE = {"differs": Tone.WARNING, "agrees": Tone.GOOD, "met": Tone.GOOD, "missed": Tone.BAD}  # else neutral
 
 
 def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
     rows = findings.frame("table6")
-    rows["name"] = [f"{Fault(row['defect']).code} ({row['line']})" for _, row in rows.iterrows()]
+    rows["name"] = [f"{Fault(defect).code} ({line})" for defect, line in zip(rows["defect"], rows["line"], strict=True)]
     return TEXTS.section(
         first_line(findings.results, "inputs"),
         _at_paper(rows[rows["rig_source"] == "published"], findings),

@@ -57,11 +57,10 @@ def assemble_user_report(
     other_rows: Sequence[Mapping[str, Any]] = (),
     brief: bool = False,
 ) -> Report:
-    """Build the report; `command` is the one that makes it again, `failed` what it lacks.
+    """Build the report; `command` is the one that makes it again.
 
     `others` are the documents of records that have a row here and no section, `other_rows` these rows (`summary_of`).
-
-    If `brief`, only the answer of the first record, its reasons and the table of lines.
+    If `brief`, the report is the answer on the first record, its reasons and the table of lines.
     """
     origin, several = {"command": command, **provenance}, len(records) + len(others) > 1
     if several:
