@@ -4,23 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.report.figures.style import (
-    BLUE,
-    GREEN,
-    INK,
-    ORANGE,
-    PURPLE,
-    SOFT,
-    VERMILION,
-    Drawn,
-    legend_above,
-    new_axes,
-    new_figure,
-    panel,
-)
+from srbval.report.figures import style
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, legend_above, new_axes, panel
 
 # Colours of the states.
-STATES = {"outer": VERMILION, "inner": PURPLE, "roller": ORANGE, "other": SOFT, "healthy": "#9fd3bd"}
+STATES = {"outer": VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT, "healthy": "#9fd3bd"}
 LONGEST_NAME = 34  # characters of a recording's name
 
 
@@ -50,12 +38,8 @@ SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "
 
 @panel
 def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
-    """Cage ratio at each nominal speed: records of the rig, their mean, the scenes' 95 % bands, kinematics.
-
-    A row has `of` (``record``, ``mean``, ``kinematics``, or a scene of `SCENES`), `nominal_rpm`, `ratio`, and `low` and
-    `high`, its 95 % interval; a record's `state` is the fault's code.
-    """
-    figure = new_figure((4.8, 3.3))
+    """Cage ratio at each nominal speed, from the rows of `cage_ratio_rows`: records, mean, 95 % bands, kinematics."""
+    figure = style.new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
     panels = figure.subplots(1, len(speeds), sharey=True, squeeze=False)[0]
     shown = {row["state"] for row in rows}

@@ -18,20 +18,27 @@ CSV_COLUMNS, CSV_ROWS = 180, 40
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
 ) -> Drawn:
-    """|CWT| of the record's envelope as an image over time and logarithmic frequency, colours from zero to `top`.
+    """|CWT| of the record's envelope over time and logarithmic frequency, colours from zero to `top`.
 
-    The line of `state` is marked, and, if the shaft modulates it, the shaft's period by ticks along the top. The
-    cones of influence of both ends are hatched.
+    The line of `state` is marked; ticks along the top mark the shaft's period if the shaft modulates it. The cones of
+    influence of both ends are hatched.
     """
+    from matplotlib import colormaps
+
     start, stop = record.window_s
     time = image.time_s + start
     inside = (time >= start) & (time <= stop)
     frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
     span = (0.0, (stop - start) * 1e3)
     figure, axes = new_axes(HALF)
-    drawn = _draw_image(axes, shown, frequency, span, top)
+    axes.grid(False)
+    extent = (*span, *np.log10(frequency[[0, -1]]))
+    look = {"cmap": colormaps["viridis"].resampled(LEVELS), "interpolation": "none", "aspect": "auto"}
+    drawn = axes.imshow(shown, origin="lower", extent=extent, vmin=0.0, vmax=top, **look)
     axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
-    _log_ticks(axes, frequency)
+    ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if frequency[0] <= (hz := m * 10.0**k) <= frequency[-1]]
+    axes.set_yticks(np.log10(ticks), labels=[f"{hz:g}" for hz in ticks])
+    axes.tick_params(direction="out")
     _hatch_cone(axes, image, span)
     if state.line:
         level = float(np.log10(record.analysis.line(state.line).kinematic_hz))
@@ -55,23 +62,6 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
     above = np.clip(np.searchsorted(logs, wanted), 1, len(logs) - 1)
     weight = ((wanted - logs[above - 1]) / (logs[above] - logs[above - 1]))[:, None]
     return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
-
-
-def _draw_image(axes: Any, image: FloatArray, frequency: FloatArray, span: tuple[float, float], top: float) -> Any:
-    from matplotlib import colormaps
-
-    axes.grid(False)
-    extent = (*span, float(np.log10(frequency[0])), float(np.log10(frequency[-1])))
-    look = {"cmap": colormaps["viridis"].resampled(LEVELS), "interpolation": "none", "aspect": "auto"}
-    return axes.imshow(image, origin="lower", extent=extent, vmin=0.0, vmax=top, **look)
-
-
-def _log_ticks(axes: Any, frequency: FloatArray) -> None:
-    """Ticks at 1, 2, 5 of each decade, labelled in Hz, on an axis that is linear in log10."""
-    candidates = [m * 10.0**k for k in range(-1, 6) for m in (1, 2, 5)]
-    shown = [f for f in candidates if frequency[0] <= f <= frequency[-1]]
-    axes.set_yticks(np.log10(shown), labels=[f"{f:g}" for f in shown])
-    axes.tick_params(direction="out")
 
 
 def _hatch_cone(axes: Any, image: Scalogram, span: tuple[float, float]) -> None:

@@ -18,9 +18,8 @@ LEAST_REACH = 1e-3  # of the cage speed's axis, as a share of its mean: rounding
 def plot(of: Run | Analysis, *, healthy: Analysis | None = None) -> Any:
     """A matplotlib figure of a run or an analysis. Notebooks show what this returns; ``savefig`` writes it.
 
-    Of a run: acceleration along the sensor's axis in time, its spectrum, the cage's speed. Of an analysis: the middle
-    of the record with its envelope, and the envelope spectrum with its lines marked, in m/s² if the recording is;
-    `healthy`, analysed in the same band, is drawn dashed.
+    A run: acceleration along the sensor's axis, its spectrum, the cage's speed. An analysis: the middle of the record
+    with its envelope, and the envelope spectrum with its lines; `healthy`, read in the same band, is drawn dashed.
     """
     with figure_style():
         return plot_run(of) if isinstance(of, Run) else plot_analysis(of, healthy)

@@ -6,29 +6,12 @@ from typing import Any
 import numpy as np
 
 from srbval.recordings import Origin
-from srbval.report.figures.style import (
-    BINS_SHOWN,
-    BLUE,
-    GREEN,
-    HALF,
-    HEALTHY,
-    INK,
-    ORIGINS,
-    VERMILION,
-    WIDE,
-    Drawn,
-    extreme_indices,
-    legend_above,
-    new_axes,
-    panel,
-    plotted,
-    rounded,
-    title_panel,
-)
+from srbval.report.figures import style
+from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, Drawn, legend_above, new_axes, panel, plotted
 from srbval.report.findings.records import OWN_UNIT, Cursor, RecordView, SpectrumView
 
 PLOTTED_BINS = 700
-HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
+HEALTHY_LOOK = {"color": style.HEALTHY, "ls": (0, (3, 1.2))}
 FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
 UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
 ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.7}
@@ -46,20 +29,19 @@ def acceleration_panel(
 ) -> Drawn:
     """Acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
 
-    Give every panel of a figure the same `limit`. `period`, a name and its length [s], is drawn as a bar, to be
-    compared with the spacing of the bursts.
+    `period`, a name and a length [s], is drawn as a bar beside the spacing of the bursts.
     """
     figure, axes = new_axes(inches)
-    kept = extreme_indices(record.acceleration, PLOTTED_BINS)
+    kept = style.extreme_indices(record.acceleration, PLOTTED_BINS)
     draw_acceleration(axes, record, limit, kept)
     if period:
         _mark_period(axes, *period)
-    title_panel(axes, record.origin, letter, title)
+    style.title_panel(axes, record.origin, letter, title)
     legend_above(axes)
     return figure, {
         "time_s": record.time_s[kept] - record.window_s[0],
-        "acceleration_std": rounded(record.acceleration[kept]),
-        "envelope_std": rounded(record.envelope[kept]),
+        "acceleration_std": style.rounded(record.acceleration[kept]),
+        "envelope_std": style.rounded(record.envelope[kept]),
     }
 
 
@@ -87,10 +69,9 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 def band_panel(
     records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float, letter: str = ""
 ) -> Drawn:
-    """One Welch spectrum for each of `records`, by what they are called; the last one's band is shaded.
+    """Welch spectra of `records` (name: record), all at the same frequencies; the last one's band is shaded.
 
-    At most two besides the healthy one, whose name begins so; one alone in the colour of its origin. All are given at
-    the same frequencies. Give both sides of a comparison the same `limits_db` and `end_hz`.
+    At most two besides the healthy one, whose name begins so; one alone has the colour of its origin.
     """
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
@@ -101,15 +82,15 @@ def band_panel(
     place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
     axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
     alone = sum(not name.startswith("healthy") for name in records) == 1
-    colours = iter((ORIGINS[origin][1],) if alone else (BLUE, VERMILION))
+    colours = iter((ORIGINS[origin][1],) if alone else (style.BLUE, style.VERMILION))
     for name, record in records.items():
         look = HEALTHY_LOOK if name.startswith("healthy") else {"color": next(colours)}
         axes.plot(last.power_hz / 1e3, record.power_db, **look, lw=0.9, label=name)
     density = "1 (m/s²)²/Hz" if last.unit == OWN_UNIT else "1/Hz"
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
-    title_panel(axes, origin, letter, "spectra before demodulation", pad=9.0)
+    style.title_panel(axes, origin, letter, "spectra before demodulation", pad=9.0)
     legend_above(axes)
-    levels = {name.replace(" ", "_") + "_db": rounded(np.asarray(r.power_db)) for name, r in records.items()}
+    levels = {name.replace(" ", "_") + "_db": style.rounded(np.asarray(r.power_db)) for name, r in records.items()}
     return figure, {"frequency_hz": last.power_hz} | levels
 
 
@@ -125,20 +106,23 @@ NAMES_FROM = 0.75  # height at which the labels of a narrow picture begin, above
 def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False) -> Drawn:
     """An envelope spectrum from zero to `top`, Hz below and shaft orders above.
 
-    Give both sides of a comparison the same `top`. `brief`: for panels side by side, of half the width, lines by their
-    names alone and no legend, whose part their common caption takes.
+    `brief`: of half the width, for panels side by side, with the lines' names alone and no legend.
     """
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(BRIEF if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)
     _name_peaks(axes, view.others, [cursor.frequency_hz for cursor in view.cursors if not cursor.sideband])
-    title_panel(axes, record.origin, letter, title, pad=9.0)
+    style.title_panel(axes, record.origin, letter, title, pad=9.0)
     if not brief:
         legend_above(axes, points=ORDER_LABEL_POINTS)
-    frequency, height = plotted(record.frequency_hz, record.amplitude, view.end_hz, BINS_SHOWN)
-    columns = {"frequency_hz": frequency, "shaft_order": frequency / record.shaft_hz, "amplitude": rounded(height)}
+    frequency, height = plotted(record.frequency_hz, record.amplitude, view.end_hz, style.BINS_SHOWN)
+    columns = {
+        "frequency_hz": frequency,
+        "shaft_order": frequency / record.shaft_hz,
+        "amplitude": style.rounded(height),
+    }
     if healthy is not None:
-        columns["healthy_amplitude"] = rounded(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
+        columns["healthy_amplitude"] = style.rounded(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
     return figure, columns
 
 
@@ -166,8 +150,8 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
     """The cursors up to `NAMES_FROM`, above them the names of the harmonics and of the first one's sidebands."""
     blended = axes.get_xaxis_transform()
     for cursor in view.cursors:
-        style = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
-        axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **style)
+        look: dict[str, Any] = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
+        axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **look)
         if not cursor.sideband or not cursor.name[0].isdigit():
             look = {"fontsize": 5.5 if cursor.sideband else 6.5, "color": GREEN, "zorder": 6}
             axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, **UPRIGHT, **look)

@@ -97,21 +97,11 @@ def limits_section(findings: Findings) -> Section:
     records, compared = findings.matrix.records, findings.matrix.comparisons["record"]
     axial = bool(records[records["file"].isin(compared)]["axial_kn"].any())
     passing = findings.data["point_passing"]
-    items = (
-        blind_sentence(
-            findings.matrix.comparisons.to_dict("records"), predicted="prediction_outcome" in findings.results
-        ),
-        *missed_sentence(stated_verdicts(findings)),
-        *LIMITS.items(
-            "limits",
-            axial="V" if axial else "Axial load, v",
-            points_per_circle=passing["points_per_circle"],
-            outer_khz=passing["outer_hz"] / 1e3,
-            inner_khz=passing["inner_hz"] / 1e3,
-            shaft_rpm=passing["shaft_rpm"],
-        ),
-    )
-    return LIMITS.section(Listing(items))
+    khz = {"outer_khz": passing["outer_hz"] / 1e3, "inner_khz": passing["inner_hz"] / 1e3}
+    rows, predicted = findings.matrix.comparisons.to_dict("records"), "prediction_outcome" in findings.results
+    missed = missed_sentence(stated_verdicts(findings))
+    limits = LIMITS.items("limits", axial="V" if axial else "Axial load, v", **passing | khz)
+    return LIMITS.section(Listing((blind_sentence(rows, predicted=predicted), *missed, *limits)))
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:

@@ -29,19 +29,13 @@ def table6_section(findings: Findings) -> Section:
 
 def _at_paper(rows: Any, findings: Findings) -> Table:
     own = [findings.analyses["paper"][Fault(row["defect"])].line(row["line"]) for _, row in rows.iterrows()]
-    shown = rows.assign(
-        **{f"{name}_badge": Badge.PUBLISHED for name in ("kinematic_hz", "paper_model_hz", "paper_rig_hz")},
-        model_hz_badge=Badge.SIMULATED,
-        model_hz_ci95=rows["model_ci95_hz"],
-        **{
-            f"{name}_note": [f"{value:+.2f} %" for value in rows[deviation]]
-            for name, deviation in (
-                ("paper_model_hz", "paper_model_recomputed_pct"),
-                ("paper_rig_hz", "paper_rig_recomputed_pct"),
-                ("model_hz", "model_deviation_pct"),
-            )
-        },
-    )
+    shown = rows.assign(kinematic_hz_badge=Badge.PUBLISHED, model_hz_ci95=rows["model_ci95_hz"])
+    for name, badge, deviation in (
+        ("paper_model_hz", Badge.PUBLISHED, "paper_model_recomputed_pct"),
+        ("paper_rig_hz", Badge.PUBLISHED, "paper_rig_recomputed_pct"),
+        ("model_hz", Badge.SIMULATED, "model_deviation_pct"),
+    ):
+        shown[f"{name}_badge"], shown[f"{name}_note"] = badge, rows[deviation].map("{:+.2f} %".format)
     computed = " and ".join(f"{line.name} {line.kinematic_hz:.2f} Hz" for line in own)
     return TEXTS.table("table-6-paper-speed", shown, shaft_rpm=findings.printed.shaft_rpm, computed=computed)
 
@@ -70,20 +64,14 @@ def speed_or_slip_section(findings: Findings) -> Section:
     )
     slip_difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
     rig = sums[sums["source"] == "paper's rig"].iloc[0]
+    measured = sums[sums["origin"] == "measured"].to_dict("records")
+    words = {name: rig[name] for name in ("difference_pct", "implied_rpm")} | {"printed_pct": inner.rig_printed_pct}
+    words["inner_rpm"] = findings.printed.shaft_rpm * inner.rig_hz / inner.kinematic_hz
+    words["measured"] = measured_sentence(measured, findings.data["speed_and_slip"])
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
         SPEED.table("sum-rule-table", shown, rollers=rollers, slip_difference=slip_difference),
-        SPEED.callout(
-            "statement",
-            tone=Tone.NEUTRAL,
-            printed_pct=inner.rig_printed_pct,
-            difference_pct=rig["difference_pct"],
-            implied_rpm=rig["implied_rpm"],
-            inner_rpm=findings.printed.shaft_rpm * inner.rig_hz / inner.kinematic_hz,
-            measured=measured_sentence(
-                sums[sums["origin"] == "measured"].to_dict("records"), findings.data["speed_and_slip"]
-            ),
-        ),
+        SPEED.callout("statement", tone=Tone.NEUTRAL, **words),
     )
 
 

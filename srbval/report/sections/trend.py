@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from typing import Any
 
+import numpy as np
+
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
 from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
 from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
@@ -22,17 +24,14 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
     tone = Tone.BAD if trend.alarm else Tone.GOOD if trend.comparisons else Tone.NEUTRAL
     pictures = [_levels(trend, one, f"levels-{number}") for number, one in enumerate(trend.channels, start=1)]
     first = trend.channels.index(trend.alarm) if trend.alarm else 0
-    sections = [
-        _section(one, number, () if number == first else (pictures[number],))
-        for number, one in enumerate(trend.channels)
-    ]
+    places = [() if number == first else (picture,) for number, picture in enumerate(pictures)]
+    sections = map(_section, trend.channels, range(1, len(places) + 1), places)
+    points, headline = tuple(trend_points(trend)), literal(trend.answer)
     return Report(
         title=TEXTS.section(records=len(trend.channels[0].points)).title,
         subtitle=TEXTS.text("subtitle", time_from=trend.time_from),
         generated_utc=datetime.now(UTC),
-        verdict=VerdictBox(
-            tone=tone, headline=literal(trend.answer), points=tuple(trend_points(trend)), figure=pictures[first]
-        ),
+        verdict=VerdictBox(tone=tone, headline=headline, points=points, figure=pictures[first]),
         sections=(*sections, provenance_section({"command": command, **provenance})),
         data={"trend": trend},
     )
@@ -87,9 +86,9 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
         "zone": "Zone",
         "rpm": ("Shaft", "rpm", ".1f"),
     }
-    table = TEXTS.table("records", rows, columns, id=f"records-{number + 1}")
+    table = TEXTS.table("records", rows, columns, id=f"records-{number}")
     title = f"Channel {one.channel}" if one.channel else "The records"
-    return Section(id=f"channel-{number + 1}", title=title, blocks=(*pictures, table))
+    return Section(id=f"channel-{number}", title=title, blocks=(*pictures, table))
 
 
 @panel
@@ -101,19 +100,10 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     marked = len(times) <= MOST_MARKED
     columns: dict[str, Any] = {"time": [one.time_text(point) for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
-        rises = [_number(one.rise_db(point["levels"], name)) for point in one.points]
-        half = [_number(point["ci95_db"].get(name)) for point in one.points]
-        upper.errorbar(
-            times,
-            rises,
-            yerr=half,
-            color=colour,
-            marker=mark if marked else None,
-            ms=3.5,
-            lw=0.9,
-            elinewidth=0.5,
-            label=name,
-        )
+        rises = np.array([one.rise_db(point["levels"], name) for point in one.points], dtype=float)  # None: not a number
+        half = np.array([point["ci95_db"].get(name) for point in one.points], dtype=float)
+        look = {"color": colour, "marker": mark if marked else None, "ms": 3.5, "lw": 0.9, "elinewidth": 0.5}
+        upper.errorbar(times, rises, yerr=half, label=name, **look)
         if (limit := one.rise_db(one.limits, name)) is not None:
             upper.axhline(limit, color=colour, ls="--", lw=0.8)
         columns |= {f"{name}_db": rises, f"{name}_ci95_db": half}
@@ -126,11 +116,10 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     shown = [point["levels"][RMS] for point in one.points] if None in velocity else velocity
     lower.plot(times, shown, color=SOFT, marker="o" if marked else None, ms=3.5, lw=0.9)
     lower.set_ylabel(f"RMS, {one.unit}" if None in velocity else "Velocity RMS, mm/s")
+    right = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom", "fontsize": 7}
     for zone, least in () if None in velocity else one.zones:
         lower.axhline(least, color=ORANGE, lw=0.8)
-        lower.annotate(
-            f"zone {zone}", (1.0, least), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=7
-        )
+        lower.annotate(f"zone {zone}", (1.0, least), **right)
     lower.set_xlabel("Time" if isinstance(times[0], datetime) else "Record")
     if isinstance(times[0], datetime):
         from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
@@ -139,7 +128,3 @@ def levels_panel(one: ChannelTrend) -> Drawn:
         lower.xaxis.set_major_locator(locator)
         lower.xaxis.set_major_formatter(ConciseDateFormatter(locator))
     return figure, columns | {"rms_or_velocity": shown}
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else value

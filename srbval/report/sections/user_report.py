@@ -22,21 +22,10 @@ from srbval.report.figures.style import HALF, WIDE
 from srbval.report.findings.records import SEGMENT_HZ, badge_of, detected_peaks, first_lines, highest_of
 from srbval.report.findings.user_records import ModelSide, UserRecord
 from srbval.report.plain import literal
+from srbval.report.sections import user_texts
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
-from srbval.report.sections.user_texts import (
-    HEALTHY,
-    TEXTS,
-    baseline_items,
-    fact_items,
-    headline_of_all,
-    limit_items,
-    model_paragraph,
-    points_of_all,
-    points_of_one,
-    spectrum_words,
-    unseen_reason,
-)
+from srbval.report.sections.user_texts import HEALTHY, TEXTS
 from srbval.signal import LEAST_SNR
 
 SCHEMA_VERSION = 1
@@ -70,18 +59,24 @@ def assemble_user_report(
         names = [f"{row['name']} {row['channel'] or ''}" if with_channel else row["name"] for row in summaries]
         bars = [(name, one["probabilities"]) for name, one in zip(names, faults, strict=True) if one["probabilities"]]
         verdict = _verdict_of_all(summaries, bars, len(failed))
-        sections = [_section("overview", _overview(names, summaries, len(records)), open=True)]
-        sections += [
-            _of_record(record, number, f"{name}: {row['state']}")
-            for number, (record, name, row) in enumerate(zip(records, names, summaries, strict=False), start=1)
-        ]
+        frame = pd.DataFrame(summaries).assign(recording=names)
+        percent, tones = 100 * frame["probability"].astype(float), frame["alarm"].map(ALARM_TONES)
+        shown = frame.assign(probability=percent, state_tone=tones)
+        sections = [_section("overview", TEXTS.table("overview-table", shown, sections=len(records)), open=True)]
+        for number, (record, name, row) in enumerate(zip(records, names, summaries, strict=False), start=1):
+            parts = [block for one in _sections(record, f"-{number}") for block in (Heading(one.title), *one.blocks)]
+            blocks = (_spectrum(record, f"-{number}"), *parts)
+            sections.append(Section(id=f"record-{number}", title=f"{name}: {row['state']}", blocks=blocks))
     else:
-        verdict = _verdict(records[0])
+        points, of_one = tuple(user_texts.points_of_one(records[0])), records[0].verdict
+        headline, figure = literal(of_one.headline), _spectrum(records[0], "")
+        verdict = VerdictBox(tone=TONES[of_one.finding], headline=headline, points=points, figure=figure)
         sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF]
     if failed:
-        sections.insert(1, _section("failed", Listing(tuple(map(_failure, failed))), open=True))
+        reasons = [str(one.error) if one.file in str(one.error) else f"{one.file}: {one.error}" for one in failed]
+        sections.insert(1, _section("failed", Listing(tuple(map(literal, reasons))), open=True))
     if not brief:
-        sections += [_section("limits", Listing(tuple(limit_items(records)))), provenance_section(origin)]
+        sections += [_section("limits", Listing(tuple(user_texts.limit_items(records)))), provenance_section(origin)]
     first, count = records[0].analysis, len(records) + len(others)
     rpm = f", {60 * first.speed.value_hz:.5g} rpm" if len(records) == 1 else ""
     return Report(
@@ -103,12 +98,6 @@ def assemble_user_report(
     )
 
 
-def _verdict(record: UserRecord) -> VerdictBox:
-    verdict = record.verdict
-    points, figure = tuple(points_of_one(record)), _spectrum(record, "")
-    return VerdictBox(tone=TONES[verdict.finding], headline=literal(verdict.headline), points=points, figure=figure)
-
-
 def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
@@ -121,8 +110,8 @@ def _verdict_of_all(
     }
     return VerdictBox(
         tone=next(tone for alarm, tone in ALARM_TONES.items() if alarm in alarms),
-        headline=headline_of_all(summaries),
-        points=tuple(points_of_all(summaries, failed)),
+        headline=user_texts.headline_of_all(summaries),
+        points=tuple(user_texts.points_of_all(summaries, failed)),
         figure=TEXTS.figure("probabilities", probabilities_plot(shown), **words) if shown else None,
     )
 
@@ -131,37 +120,16 @@ def _section(about: str, *blocks: Block, open: bool = False) -> Section:
     return Section(id=about, title=TEXTS.text(f"title-{about}"), blocks=blocks, open=open)
 
 
-def _failure(failed: FailedFile) -> str:
-    reason = str(failed.error)
-    return literal(reason if failed.file in reason else f"{failed.file}: {reason}")
-
-
-def _overview(names: Sequence[str], summaries: Sequence[Mapping[str, Any]], sections: int) -> Table:
-    frame = pd.DataFrame(summaries).assign(recording=names)
-    frame["state_tone"], frame["probability"] = (
-        frame["alarm"].map(ALARM_TONES),
-        100 * frame["probability"].astype(float),
-    )
-    return TEXTS.table("overview-table", frame, sections=sections)
-
-
-def _of_record(record: UserRecord, number: int, title: str) -> Section:
-    """One section for one of several records, its parts with headings of their own."""
-    suffix = f"-{number}"
-    blocks = [block for part in _sections(record, suffix) for block in (Heading(part.title), *part.blocks)]
-    return Section(id=f"record{suffix}", title=title, blocks=(_spectrum(record, suffix), *blocks))
-
-
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     """Sections of one record; `suffix` makes the ids of its figures and tables unique."""
     verdict, recording = record.verdict, record.analysis.recording
     reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
-    yield _section("answer", shown, Listing(fact_items(record.analysis)))
+    yield _section("answer", shown, Listing(user_texts.fact_items(record.analysis)))
     yield _section("lines", _lines(record, suffix), *_not_detected(record))
     yield _section("signal", _band(record, suffix), _times(record, suffix))
     if record.baseline is not None:
-        yield _section("baseline", Listing(tuple(baseline_items(record, record.baseline))))
+        yield _section("baseline", Listing(tuple(user_texts.baseline_items(record, record.baseline))))
     if isinstance(record.model, str):
         yield _section("model", TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
     elif record.model is not None:
@@ -175,11 +143,9 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     top = LABEL_ROOM * max(highest_of(side, view.end_hz) for side in sides)
     plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
+    words = user_texts.spectrum_words(record) | {"id": f"spectrum-figure{suffix}", "badge": badge_of(record.analysis)}
     explore = explore_spectrum(view, f"Envelope, {view.record.unit}", curves)
-    badge = badge_of(record.analysis)
-    return TEXTS.figure(
-        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge, explore=explore, **spectrum_words(record)
-    )
+    return TEXTS.figure("spectrum", plot, explore=explore, **words)
 
 
 def _lines(record: UserRecord, suffix: str) -> Table:
@@ -193,18 +159,14 @@ def _lines(record: UserRecord, suffix: str) -> Table:
 
 def _line_row(line: Line, healthy: Line | None) -> dict[str, Any]:
     fault = Fault.of_line(line.name)
-    return {
+    return vars(line) | {
         "part": fault.label if fault else "cage",
-        "name": line.name,
-        "kinematic_hz": line.kinematic_hz,
         "found_hz": line.found_hz if line.detected else None,
         "found_hz_ci95": line.ci95_hz,
         "deviation_pct": line.detected_deviation_pct,
         "deviation_pct_ci95": line.deviation_ci95_pct,
-        "snr": line.snr,
         "depth_pct": None if line.depth is None else 100 * line.depth,
         "healthy_pct": None if healthy is None or healthy.depth is None else 100 * healthy.depth,
-        "false_alarm": line.false_alarm,
         "seen": "yes" if line.detected else "no",
         "seen_tone": Tone.WARNING if line.detected and fault else Tone.NEUTRAL,
     }
@@ -215,7 +177,9 @@ def _not_detected(record: UserRecord) -> Iterator[Block]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
         yield TEXTS.paragraph("unseen-intro")
-        yield Listing(tuple(TEXTS.text("unseen", line=line, why=unseen_reason(line, **limits)) for line in unseen))
+        yield Listing(
+            tuple(TEXTS.text("unseen", line=line, why=user_texts.unseen_reason(line, **limits)) for line in unseen)
+        )
 
 
 def _band(record: UserRecord, suffix: str) -> Figure:
@@ -224,13 +188,9 @@ def _band(record: UserRecord, suffix: str) -> Figure:
     top = max(float(np.nanmax(one.power_db)) for one in records.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
-    words: dict[str, Any] = {
-        "low_hz": low_hz,
-        "high_hz": high_hz,
-        "resolution_hz": SEGMENT_HZ,
-        "healthy": HEALTHY if view.healthy else "",
-    }
-    return TEXTS.figure("band", plot, id=f"band-figure{suffix}", badge=badge_of(record.analysis), **words)
+    words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "resolution_hz": SEGMENT_HZ}
+    words |= {"id": f"band-figure{suffix}", "badge": badge_of(record.analysis)}
+    return TEXTS.figure("band", plot, healthy=HEALTHY if view.healthy else "", **words)
 
 
 def _times(record: UserRecord, suffix: str) -> Block:
@@ -245,19 +205,12 @@ def _times(record: UserRecord, suffix: str) -> Block:
     panels = []
     for title, key, one in sides:
         plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
-        words: dict[str, Any] = {
-            "id": f"time-figure{key}{suffix}",
-            "badge": badge_of(one.analysis),
-            "title": title,
-            "heading": title.capitalize(),
-        }
-        panels.append(TEXTS.figure("time", plot, wide=False, **words))
+        words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": badge_of(one.analysis), "title": title}
+        panels.append(TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
     start, stop = view.record.window_s
     same_axes = ", on the same axes" if view.healthy else ""
     bar = f" {TEXTS.text('period', name=marked.name)}" if marked else ""
-    return TEXTS.grid(
-        "grid-time", panels, columns=len(panels), window_ms=1e3 * (stop - start), axes=same_axes, period=bar
-    )
+    return TEXTS.grid("grid-time", panels, window_ms=1e3 * (stop - start), axes=same_axes, period=bar)
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
@@ -265,7 +218,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_beside(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions = ", with what the bearing's dimensions leave open of it" if model.open_cage else ""
-    yield model_paragraph(model)
+    yield user_texts.model_paragraph(model)
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
     yield TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
@@ -278,9 +231,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
 def _beside(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
     """A line of the record beside the model's [Hz], with the 95 % half width of the model's [%]."""
     found_hz = line.found_hz if line.detected else None
-    return {
-        "name": line.name,
-        "kinematic_hz": line.kinematic_hz,
+    return vars(line) | {
         "model_hz": model_hz,
         "model_hz_ci95": model_hz * model_ci95_pct / 100 or None,
         "found_hz": found_hz,
