@@ -167,6 +167,7 @@ def _line_row(line: Line, healthy: Line | None) -> dict[str, Any]:
         "deviation_pct_ci95": line.deviation_ci95_pct,
         "depth_pct": None if line.depth is None else 100 * line.depth,
         "healthy_pct": None if healthy is None or healthy.depth is None else 100 * healthy.depth,
+        "false_alarm": line.false_alarm,
         "seen": "yes" if line.detected else "no",
         "seen_tone": Tone.WARNING if line.detected and fault else Tone.NEUTRAL,
     }
