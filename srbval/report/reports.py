@@ -77,22 +77,11 @@ def report_recordings(
     if "pdf" in formats:
         require_typst()
     with one_thread():
-        records, failed, facts = gather_user_records(
-            recordings,
-            RecordRequest(auto_band_if_undeclared=True, **asked),
-            healthy=healthy,
-            model=model,
-            all_channels=all_channels,
-            progress=progress,
-        )
-        report = assemble_user_report(
-            records,
-            failed=failed,
-            others=others,
-            other_rows=[*map(summary_of, others)],
-            command=command,
-            provenance=facts,
-        )
+        request = RecordRequest(auto_band_if_undeclared=True, **asked)
+        options: dict[str, Any] = {"model": model, "all_channels": all_channels, "progress": progress}
+        records, failed, facts = gather_user_records(recordings, request, healthy=healthy, **options)
+        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
+        report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
 
 

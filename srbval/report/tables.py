@@ -48,8 +48,8 @@ def frame_table(
 def _column(title: Title) -> Column:
     if isinstance(title, Column):
         return title
-    name, unit, spec = (*((title,) if isinstance(title, str) else title), "", "")[:3]
-    return Column(title=name, unit=unit, format=spec)
+    given = (title,) if isinstance(title, str) else title
+    return Column(**dict(zip(("title", "unit", "format"), given, strict=False)))
 
 
 def _cell(row: Mapping[str, Any], name: str, column: Column) -> Cell:

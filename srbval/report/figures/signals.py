@@ -66,12 +66,10 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 
 @panel
-def band_panel(
-    records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float, letter: str = ""
-) -> Drawn:
+def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> Drawn:
     """Welch spectra of `records` (name: record), all at the same frequencies; the last one's band is shaded.
 
-    At most two besides the healthy one, whose name begins so; one alone has the colour of its origin.
+    A healthy one, whose name begins so, is dashed.
     """
     last = list(records.values())[-1]
     origins = [record.origin for record in records.values()]
@@ -81,14 +79,12 @@ def band_panel(
     axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
     place, text = (band_hz[right] / 1e3, limits_db[1]), f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz "
     axes.text(*place, text, color=GREEN, fontsize=8, va="top", ha="right" if right else "left", zorder=9)
-    alone = sum(not name.startswith("healthy") for name in records) == 1
-    colours = iter((ORIGINS[origin][1],) if alone else (style.BLUE, style.VERMILION))
     for name, record in records.items():
-        look = HEALTHY_LOOK if name.startswith("healthy") else {"color": next(colours)}
+        look = HEALTHY_LOOK if name.startswith("healthy") else {"color": ORIGINS[origin][1]}
         axes.plot(last.power_hz / 1e3, record.power_db, **look, lw=0.9, label=name)
     density = "1 (m/s²)²/Hz" if last.unit == OWN_UNIT else "1/Hz"
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
-    style.title_panel(axes, origin, letter, "spectra before demodulation", pad=9.0)
+    style.title_panel(axes, origin, "", "spectra before demodulation", pad=9.0)
     legend_above(axes)
     levels = {name.replace(" ", "_") + "_db": style.rounded(np.asarray(r.power_db)) for name, r in records.items()}
     return figure, {"frequency_hz": last.power_hz} | levels

@@ -167,14 +167,6 @@ def row_above(axes: Any, points: float) -> Any:
 
 def legend_above(axes: Any, points: float = 3.0) -> None:
     """Legend in one row above the axes, at the right, where no curve can run into it."""
-    axes.legend(
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        bbox_transform=row_above(axes, points),
-        ncols=6,
-        borderaxespad=0,
-        borderpad=0,
-        columnspacing=1.2,
-        handletextpad=0.5,
-        frameon=False,
-    )
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": row_above(axes, points)}
+    spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
+    axes.legend(**place, **spaces, ncols=6, frameon=False)

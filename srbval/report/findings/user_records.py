@@ -63,18 +63,9 @@ class ModelSide:
 
     def to_dict(self) -> dict[str, Any]:
         """Its entry in ``report.json``."""
-        run = self.run
-        return {
-            "scene": self.base,
-            "model": run.scene.model,
-            "state": self.state,
-            "status": run.status,
-            "cage_ratio": run.cage_ratio,
-            "bpfo_hz": run.bpfo_hz,
-            "bpfi_hz": run.bpfi_hz,
-            "open_cage": self.open_cage,
-            "analysis": self.view.analysis,
-        }
+        own = {name: getattr(self.run, name) for name in ("status", "cage_ratio", "bpfo_hz", "bpfi_hz")}
+        origin = {"scene": self.base, "model": self.run.scene.model, "state": self.state}
+        return origin | own | {"open_cage": self.open_cage, "analysis": self.view.analysis}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,10 +87,10 @@ class UserRecord(RecordReading):
     def to_dict(self) -> dict[str, Any]:
         """Entry in ``report.json``: all numbers; the data files of figures contain the arrays."""
         baseline, model = self.baseline, self.model
+        shown = baseline and {name: getattr(baseline, name) for name in ("conditions", "remarks", "analysis")}
         return super().to_dict() | {
             "unseen": {line.name: line.not_detected for line in first_lines(self.analysis) if not line.detected},
-            "baseline": baseline
-            and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
+            "baseline": shown,
             "model": {"failed": model} if isinstance(model, str) else model,
         }
 

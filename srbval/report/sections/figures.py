@@ -9,17 +9,9 @@ from srbval.bearing import Fault
 from srbval.report.blocks import Explore, Figure, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
+from srbval.report.findings import records
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import (
-    WINDOW_S,
-    RecordView,
-    SpectrumView,
-    badge_of,
-    fault_cursors,
-    highest_of,
-    side_of,
-    tall_peaks,
-)
+from srbval.report.findings.records import RecordView, badge_of, side_of
 from srbval.report.prose import Prose
 from srbval.signal.spectrum import SCALOGRAM_HZ
 
@@ -60,7 +52,7 @@ def figures_section(findings: Findings) -> Section:
     shares = {side_of(sides[name][Fault.INNER].analysis): share for name, share in findings.data["sidebands"].items()}
     return TEXTS.section(
         TEXTS.paragraph("intro", model_band=_band(model), rig_band=_band(rig)),
-        TEXTS.grid("grid-11", times, "Figure 11", window_ms=1e3 * (WINDOW_S[1] - WINDOW_S[0])),
+        TEXTS.grid("grid-11", times, "Figure 11", window_ms=1e3 * (records.WINDOW_S[1] - records.WINDOW_S[0])),
         *spectra,
         TEXTS.paragraph(
             "sidebands",
@@ -91,9 +83,11 @@ def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figur
     assert line is not None, "only the defects of races have a spectrum figure"
     shaft_hz, orders = record.shaft_hz, record.analysis.bearing.orders
     line_hz = record.analysis.line(line).kinematic_hz
-    cursors = fault_cursors(line, line_hz, SPECTRUM_HZ, sideband_hz=shaft_hz, sidebands=2 if state.sidebands else 0)
+    cursors = records.fault_cursors(
+        line, line_hz, SPECTRUM_HZ, sideband_hz=shaft_hz, sidebands=2 if state.sidebands else 0
+    )
     found = tuple((hz, height) for n, hz, height in record.peaks if n.startswith(line))
-    others = tall_peaks(
+    others = records.tall_peaks(
         record.frequency_hz,
         record.amplitude,
         SPECTRUM_HZ,
@@ -101,10 +95,10 @@ def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figur
         marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for hz, _ in found)],
         orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
     )
-    view = SpectrumView(
+    view = records.SpectrumView(
         record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ, others=others
     )
-    top = LABEL_ROOM * max(highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
+    top = LABEL_ROOM * max(records.highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
     plot = spectrum_panel(view, top=top, letter=letter[-1], title=title, brief=True)
     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
@@ -112,7 +106,7 @@ def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figur
     return TEXTS.figure("spectrum", plot, **words, line=line, end_hz=SPECTRUM_HZ)
 
 
-def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
+def explore_spectrum(view: records.SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
     """Chart of an envelope spectrum for scripts; `curves` names the columns of its data file."""
     return Explore(
         x="frequency_hz",
