@@ -1,7 +1,4 @@
-"""The report as a tree of frozen dataclasses: sections of text, tables and pictures; renderers only walk it.
-
-The source of a number (`Badge`) and its judgement (`Tone`) are words first; colour only repeats them.
-"""
+"""The report as a tree of frozen dataclasses; a source (`Badge`) and a judgement (`Tone`) are words before colours."""
 
 import enum
 import math

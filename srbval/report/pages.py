@@ -1,7 +1,4 @@
-"""Pages that studies add to the report, made of stored results.
-
-A page is one section. Its first line states the origin of its result, or which command computes it.
-"""
+"""Pages that studies add to the report, each one section made of stored results and starting with their origin."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

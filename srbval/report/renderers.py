@@ -21,6 +21,7 @@ _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
 # Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
 LONGEST_WORD = 28
+_SEPARATOR = re.compile(r"(?<=[/_])(?=[^/_])")
 LONGEST_IN_CELL = 14  # in a table: a longer one may be broken between its parts
 
 
@@ -108,22 +109,16 @@ def _known_characters() -> frozenset[int]:
 
 
 def _displayable(value: Any) -> Any:
-    """Make every string of the tree drawable: unknown characters replaced, endless words breakable.
-
-    In a table's cell a long word, such as a file's name, may also be broken after a slash or an underscore.
-    """
+    """Make every string of the tree drawable: unknown characters replaced, endless words breakable, most in a cell."""
     if isinstance(value, dict):
         shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
-        if "number" in value:  # a cell
-            shown |= {key: _displayable_text(_breakable(value[key])) for key in ("text", "note")}
+        for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name
+            parts = re.sub(rf"\S{{{LONGEST_IN_CELL},}}", lambda word: _SEPARATOR.sub("\u200b", word[0]), value[key])
+            shown[key] = _displayable_text(parts)
         return shown
     if isinstance(value, list | tuple):
         return [_displayable(item) for item in value]
     return _displayable_text(value) if isinstance(value, str) else value
-
-
-def _breakable(text: str) -> str:
-    return re.sub(rf"\S{{{LONGEST_IN_CELL},}}", lambda word: re.sub(r"(?<=[/_])(?=[^/_])", "\u200b", word[0]), text)
 
 
 def _displayable_text(text: str) -> str:

@@ -1,7 +1,4 @@
-"""The look of the figures, and a panel's files: the picture and, beside it, the plotted data as CSV.
-
-One style file, one colour and one line style for each origin; fewer digits and points for pictures and data.
-"""
+"""The look of the figures: one style file, one colour for each origin; fewer digits and points in their two files."""
 
 import functools
 import io

@@ -24,8 +24,6 @@ from srbval.report.findings.rows import compared_rows
 from srbval.report.pages import Page, results_of
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
-# Stored results that uncertainties and verdicts are made of.
-RESULTS = ("inputs",)
 
 
 def gather(
@@ -41,7 +39,7 @@ def gather(
             f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
             "or more."
         )
-    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, *RESULTS)
+    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
         register = listing(or_none=True)
         of_rig = rig_recordings(register.recordings)
@@ -73,7 +71,6 @@ def gather(
         "rig": {state: rig for state, (rig, _) in sides.items()},
     }
     runs |= {side.case.id: side.run for side in models.values()}
-    facts += [run_facts(side.case, side.run) for side in models.values()]
     with stage(progress, "Prepare the records that figures show"):
         views = {name: {s: record_view(one) for s, one in analyses[name].items()} for name in ("model", "rig")}
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
@@ -84,7 +81,7 @@ def gather(
         bearing=bearing,
         printed=printed,
         runs=runs,
-        run_facts=tuple(facts),
+        run_facts=(*facts, *(run_facts(side.case, side.run) for side in models.values())),
         analyses=analyses,
         views=views,
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},

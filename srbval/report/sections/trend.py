@@ -56,9 +56,10 @@ def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
         "names": ", ".join(level for level in one.reference if level != RMS),
         "below": "velocity within the band of ISO 20816-3" if has_velocity else "RMS of the channel",
         "alarm": "no alarm" if first is None else f"first alarm at {one.time_text(one.points[first])}",
+        "baseline": trend.baseline,
+        "records": len(one.points),
     }
-    counts: dict[str, Any] = {"baseline": trend.baseline, "records": len(one.points)}
-    return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **counts, **words)
+    return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **words)
 
 
 def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
@@ -100,7 +101,7 @@ def levels_panel(one: ChannelTrend) -> Drawn:
     marked = len(times) <= MOST_MARKED
     columns: dict[str, Any] = {"time": [one.time_text(point) for point in one.points]}
     for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
-        rises = np.array([one.rise_db(point["levels"], name) for point in one.points], dtype=float)  # None: not a number
+        rises = np.array([one.rise_db(point["levels"], name) for point in one.points], dtype=float)  # None: NaN
         half = np.array([point["ci95_db"].get(name) for point in one.points], dtype=float)
         look = {"color": colour, "marker": mark if marked else None, "ms": 3.5, "lw": 0.9, "elinewidth": 0.5}
         upper.errorbar(times, rises, yerr=half, label=name, **look)

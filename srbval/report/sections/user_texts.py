@@ -71,8 +71,8 @@ def fact_items(analysis: Analysis) -> tuple[str, ...]:
     recording, speed, (low_hz, high_hz) = analysis.recording, analysis.speed, analysis.processed.band_hz
     given = {name: getattr(recording, name) for name in ("seconds", "fs_hz", "unit")}
     given |= {"file": (recording.file or recording.name).split("/")[-1], "origin": recording.origin.value}
-    given |= {"declared": f", declared {recording.state.label}" if recording.state else ""}
-    given |= {"channel": f", channel {recording.channel}" if recording.channel else ""}
+    given["declared"] = f", declared {recording.state.label}" if recording.state else ""
+    given["channel"] = f", channel {recording.channel}" if recording.channel else ""
     given |= {"rpm": 60 * speed.value_hz, "rpm_ci95": 60 * speed.ci95_hz, "source": SPEED_WORDS[speed.source.value]}
     given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
     return TEXTS.items("facts", **given)
