@@ -141,7 +141,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
     view = spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked)
-    own = {field.name: getattr(reading, field.name) for field in dataclasses.fields(reading)}
+    own = {field.name: getattr(reading, field.name) for field in dataclasses.fields(RecordReading)}
     return UserRecord(**own, view=view, marked=marked, model=model)
 
 
