@@ -1,7 +1,5 @@
 """The wavelet transform over time and frequency as an image (the kind of Figure 14)."""
 
-from typing import Any
-
 import numpy as np
 
 from srbval.arrays import FloatArray
@@ -39,13 +37,20 @@ def scalogram_panel(
     ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if frequency[0] <= (hz := m * 10.0**k) <= frequency[-1]]
     axes.set_yticks(np.log10(ticks), labels=[f"{hz:g}" for hz in ticks])
     axes.tick_params(direction="out")
-    _hatch_cone(axes, image, span)
+    level, edge_ms = np.log10(image.frequency_hz), image.edge_s * 1e3
+    inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
+    for border, outer in zip(inner, span, strict=True):
+        axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
+        axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
     if state.line:
-        level = float(np.log10(record.analysis.line(state.line).kinematic_hz))
-        axes.axhline(level, color="white", lw=0.8, ls="--")
-        axes.text(span[1] / 2, level, state.line, color="white", fontsize=7.5, ha="center", va="bottom")  # off the cone
+        at = float(np.log10(record.analysis.line(state.line).kinematic_hz))
+        axes.axhline(at, color="white", lw=0.8, ls="--")
+        axes.text(span[1] / 2, at, state.line, color="white", fontsize=7.5, ha="center", va="bottom")  # off the cone
     if state.sidebands:
-        _mark_turns(axes, 1e3 / record.shaft_hz, span)
+        turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
+        axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
+        place = {"transform": row_above(axes, 8.0), "ha": "right", "va": "baseline"}
+        axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, **place)
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
@@ -62,23 +67,6 @@ def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArr
     above = np.clip(np.searchsorted(logs, wanted), 1, len(logs) - 1)
     weight = ((wanted - logs[above - 1]) / (logs[above] - logs[above - 1]))[:, None]
     return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
-
-
-def _hatch_cone(axes: Any, image: Scalogram, span: tuple[float, float]) -> None:
-    """Hatch the cones of influence of both ends; times [s] count from the picture's left edge."""
-    level, edge_ms = np.log10(image.frequency_hz), image.edge_s * 1e3
-    inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
-    for border, outer in zip(inner, span, strict=True):
-        axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
-        axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
-
-
-def _mark_turns(axes: Any, period_ms: float, span: tuple[float, float]) -> None:
-    """Ticks of one turn's spacing above the top edge, and what they mean above them."""
-    at = np.arange(0.0, span[1], period_ms)
-    axes.vlines(at, 1.012, 1.05, transform=axes.get_xaxis_transform(), color=INK, lw=0.9, clip_on=False)
-    label = f"ticks: 1/fr = {period_ms:.2f} ms"
-    axes.text(1.0, 1.0, label, transform=row_above(axes, 8.0), fontsize=7.5, ha="right", va="baseline")
 
 
 def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:

@@ -39,7 +39,10 @@ def compared_rows(
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = found.results.content("inputs")
-    records = rows_of(matrix.records)
+    records, healthy = rows_of(matrix.records), runs["paper-healthy"]
+    radial_n, share = healthy.scene.load.radial_n, healthy.roller_load_share
+    spring_n = math.hypot(*(healthy.displacement_m.mean(axis=0))) * healthy.scene.housing.stiffness_n_m
+    load_path = {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
     lines = [*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)]
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(found.cage_readings, stored), cage_means(found.cage_readings)
@@ -66,8 +69,8 @@ def compared_rows(
         "bias": biases(matrix.comparisons, used_for="withheld"),
         "sensitivity": list(found.known.values()),
         "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
-        "load_path": load_sharing(runs["paper-healthy"]),
-        "point_passing": point_passing(runs["paper-healthy"]),
+        "load_path": load_path,
+        "point_passing": point_passing(healthy),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
         "cautions": cautions(records),
@@ -126,13 +129,6 @@ def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
         "u_pct": own and own["u_pct"],
         "verdict": own and own["verdict"],
     }
-
-
-def load_sharing(run: Run) -> dict[str, float]:
-    """The radial load of a run and the parts of it that the housing's spring and the rollers carry [N]."""
-    radial_n, share = run.scene.load.radial_n, run.roller_load_share
-    spring_n = math.hypot(*(run.displacement_m.mean(axis=0))) * run.scene.housing.stiffness_n_m
-    return {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
 
 
 def point_passing(run: Run) -> dict[str, float]:

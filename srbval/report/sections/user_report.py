@@ -25,11 +25,19 @@ from srbval.report.plain import literal
 from srbval.report.sections import user_texts
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
-from srbval.report.sections.user_texts import HEALTHY, TEXTS
+from srbval.report.sections.user_texts import TEXTS
 from srbval.signal import LEAST_SNR
 
 SCHEMA_VERSION = 1
 BRIEF = ("answer", "lines")
+HEALTHY = " Dashed grey: the healthy record."
+SPEED_WORDS = {
+    "tachometer": "from the tachometer",
+    "stated": "as stated",
+    "estimated": "estimated from the vibration itself",
+    "nominal": "nominal, not measured",
+    "prescribed": "prescribed",
+}
 MOST_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
@@ -122,10 +130,17 @@ def _section(about: str, *blocks: Block, open: bool = False) -> Section:
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     """Sections of one record; `suffix` makes the ids of its figures and tables unique."""
-    verdict, recording = record.verdict, record.analysis.recording
+    verdict, analysis, recording = record.verdict, record.analysis, record.analysis.recording
+    speed, (low_hz, high_hz) = analysis.speed, analysis.processed.band_hz
+    given = {name: getattr(recording, name) for name in ("seconds", "fs_hz", "unit")}
+    given |= {"file": (recording.file or recording.name).split("/")[-1], "origin": recording.origin.value}
+    given["declared"] = f", declared {recording.state.label}" if recording.state else ""
+    given["channel"] = f", channel {recording.channel}" if recording.channel else ""
+    given |= {"rpm": 60 * speed.value_hz, "rpm_ci95": 60 * speed.ci95_hz, "source": SPEED_WORDS[speed.source.value]}
+    given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
     reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
-    yield _section("answer", shown, Listing(user_texts.fact_items(record.analysis)))
+    yield _section("answer", shown, TEXTS.listing("facts", **given))
     yield _section("lines", _lines(record, suffix), *_not_detected(record))
     yield _section("signal", _band(record, suffix), _times(record, suffix))
     if record.baseline is not None:
@@ -143,7 +158,16 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     top = LABEL_ROOM * max(highest_of(side, view.end_hz) for side in sides)
     plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
-    words = user_texts.spectrum_words(record) | {"id": f"spectrum-figure{suffix}", "badge": badge_of(record.analysis)}
+    marked = record.marked
+    sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
+    words: dict[str, Any] = {
+        "id": f"spectrum-figure{suffix}",
+        "badge": badge_of(record.analysis),
+        "marked": f", with harmonics{sidebands} of {marked.name}" if marked else "",
+        "healthy": HEALTHY if view.healthy else "",
+        "end_hz": view.end_hz,
+        "detected": ", ".join(dict.fromkeys(name for name, *_ in view.record.peaks)) or "none",
+    }
     explore = explore_spectrum(view, f"Envelope, {view.record.unit}", curves)
     return TEXTS.figure("spectrum", plot, explore=explore, **words)
 
@@ -218,8 +242,14 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     """The places of the model's lines beside the record's, and its envelope spectrum."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
     rows = [_beside(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
-    of_dimensions = ", with what the bearing's dimensions leave open of it" if model.open_cage else ""
-    yield user_texts.model_paragraph(model)
+    of_dimensions, opened, scene = "", "", f", scene `{model.base}`"
+    if model.open_cage:
+        of_dimensions, scene = ", with what the bearing's dimensions leave open of it", ""
+        opened = f"{TEXTS.text('open-cage', angle_deg=model.open_cage.angle_deg)} "
+    defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
+    load = " and load" if model.stated_load else "; the record states no load, so the scene's own was taken"
+    of_model = {"model": model.run.scene.model, "scene": scene, "defect": defect}
+    yield TEXTS.paragraph("model", load=load, open_cage=opened, **of_model)
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
     yield TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
