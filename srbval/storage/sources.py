@@ -148,7 +148,8 @@ def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
                     _describe(item, inner, words)
                 else:
                     words.append(repr(item))
-            words.append(f"end of {name}" if value else "")
+            if value:  # a newer Python has fields that are empty here
+                words.append(f"end of {name}")
         elif isinstance(value, str) and value.startswith(inner):  # a module that may move
             words.append(value.partition(":")[2])
         elif name in _NAMES and isinstance(value, str) and value.startswith("_") and not value.startswith("__"):

@@ -79,7 +79,8 @@ def test_page_and_command(
     result: dict[str, Any], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     _, figure, table = blocks(Prose("srbval.studies.speed_accuracy"), result)
-    assert figure.draw(tmp_path, "chart").picture.is_file()
+    figure.draw(tmp_path, "chart")
+    assert (tmp_path / "chart.svg").is_file()
     assert len(table.rows) >= 1
     asked: list[Any] = []
     monkeypatch.setattr(study, "run_bench", lambda **given: asked.append(given) or result)
