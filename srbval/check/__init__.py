@@ -1,1 +1,1 @@
-"""Regression: fresh results compared with the reference results in `reports`, each within its own tolerance."""
+"""Regression of the program's behaviour: a fingerprint, its comparison with the reference, and stale evidence."""

@@ -111,7 +111,7 @@ def write_reference(now: Fingerprint) -> None:
 
 
 def differences(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
-    """What an update would change: part and name, old and new value."""
+    """List the changes that an update would make: part and name, old and new value."""
     return [
         {"name": f"{part}{SEPARATOR}{name}", "old": old.get(part, {}).get(name), "new": values.get(name)}
         for part, values in new.items()

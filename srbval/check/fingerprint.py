@@ -103,7 +103,7 @@ def _numbers_of_run(run: Run) -> Values:
 
 
 def _of_model(model: str, base: str, **axes: Any) -> Values:
-    """What the probe scenes of a model give."""
+    """Run the probe scenes of a model; return their numbers by scene and name."""
     step = axes.get("step", Step.UNCHECKED)
     return {
         f"{scene}{SEPARATOR}{name}": value
@@ -148,7 +148,7 @@ def _recordings() -> tuple[Recording, ...]:
 def _reading() -> Values:
     """First harmonics of every shipped recording: where, how surely, how far above the noise; those that are detected.
 
-    What fits noise best depends on the last digits of a library, so that an undetected line has no numbers.
+    The best fit to noise depends on the last digits of a library, so that an undetected line has no numbers.
     """
     found: Values = {}
     for analysis in _shipped():

@@ -12,7 +12,7 @@ import enum
 
 
 class Verdict(enum.StrEnum):
-    """What a comparison error and its uncertainty allow to conclude."""
+    """Conclusion that a comparison error and its uncertainty allow."""
 
     AGREES = "agrees"
     DIFFERS = "differs"

@@ -25,7 +25,7 @@ DIRTY = "-dirty"  # end of the revision of a changed working tree
 
 
 class ResultKind(enum.StrEnum):
-    """What a stored result rests on, see the module."""
+    """Basis of a stored result, see the module."""
 
     EVIDENCE = "evidence"
     RECORDED = "recorded"
@@ -46,7 +46,7 @@ class StoredResult:
 
     @property
     def kind(self) -> ResultKind:
-        """What it rests on."""
+        """Basis of the result."""
         if "computed_once" in self.content:
             return ResultKind.DOCUMENT
         return ResultKind(self.content.get("evidence_kind", ResultKind.EVIDENCE))

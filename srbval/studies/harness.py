@@ -34,7 +34,7 @@ TYPES = ("count", "finite", "jobs", "positive", "seed")  # of options; `srbval.c
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResult:
-    """What a study found.
+    """Outcome of a study.
 
     `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
     impression, stored only if a file is named for it. `text` is printed. The command ends with exit code 1 if `sound`
@@ -188,7 +188,7 @@ def store_result(
 
 
 def stamped(study: Study, found: StudyResult, *, command: str, revision: str | None, minutes: float) -> dict[str, Any]:
-    """What was found with its kind, the date, the `command` and the `revision` that computed it, and the machine."""
+    """Content of a result, with its kind, the date, the `command` and `revision` that computed it, and the machine."""
     return {
         "schema_version": SCHEMA_VERSION,
         "kind": study.name,

@@ -80,7 +80,7 @@ def placebos(analysis: Analysis, count: int, seed: int) -> Iterator[Line]:
 
 
 def without_fault(name: str, analyses: Sequence[Analysis], count: int) -> Row:
-    """What is named on records without a fault, and the probabilities of the lines of `count` placebos each.
+    """Faults named on records without a fault, and the probabilities of the lines of `count` placebos each.
 
     `distance` is that of the ranks from a uniform distribution (Kolmogorov-Smirnov); ``X_below``: shares below `LEVEL`.
     """
@@ -112,7 +112,7 @@ def background(name: str, count: int = RECORDS) -> Row:
 
 
 def healthy(name: str) -> Row:
-    """What is found on a healthy record of the rig."""
+    """Lines and faults found on a healthy record of the rig."""
     recording = load_recording(shipped_folder("data_manifest/rig_excerpts") / f"{name}.h5")
     return without_fault(name, [analyse(recording, bearing="skf-22240")], HEALTHY_PLACEBOS)
 
