@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from srbval.check.fingerprint import PARTS
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
+from srbval.storage.stored_result import ResultKind
 from srbval.studies.harness import Study, StudyResult, load_study, make_result, run_study, study_names
 
 
@@ -16,6 +18,8 @@ def test_every_study_states_its_question_and_has_options_that_parse(name: str) -
     study = load_study(name)
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0
+    assert set(study.parts) <= set(PARTS)
+    assert study.parts or study.kind is not ResultKind.EVIDENCE, "no change of behaviour would make it stale"
     parser = Parser(prog=name)
     study.add_options(parser)
     assert callable(study.run)
