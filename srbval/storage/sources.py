@@ -25,6 +25,7 @@ FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
 _NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 SHOWING = ("page", "figure")
+TOLD = ("question", "minutes")  # keys of a study's TOML file that are told to its reader and change no number
 _NAMES = ("name", "id", "attr", "arg")  # fields of a syntax tree that hold identifiers
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
@@ -46,7 +47,8 @@ def code_sha256(folder: Path, package: Path = PACKAGE) -> str:
     """Hash of what the modules and TOML files in a `folder` do, 64 hexadecimal digits.
 
     Docstrings, comments, formatting, the order of statements, names that begin with an underscore, and the place of
-    what is imported do not count; nor do the modules in `SHOWING`, which show a result and do not compute it.
+    what is imported do not count; nor do the modules in `SHOWING`, which show a result and do not compute it, and the
+    keys in `TOLD`.
     """
     statements = [
         one
@@ -120,7 +122,8 @@ def _statements(source: Path, package: Path) -> list[bytes]:
     if source.suffix != ".py":
         content = source.read_bytes()
         if source.suffix == ".toml":
-            content = repr(tomllib.loads(content.decode())).encode()
+            told = tomllib.loads(content.decode())
+            content = repr({key: value for key, value in told.items() if key not in TOLD}).encode()
         return [hashlib.sha256(content).digest()]
     text, found = source.read_text(encoding="utf-8"), []
     lines = text.split("\n")

@@ -58,16 +58,16 @@ SAME = (
     ("moved.py", CODE),
     ("page.py", "shown = 1"),
     ("texts.md", "## words"),
-    ("study.toml", "# a remark\nminutes = 2"),
+    ("study.toml", '# a remark\nparts = ["full"]\nminutes = 3'),
 )
-OTHER = (("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")), ("more.py", "x = 1"), ("study.toml", "minutes = 3"))
+OTHER = (("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")), ("more.py", "x = 1"), ("study.toml", 'parts = ["line"]'))
 
 
 @pytest.mark.parametrize(("file", "text"), SAME + OTHER)
 def test_the_hash_of_a_study_follows_what_it_computes(file: str, text: str, tmp_path: Path) -> None:
     """Docstrings, formatting, renamed private functions, moved files and pages leave it as it is."""
     (tmp_path / "study.py").write_text(CODE)
-    (tmp_path / "study.toml").write_text("minutes = 2")
+    (tmp_path / "study.toml").write_text('parts = ["full"]\nminutes = 2')
     before = code_of(tmp_path)
     if file == "moved.py":
         (tmp_path / "study.py").unlink()

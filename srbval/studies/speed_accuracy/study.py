@@ -65,7 +65,6 @@ def run_bench(
     cases = grid(scene=list(scenes), solver=list(solvers), steps_per_s=list(settings.steps_per_s))
     converged = grid(scene=list(scenes), solver=[default_solver()], steps_per_s=[settings.converged])
     planned = seconds_planned(cases, settings, jobs) + seconds_planned(converged, replace(settings, repeats=0), jobs)
-    progress(f"about {planned:.0f} s planned, compiling aside", 0.0)
 
     def compared(case: Case) -> Scene:
         return _scene(case, settings.compared_s, settings.settle_s)
@@ -77,7 +76,8 @@ def run_bench(
         return compared(case), compared({**case, "steps_per_s": settings.converged // 2})
 
     load = load_average()
-    costs = sweep(cases, timed, cost, task="time the solvers", stored=False, jobs=1, progress=progress)
+    first = f"time the solvers (about {planned:.0f} s until all is done, compiling aside)"
+    costs = sweep(cases, timed, cost, task=first, stored=False, jobs=1, progress=progress)
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     right = sweep(converged, pair, reference, task="converged runs", jobs=jobs, progress=progress)
     runs = sweep(cases, compared, measures, task="runs to compare", step=Step.CHECKED, jobs=jobs, progress=progress)
