@@ -2,7 +2,7 @@
 
 import argparse
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import progress_display
 from srbval.recordings import RecordingSettings
+from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
     FileStatus,
@@ -24,10 +25,12 @@ from srbval.recordings.registry import (
     verify,
     without_copies,
 )
+from srbval.recordings.registry.manifest import manifest_path
 
 CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
+POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # of a data set's grid [kN, rpm]
 # Title and attribute of the columns.
 COLUMNS = {
     "file": "file",
@@ -45,11 +48,19 @@ COLUMNS = {
 def run(options: argparse.Namespace) -> int:
     """Run one of the actions; `verify` ends with 1 if a file is changed, missing or truncated."""
     result = _act(options)
+    coverage = list(_coverage(result.recordings))
+    document = {
+        "status": "problems" if result.problems else "ok",
+        "manifest": str(manifest_path()),
+        "recordings": result.recordings,
+        "left_out": [{"file": entry.file, "reason": entry.reason} for entry in result.left_out],
+        "coverage": coverage,
+    }
     damaged = options.action == "verify" and any(r.status in DAMAGED for r in result.recordings)
     if options.action == "remove":
         files = "\n".join(printable(r.file, LONGEST_LINE) for r in result.recordings)
-        return answer(options, result, f"{files}\nremoved from the register {result.manifest}; the files stay")
-    return answer(options, result, lambda: _print(result), code=CHANGED if damaged else 0)
+        return answer(options, document, f"{files}\nremoved from the register {manifest_path()}; the files stay")
+    return answer(options, document, lambda: _print(result, coverage), code=CHANGED if damaged else 0)
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
@@ -87,18 +98,31 @@ def _act(options: argparse.Namespace) -> RegisterListing:
         return fetch(options.name, options.output, progress=progress)
 
 
-def _print(result: RegisterListing) -> None:
+def _coverage(recordings: Sequence[RegisteredRecording]) -> Iterator[dict[str, Any]]:
+    """Operating points of each data set present (for the rig: the paper's Table 5), with their usable files."""
+    for known in known_datasets():
+        own = [entry for entry in recordings if entry.dataset == known.name]
+        usable = [entry for entry in own if entry.status is FileStatus.OK]
+        points = [
+            dict(zip(POINT, point, strict=True)) | {"files": [r.file for r in usable if r.operating_point == point]}
+            for point in known.operating_points
+        ]
+        if own and points:
+            yield {"dataset": known.name, "points": points, "missing": sum(not point["files"] for point in points)}
+
+
+def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
     rows = [[getattr(recording, name) for name in COLUMNS.values()] for recording in result.recordings]
     print_table(tuple(COLUMNS), rows)
     _print_reasons(result.recordings)
     if result.left_out:
         print("\nnot registered, as they are no recordings:")
         _print_reasons(result.left_out)
-    for covered in result.coverage:
+    for covered in coverage:
         _print_grid(covered)
     copies = len(rows) - len(without_copies(result.recordings))
     counted = f" ({copies} with the content of another, which counts once)" if copies else ""
-    print(f"\nrecordings: {len(rows)}{counted}; the register is {result.manifest}")
+    print(f"\nrecordings: {len(rows)}{counted}; the register is {manifest_path()}")
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:

@@ -1,14 +1,13 @@
 """Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
 
 import os
-import re
 from pathlib import Path
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording
-from srbval.recordings.reading import N_PER_KN
+from srbval.recordings.reading import N_PER_KN, scaled
 from srbval.recordings.recording import Recording
 from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, read_manifest, without_copies
 from srbval.recordings.registry.register import listing, shipped_recordings
@@ -37,13 +36,10 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def unopened(entry: RegisteredRecording) -> bool:
-    """True for a record of the rig whose hash and operating point are not those of an opened one (`used_for`)."""
+    """True for a record of the rig that has neither the content nor the operating point of an opened one (`used_for`)."""
     excerpts = dataset(RIG_DATASETS[-1])
-    opened = [file for file in excerpts.files if file.used_for]
-    names = [re.search(excerpts.match.file or "", file.name, re.IGNORECASE) for file in opened]
-    loads = excerpts.radial_kn, excerpts.axial_kn
-    points = {(excerpts.state_of(name["label"]), *loads, float(name["rpm"])) for name in names if name}
-    known = entry.sha256 in {file.sha256 for file in opened} or entry.operating_point in points
+    opened = {file.sha256 for file in excerpts.files if file.used_for}
+    known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
     return _usable_of_rig(entry) and not known
 
 
@@ -60,30 +56,24 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
     Without a data set the bearing must be the same and the mean speeds must agree to `SAME_SPEED`; a record without a
     speed has no baseline.
     """
-    if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
+    mean_rpm = None if recording.speed is None else recording.speed.value_hz * RPM_PER_HZ
+    rpm = mean_rpm if recording.dataset is None else recording.nominal_rpm
+    if recording.file is None or rpm is None:
         return None
-    candidates = (*listing().recordings, *shipped_recordings())
-    fitting = [entry for entry in candidates if _comparable(entry, recording, os.path.abspath(recording.file))]
-    return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
+    rig = rig_of(recording.dataset, os.path.abspath(recording.file))
+    conditions = recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n
 
+    def comparable(entry: RegisteredRecording) -> bool:
+        loads_n = scaled(entry.radial_kn, N_PER_KN), scaled(entry.axial_kn, N_PER_KN)
+        if (entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(entry.dataset, entry.file) != rig:
+            return False
+        if recording.dataset is not None:
+            return entry.nominal_rpm == rpm
+        return entry.bearing == recording.bearing and abs((entry.rpm or 0.0) / rpm - 1) <= SAME_SPEED
 
-def _comparable(entry: RegisteredRecording, recording: Recording, file: str) -> bool:
-    loads_n = tuple(None if load is None else load * N_PER_KN for load in (entry.radial_kn, entry.axial_kn))
-    if recording.dataset is not None or recording.speed is None:
-        same_speed = entry.nominal_rpm == recording.nominal_rpm
-    else:
-        rpm = recording.speed.value_hz * RPM_PER_HZ
-        same_speed = entry.rpm is not None and abs(entry.rpm / rpm - 1) <= SAME_SPEED
-        same_speed &= entry.bearing == recording.bearing
-    return (
-        (entry.status, entry.state) == (FileStatus.OK, Fault.HEALTHY)
-        and entry.file != file
-        and entry.sha256 != recording.sha256
-        and rig_of(entry.dataset, entry.file) == rig_of(recording.dataset, file)
-        and (entry.channel, entry.fs_hz, *loads_n)
-        == (recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n)
-        and same_speed
-    )
+    usable = (r for r in (*listing().recordings, *shipped_recordings()) if r.status is FileStatus.OK)
+    healthy = (r for r in usable if r.state is Fault.HEALTHY and r.sha256 != recording.sha256 and comparable(r))
+    return max(healthy, key=lambda entry: entry.seconds or 0.0, default=None)
 
 
 def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
