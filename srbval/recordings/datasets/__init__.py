@@ -7,7 +7,7 @@ from srbval.recordings.datasets.description import DatasetDescription, known_dat
 from srbval.recordings.datasets.generic import read_generic
 from srbval.recordings.datasets.signal_structs import read_signal_structs
 from srbval.recordings.datasets.srbval_files import read_srbval_file
-from srbval.recordings.datasets.variables import read_cwru, read_variables
+from srbval.recordings.datasets.variables import read_variables
 from srbval.recordings.raw import RawFile
 from srbval.recordings.reading import Channel, Reading, time_column
 from srbval.recordings.recording import Origin
@@ -16,7 +16,6 @@ from srbval.recordings.sample_cautions import sample_cautions
 READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
     "variables": read_variables,
     "signal-structs": read_signal_structs,
-    "cwru": read_cwru,
 }
 
 

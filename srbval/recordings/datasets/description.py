@@ -1,6 +1,7 @@
 """Description of a published data set, as `data_manifest/*.toml` states it, and the rules to recognise its files."""
 
 import functools
+import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -78,7 +79,10 @@ class RateRule:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedRule:
-    """Shaft speed: tachometer signal, stated measured value, nominal value; best first."""
+    """Shaft speed: tachometer signal, stated measured value, nominal value; best first.
+
+    `stated_rpm` is a variable, with ``{record}`` for the number of the record in a set that has them.
+    """
 
     tachometer_rpm: str | None = None
     stated_rpm: str | None = None
@@ -126,7 +130,7 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Records `first` to `last` of a numbered set (CWRU): label, end with the fault, sampling rate, a note."""
+    """Records `first` to `last` of a numbered set: label, end with the fault, sampling rate, a note."""
 
     first: int
     last: int
@@ -162,7 +166,7 @@ class OperatingGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """One data set; `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
+    """One data set; `reader` names the recogniser: ``variables`` or ``signal-structs``.
 
     `labels` are states of the bearing by the pattern of the file's label, `orders` published fault orders of a bearing.
     With `one_rig_a_folder` the set contains several machines, each in its folder.
@@ -191,6 +195,15 @@ class DatasetDescription:
     load_lbf_variable: str | None = None
     notes: tuple[str, ...] = ()
     one_rig_a_folder: bool = False
+
+    @property
+    def operating_points(self) -> tuple[tuple[Fault, float, float, float], ...]:
+        """State, radial and axial load [kN] and nominal speed [rpm] of each point of the grid, none without a grid."""
+        if self.grid is None:
+            return ()
+        loads = zip(self.grid.radial_kn, self.grid.axial_kn, strict=True)
+        points = itertools.product(self.grid.states, loads, self.grid.nominal_rpm)
+        return tuple((state, *load, rpm) for state, load, rpm in points)
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
         """The declared band at this sampling rate, or None; a band of the channel itself takes precedence."""

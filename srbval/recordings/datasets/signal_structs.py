@@ -8,8 +8,6 @@ import math
 import re
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
@@ -23,17 +21,9 @@ _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
 IMPLAUSIBLE_RATIO = 3.0  # to the nominal motor speed; rpm taken for rad/s is off by 9.5
 
-# display label -> {factor from stored to display unit: factor from stored to the SI unit (m/s2, Hz)}
-ACCELERATION = {
-    "g": {1 / STANDARD_GRAVITY_M_S2: 1.0, 1.0: STANDARD_GRAVITY_M_S2},
-    "m/s2": {1.0: 1.0},
-    "m/s^2": {1.0: 1.0},
-}
-ROTATION = {
-    "rpm": {30 / math.pi: 1 / (2 * math.pi), 1.0: 1 / 60},
-    "rad/s": {1.0: 1 / (2 * math.pi)},
-    "Hz": {1 / (2 * math.pi): 1 / (2 * math.pi), 1.0: 1.0},
-}
+# One of the display unit in SI (m/s2, rad/s), by the label of a quantity.
+ACCELERATION = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
+ROTATION = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
 
 
 class StructSignal(NamedTuple):
@@ -67,13 +57,14 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     elif not vectors:
         speed, note = description.speed.speed(None, nominal_rpm), "no speed signal in the file"
     else:
-        ((source, (values,), rate_hz),) = vectors
-        speed, note = tachometer_speed(values, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
+        ((source, (values_rad_s,), rate_hz),) = vectors
+        values_hz = values_rad_s * (1 / (2 * math.pi))
+        speed, note = tachometer_speed(values_hz, rate_hz), f"speed from {source}, {rate_hz:g} Hz"
         found_rpm = speed.value_hz * RPM_PER_HZ
         if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
             problem = f"{source} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
-        else:  # a copy: the file's own bytes are good only until the next file is read
-            signal = SpeedSignal(values_hz=np.array(values), rate_hz=rate_hz)
+        else:
+            signal = SpeedSignal(values_hz=values_hz, rate_hz=rate_hz)
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     of_the_set = [name for name in sensors if known and tested in (None, name)]
     tested_bearing: dict[str, Any] = {
@@ -98,7 +89,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     )
 
 
-def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> StructSignal | None:
+def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal | None:
     """The struct as a signal if its label is one of `labels`; without a stated factor its values are SI."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
@@ -115,10 +106,11 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     if count is not None and int(count) != len(matrix):
         raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
     columns = [as_signal(column, f"{raw.path}: {name}[{i}]") for i, column in enumerate(matrix.T, 1)]
-    factor, known = raw.number(f"{name}.y_values.quantity.unit_transformation.factor"), labels[label]
-    fitting = [known[f] for f in known if factor is None or abs(factor / f - 1) < FACTOR_TOLERANCE]
+    factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
+    to_si = {1 / labels[label]: 1.0, 1.0: labels[label]}  # by the factor from the stored to the display unit
+    fitting = [to_si[f] for f in to_si if factor is None or abs(factor / f - 1) < FACTOR_TOLERANCE]
     if not fitting:
-        expected = " or ".join(f"{f:.4f}" for f in known)
+        expected = " or ".join(f"{f:.4f}" for f in to_si)
         raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
     in_si = columns if fitting[0] == 1 else [column * fitting[0] for column in columns]
     return StructSignal(name, in_si, round(1 / increment, 6))

@@ -1,57 +1,54 @@
-"""Recognisers for data sets of plain named variables, by the rules of the description.
+"""Recogniser for data sets of plain named variables, by the rules of the description.
 
-The records of Case Western Reserve University state no sampling rate, label or unit; the record number in the variable
-names (``X105_DE_time``) gives all three from the data set's list (`records` of the description).
+Files of a set with `records` have the number of the record in their variables' names (``X105_DE_time``); the set's list
+gives label, end with the fault and sampling rate by that number, if the name of the file does not state them.
 """
 
 import re
+from collections.abc import Iterator
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.datasets.description import DatasetDescription, RecordRange
+from srbval.recordings.datasets.description import ChannelRule, DatasetDescription, RecordRange
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
+from srbval.recordings.reading import N_PER_KN, Reading, scaled
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 N_PER_LBF = 4.4482216152605
 HZ_PER_KHZ = 1e3
 LONGEST_NOTE = 300
-_CWRU_SIGNAL = re.compile(r"X(\d+)_(DE|FE|BA)_time")
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
     """Apply the description's rules; None if the file is not of this set."""
-    groups = description.match.groups(raw)
-    if groups is None:
+    named = description.match.groups(raw)
+    if named is None:
         return None
-    state = description.state_of(groups.get("label"))
-    channels = _channels(raw, description, state)
+    record, others = _record(raw, description, named)
+    listed = next((r for r in description.records if record and r.first <= int(record) <= r.last), None)
+    by_list = {key: value for key in ("label", "end") if listed and (value := getattr(listed, key))}
+    said = by_list | named
+    state, end = description.state_of(said.get("label")), said.get("end", "").upper()
+    used = dict(_used(raw, description, record))
+    channels = {
+        rule.name: rule.channel(raw, variable, state if state is Fault.HEALTHY or end in ("", rule.name) else None)
+        for rule, variable in used.items()
+    }
     if not channels:
         return None
-    rule, rate, said = description.speed, description.rate, dict(groups)
-    load, nominal_hz = description.load_lbf_variable, rule.nominal_hz_variable
-    radial_kn, axial_kn = (said.get(key, getattr(description, key)) for key in ("radial_kn", "axial_kn"))
-    radial_n = scaled(raw.number(load), N_PER_LBF) if load else scaled(radial_kn, N_PER_KN)
-    nominal_rpm = float(said["rpm"]) if "rpm" in said else rule.nominal_rpm
-    if nominal_hz is not None:
-        nominal_rpm = scaled(raw.number(nominal_hz), RPM_PER_HZ)
-    fs_hz = (raw.number(rate.variable) if rate.variable else None) or rate.value_hz
-    speed_signal = None
-    if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
-        tachometer_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
-        if fs_hz is not None:  # over the whole record, whatever its own rate
-            seconds = max(c.samples.size for c in channels.values()) / fs_hz
-            speed_signal = SpeedSignal(values_hz=tachometer_hz, rate_hz=tachometer_hz.size / seconds)
-        rate_hz = None if speed_signal is None else speed_signal.rate_hz
-        speed: ShaftSpeed | None = tachometer_speed(tachometer_hz, rate_hz)
-    else:
-        speed = rule.speed(raw.number(rule.stated_rpm) if rule.stated_rpm else None, nominal_rpm)
-    used = [rule for rule in description.channels if rule.name in channels]
-    marked = [rule.name for rule in used if rule.analyse]
+    marked = [name for name in (end, *(rule.name for rule in used if rule.analyse)) if name in channels]
+    fs_hz, nominal_rpm = _rate_hz(raw, description, said, listed), _nominal_rpm(raw, description, said, listed, record)
+    seconds = None if fs_hz is None else max(c.samples.size for c in channels.values()) / fs_hz
+    speed, speed_signal = _speed(raw, description, record, nominal_rpm, seconds)
+    radial_n = scaled(said.get("radial_kn", description.radial_kn), N_PER_KN)
+    if description.load_lbf_variable is not None:
+        radial_n = scaled(raw.number(description.load_lbf_variable), N_PER_LBF)
     original = raw.attributes.get("copy_of")  # of a compact copy, such as the records that come with the program
-    notes = [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
-    notes += [rate.note] if rate.note else []
+    notes = [f"record {int(record)} by its variables' names"] if record else []
+    notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
+    notes += [note for note in (description.rate.note, listed and listed.note) if note]
+    notes += [f"left out: signals of record {', '.join(others)}"] if others else []
     notes += [f"compact copy of {printable(original, LONGEST_NOTE)}"] if isinstance(original, str) else []
     return Reading(
         dataset=description.name,
@@ -61,88 +58,83 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         speed=speed,
         speed_signal=speed_signal,
         radial_n=radial_n,
-        axial_n=scaled(axial_kn, N_PER_KN),
+        axial_n=scaled(said.get("axial_kn", description.axial_kn), N_PER_KN),
         nominal_rpm=nominal_rpm,
         notes=tuple(notes),
+        cautions=tuple(
+            f"its name says {said[key]}, the data set's list {value} for record {int(record)}: the name is used"
+            for key, value in by_list.items()
+            if said[key].upper() != value.upper()
+        ),
     )
 
 
-def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None) -> dict[str, Channel]:
-    channels: dict[str, Channel] = {}
-    for rule in description.channels:
-        for name in raw.variables:
-            array = raw.array(name)
-            if array is None or array.size < 2 or not re.fullmatch(rule.variable, name):
-                continue
-            if rule.name in channels:
-                first = channels[rule.name].variable
-                raise DataError(f"{raw.path}: both {first} and {name} could be {rule.name}.")
-            if max(array.shape) != array.size:
-                raise DataError(f"{raw.path}: {name} has shape {array.shape}; one vector of samples is needed.")
-            channels[rule.name] = rule.channel(raw, name, state)
-    return channels
-
-
-def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """Drive-end channel, or fan-end if the fault is there; stray arrays and other records are left out."""
-    groups = description.match.groups(raw)
-    if groups is None:
-        return None
-    numbers = sorted({int(m[1]) for name in raw.variables if (m := _CWRU_SIGNAL.fullmatch(name))})
-    number = numbers[0] if len(numbers) == 1 else int(groups.get("record", -1))
-    if number not in numbers:
+def _record(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
+    """Number of the record in the variables' names and the others in the file; empty for sets without numbers."""
+    rules = description.channels if description.records else ()
+    found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
+    numbers = sorted({match["record"] for match in found if match})
+    chosen = numbers if len(numbers) < 2 else [n for n in numbers if int(n) == int(named.get("record", -1))]
+    if numbers and not chosen:
+        several = ", ".join(str(int(n)) for n in numbers)
         raise DataError(
-            f"{raw.path}: holds CWRU records {', '.join(map(str, numbers))} and its name gives none of them; "
-            f"name the file after the record to read, for instance {numbers[0]}.mat."
+            f"{raw.path}: holds {description.name} records {several} and its name gives none of them; name the file "
+            f"after the record to read, for instance {int(numbers[0])}.mat."
         )
-    entry = next((r for r in description.records if r.first <= number <= r.last), None)
-    others = [f"{n:03d}" for n in numbers if n != number]
-    state = description.state_of(groups.get("label") or (entry.label if entry else None))
-    end = (groups.get("end") or (entry.end if entry else None) or "DE").upper()
-    channels = {}
+    return "".join(chosen), [n for n in numbers if n not in chosen]
+
+
+def _used(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
+    """The channels of the record that the file has, with the names of their variables."""
+    arrays = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
     for rule in description.channels:
-        variable = f"X{number:03d}_{rule.name}_time"
-        if raw.array(variable) is not None:
-            here = state if rule.name == end or state is Fault.HEALTHY else None
-            channels[rule.name] = rule.channel(raw, variable, here)
-    if not channels:
-        raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
-    named_hz = scaled(groups.get("rate_khz"), HZ_PER_KHZ)
-    if named_hz and entry and named_hz != entry.fs_hz:
+        matches = [match for name in arrays if (match := re.fullmatch(rule.variable, name))]
+        names = [match[0] for match in matches if match.groupdict().get("record", record) == record]
+        if len(names) > 1:
+            raise DataError(f"{raw.path}: both {names[0]} and {names[1]} could be {rule.name}.")
+        for name in names:
+            shape = arrays[name].shape
+            if max(shape) != arrays[name].size:
+                raise DataError(f"{raw.path}: {name} has shape {shape}; one vector of samples is needed.")
+            yield rule, name
+
+
+def _rate_hz(
+    raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
+) -> float | None:
+    """Sampling rate by the file's name, the list of records, a variable of the file, or the description."""
+    named_hz, rate = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate
+    if named_hz and listed and named_hz != listed.fs_hz:
         raise DataError(
-            f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {entry.fs_hz:g} Hz for this record; "
+            f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {listed.fs_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    nominal_rpm = _cwru_nominal_rpm(number, groups, entry, description.speed.nominal_rpm_by_load)
-    return Reading(
-        dataset=description.name,
-        channels=channels,
-        channel=end if end in channels else next(iter(channels)),
-        fs_hz=named_hz or (entry.fs_hz if entry else None),
-        speed=description.speed.speed(raw.number(f"X{number:03d}RPM"), nominal_rpm),
-        nominal_rpm=nominal_rpm,
-        notes=(
-            f"record {number} by its variables' names",
-            *description.notes,
-            *((entry.note,) if entry and entry.note else ()),
-            *((f"left out: signals of record {', '.join(others)}",) if others else ()),
-        ),
-        cautions=tuple(
-            f"its name says {groups[key]}, the data set's list {value} for record {number}: the name is used"
-            for key, value in (("label", entry and entry.label), ("end", entry and entry.end))
-            if value and groups.get(key, value).upper() != value.upper()
-        ),
-    )
+    stated_hz = raw.number(rate.variable) if rate.variable else None
+    return named_hz or (listed and listed.fs_hz) or stated_hz or rate.value_hz
 
 
-def _cwru_nominal_rpm(
-    number: int, groups: dict[str, str], entry: RecordRange | None, by_load: tuple[float, ...]
+def _nominal_rpm(
+    raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None, record: str
 ) -> float | None:
-    """Set speed of the motor load, from the file's name or the record's position among its four loads."""
-    if "hp" in groups:
-        load = int(groups["hp"])
-    elif entry is not None and entry.last - entry.first == len(by_load) - 1:
-        load = number - entry.first
-    else:
-        return None
-    return by_load[load] if load < len(by_load) else None
+    """Set speed by a variable or the file's name, or of the motor load: by the name or the position in the list."""
+    rule, by_load = description.speed, description.speed.nominal_rpm_by_load
+    if rule.nominal_hz_variable is not None:
+        return scaled(raw.number(rule.nominal_hz_variable), RPM_PER_HZ)
+    load = int(said.get("hp", len(by_load)))
+    if "hp" not in said and listed is not None and listed.last - listed.first == len(by_load) - 1:
+        load = int(record) - listed.first
+    return by_load[load] if load < len(by_load) else scaled(said.get("rpm", rule.nominal_rpm), 1.0)
+
+
+def _speed(
+    raw: RawFile, description: DatasetDescription, record: str, nominal_rpm: float | None, seconds: float | None
+) -> tuple[ShaftSpeed | None, SpeedSignal | None]:
+    """Speed by the tachometer over a record of so many `seconds`, stated by the file, or nominal."""
+    rule, signal = description.speed, None
+    if rule.tachometer_rpm and raw.array(rule.tachometer_rpm) is not None:
+        values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
+        if seconds is not None:  # over the whole record, whatever its own rate
+            signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
+        return tachometer_speed(values_hz, signal and signal.rate_hz), signal
+    stated_rpm = raw.number(rule.stated_rpm.format(record=record)) if rule.stated_rpm else None
+    return rule.speed(stated_rpm, nominal_rpm), None

@@ -36,7 +36,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
 
 
 def unopened(entry: RegisteredRecording) -> bool:
-    """True for a record of the rig that has neither the content nor the operating point of an opened one (`used_for`)."""
+    """True for a record of the rig with neither the content nor the operating point of an opened one (`used_for`)."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = {file.sha256 for file in excerpts.files if file.used_for}
     known = entry.sha256 in opened or entry.operating_point in excerpts.operating_points
