@@ -66,13 +66,15 @@ def inspect_file(
 
 def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
     """The entry with the contents of its file, read with the settings that fit it."""
-    file, wrong, fitting = read_file(path), [], RecordingSettings()
-    reading = apply_settings(path, file, fitting)
-    for name, value in vars(settings).items():
-        if value is not None:
+    file, wrong = read_file(path), []
+    try:
+        reading = apply_settings(path, file, settings)
+    except DataError:  # one by one, to keep the settings that fit
+        stated, settings = settings, RecordingSettings()
+        for name, value in vars(stated).items():
             try:
-                reading = apply_settings(path, file, replace(fitting, **{name: value}))
-                fitting = replace(fitting, **{name: value})
+                reading = apply_settings(path, file, replace(settings, **{name: value}))
+                settings = replace(settings, **{name: value})
             except DataError as error:
                 wrong.append(str(error).removeprefix(f"{path}: "))
     if questions := (*open_questions(reading), *open_for_analysis(reading)):
@@ -93,7 +95,7 @@ def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettin
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=tuple(reading.channels),
         channel=reading.channel,
-        settings=fitting or None,
+        settings=settings or None,
         cautions=reading.all_cautions(),
     )
 
