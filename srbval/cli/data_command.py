@@ -31,18 +31,7 @@ CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
 POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # of a data set's grid [kN, rpm]
-# Title and attribute of the columns.
-COLUMNS = {
-    "file": "file",
-    "data set": "dataset",
-    "state": "state",
-    "radial kN": "radial_kn",
-    "axial kN": "axial_kn",
-    "rpm": "nominal_rpm",
-    "Hz": "fs_hz",
-    "s": "seconds",
-    "status": "status",
-}
+COLUMNS = ("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -112,8 +101,8 @@ def _coverage(recordings: Sequence[RegisteredRecording]) -> Iterator[dict[str, A
 
 
 def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
-    rows = [[getattr(recording, name) for name in COLUMNS.values()] for recording in result.recordings]
-    print_table(tuple(COLUMNS), rows)
+    rows = [(r.file, r.dataset, *r.operating_point, r.fs_hz, r.seconds, r.status) for r in result.recordings]
+    print_table(COLUMNS, rows)
     _print_reasons(result.recordings)
     if result.left_out:
         print("\nnot registered, as they are no recordings:")

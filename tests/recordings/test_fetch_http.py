@@ -3,7 +3,6 @@
 import dataclasses
 import hashlib
 import threading
-from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -18,53 +17,48 @@ from . import files
 NAMES = ("H_877rpm_a.mat", "IR_877rpm_a.mat", "OR_877rpm_a.mat")
 
 
-class Server:
-    """Serves `files`; `broken` names are cut half-way, `asked` counts requests."""
+class Server(ThreadingHTTPServer):
+    """Serves `contents`; `broken` names are cut half-way, `asked` lists the requests."""
 
-    def __init__(self, contents: dict[str, bytes]) -> None:
-        self.contents, self.broken, self.asked = contents, set[str](), list[str]()
-        outer = self
+    def __init__(self, contents):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.contents, self.broken, self.asked = contents, set(), []
+        self.url = f"http://127.0.0.1:{self.server_port}"
+        threading.Thread(target=self.serve_forever, daemon=True).start()
 
-        class Handler(BaseHTTPRequestHandler):
-            def do_GET(self) -> None:
-                name = self.path.lstrip("/")
-                outer.asked.append(name)
-                body = outer.contents[name]
-                self.send_response(200)
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body[: len(body) // 2] if name in outer.broken else body)
 
-            def log_message(self, *_: object) -> None:
-                """Keep the test's output clean."""
+class Handler(BaseHTTPRequestHandler):
+    def do_GET(self):
+        name = self.path.lstrip("/")
+        self.server.asked.append(name)
+        body = self.server.contents[name]
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body[: len(body) // 2] if name in self.server.broken else body)
 
-        self.http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self.url = f"http://127.0.0.1:{self.http.server_port}"
-        threading.Thread(target=self.http.serve_forever, daemon=True).start()
+    def log_message(self, *_):
+        """Keep the test's output clean."""
 
 
 @pytest.fixture
-def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+def server(tmp_path, monkeypatch):
     (tmp_path / "made").mkdir()
-    contents = {
-        name: files.excerpt(tmp_path / "made" / name, condition=name.split("_")[0]).read_bytes() for name in NAMES
-    }
-    served = Server(contents)
-    described = dataclasses.replace(
-        dataset("torino-excerpts"),
-        files=tuple(
-            ExpectedFile(name=name, sha256=hashlib.sha256(body).hexdigest(), url=f"{served.url}/{name}")
-            for name, body in contents.items()
-        ),
+    made = (files.excerpt(tmp_path / "made" / name, condition=name.split("_")[0]) for name in NAMES)
+    served = Server({path.name: path.read_bytes() for path in made})
+    expected = (
+        ExpectedFile(name=name, sha256=hashlib.sha256(body).hexdigest(), url=f"{served.url}/{name}")
+        for name, body in served.contents.items()
     )
+    described = dataclasses.replace(dataset("torino-excerpts"), files=tuple(expected))
     monkeypatch.setattr(register, "dataset", lambda _: described)
     yield served
-    served.http.shutdown()
-    served.http.server_close()
+    served.shutdown()
+    served.server_close()
 
 
-def test_what_cannot_be_fetched_and_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_network(**_: object) -> None:
+def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
+    def no_network(**_):
         raise OSError("network is unreachable")
 
     monkeypatch.setattr("pooch.retrieve", no_network)
@@ -78,27 +72,19 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path: Path, monkeypatch: pyt
         fetch("nothing")
 
 
-@pytest.mark.usefixtures("server")
-def test_all_files_with_progress_and_registered(tmp_path: Path) -> None:
-    reported: list[tuple[str, float | None]] = []
-    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
-    assert [r.status for r in result.recordings] == [FileStatus.OK] * 3
-    assert [Path(r.file).name for r in result.recordings] == list(NAMES)
-    assert reported == [("Download", part / 3) for part in range(4)]
-
-
-def test_broken_off_then_resumed_at_the_file_that_is_missing(server: Server, tmp_path: Path) -> None:
+def test_broken_off_then_resumed_at_the_file_that_is_missing(server, tmp_path):
     server.broken = {NAMES[1]}
     with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*data add"):
         fetch("torino-excerpts", tmp_path / "data")
     assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]  # no half a file
-    server.broken = set()
-    result = fetch("torino-excerpts", tmp_path / "data")
-    assert [r.status for r in result.recordings] == [FileStatus.OK] * 3
+    server.broken, reported = set(), []
+    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
+    assert [(Path(r.file).name, r.status) for r in result.recordings] == [(name, FileStatus.OK) for name in NAMES]
+    assert reported == [("Download", part / 3) for part in range(4)]
     assert server.asked.count(NAMES[0]) == 1  # what was there was kept
 
 
-def test_file_that_is_not_the_pinned_one_is_refused(server: Server, tmp_path: Path) -> None:
+def test_file_that_is_not_the_pinned_one_is_refused(server, tmp_path):
     body = bytearray(server.contents[NAMES[0]])
     body[5000] ^= 1
     server.contents[NAMES[0]] = bytes(body)

@@ -3,13 +3,12 @@
 import re
 import shlex
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from srbval.errors import DataError
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, Recording, RecordingSettings, load_recording
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.speed import stated_speed
@@ -21,23 +20,15 @@ LINE_DIGITS = 1e-5  # relative, of a line: six digits of a time step, and those 
 
 
 @pytest.fixture(scope="module")
-def direct() -> Analysis:
+def direct():
     """The same samples without any file."""
-    speed = stated_speed(SHAFT_HZ * 60, 1.0)
-    made = Recording(
-        name="x",
-        origin=Origin.MEASURED,
-        channels={"a": record()[1] * G},
-        channel="a",
-        fs_hz=FS_HZ,
-        unit="m/s2",
-        speed=speed,
-    )
+    facts = {"origin": Origin.MEASURED, "unit": "m/s2", "fs_hz": FS_HZ, "speed": stated_speed(SHAFT_HZ * 60, 1.0)}
+    made = Recording(name="x", channels={"a": record()[1] * G}, channel="a", **facts)
     return analyse(made, bearing=BEARING, band_hz=(1400.0, 2800.0))
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-def test_the_same_lines_from_every_format(kind: str, tmp_path: Path, direct: Analysis) -> None:
+def test_the_same_lines_from_every_format(kind, tmp_path, direct):
     path = tmp_path / "record.dat"  # its name says nothing
     path.write_bytes(whole(kind))
     settings = RecordingSettings(**{"channel": "acc DE", "rpm": SHAFT_HZ * 60, **WRITERS[kind][1]})
@@ -55,7 +46,7 @@ def test_the_same_lines_from_every_format(kind: str, tmp_path: Path, direct: Ana
 
 
 @pytest.mark.parametrize("kind", ["wav", "parquet"])
-def test_a_library_that_is_missing_is_named(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     path = tmp_path / "x.dat"
     path.write_bytes(whole(kind))
     limited.end_readers()

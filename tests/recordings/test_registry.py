@@ -1,9 +1,7 @@
 """The register: add, list, verify, remove; atomic, shared between processes, a changed byte caught."""
 
-import json
 import os
 import shutil
-from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -14,12 +12,10 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.campaign.folder import folder_lock, write_cases
-from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.recordings import Origin, RecordingSettings
 from srbval.recordings.registry import (
     FileStatus,
-    RegisteredRecording,
     add,
     find_recording,
     listing,
@@ -28,7 +24,7 @@ from srbval.recordings.registry import (
     rig_recordings,
     verify,
 )
-from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest
+from srbval.recordings.registry.manifest import manifest_path, read_manifest
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.write import write_report
 from tests.campaign.campaigns import small
@@ -36,18 +32,13 @@ from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files
 
-INTERFACE_KEYS = {"file", "dataset", "state", "radial_kn", "axial_kn"} | {
-    "nominal_rpm",
-    "fs_hz",
-    "seconds",
-    "sha256",
-    "status",
-}
+INTERFACE_KEYS = {"file", "dataset", "state", "radial_kn", "axial_kn", "nominal_rpm"}
+INTERFACE_KEYS |= {"fs_hz", "seconds", "sha256", "status"}
 RIG, EXCERPT = "IR_727rpm_124.8kN_0kN.mat", "OR_353rpm_x.mat"
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A rig excerpt, a full rig recording, a CWRU record and a stand-in; a readme."""
     folder = tmp_path / "data"
     (folder / "below").mkdir(parents=True)
@@ -59,19 +50,19 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def by_name(recordings: Iterable[RegisteredRecording]) -> dict[str, RegisteredRecording]:
+def by_name(recordings):
     return {Path(r.file).name: r for r in recordings}
 
 
-def registered() -> dict[str, RegisteredRecording]:
-    return by_name(listing().recordings)
+def statuses(recordings):
+    return {Path(r.file).name: r.status for r in recordings}
 
 
-def test_every_recording_is_described(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    reported: list[tuple[str, float | None]] = []
+def test_every_recording_is_described(folder, srbval_json):
+    reported = []
     result = add(folder, progress=lambda *call: reported.append(call))
     found = by_name(result.recordings)
-    assert set(found) == {RIG, EXCERPT, "105.mat", "s.h5"}
+    assert statuses(found.values()) == dict.fromkeys((RIG, EXCERPT, "105.mat", "s.h5"), FileStatus.OK)
     rig = found[RIG]
     assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", Fault.INNER, 124.8, 0.0)
     assert (rig.nominal_rpm, rig.fs_hz, rig.seconds) == (727.0, 20480.0, pytest.approx(0.2))
@@ -80,68 +71,63 @@ def test_every_recording_is_described(folder: Path, capsys: pytest.CaptureFixtur
     assert (Path(readme.file).name, "not a table of numbers" in (readme.reason or "")) == ("README.md", True)
     assert (result.problems, reported[-1]) == ((), ("Register", 1.0))
     assert listing().recordings == verify().recordings == result.recordings
-    assert main(["data", "list", "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = srbval_json("data", "list")
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
+    grids = {covered["dataset"]: covered for covered in document["coverage"]}
+    assert (len(grids["torino-full"]["points"]), grids["torino-full"]["missing"]) == (160, 159)
+    there = [point for point in grids["torino-excerpts"]["points"] if point["files"]]
+    assert [(point["state"], point["nominal_rpm"]) for point in there] == [("outer", 353.0)]
 
 
-def test_a_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
-    pinned = by_name(add(folder).recordings)["105.mat"]
+def test_a_changed_file_keeps_its_hash_until_it_is_registered_again(folder, srbval_json):
+    first = by_name(add(folder).recordings)["105.mat"]
     path, data = folder / "105.mat", bytearray((folder / "105.mat").read_bytes())
     before = path.stat()
     data[20000] ^= 1
     path.write_bytes(data)
-    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # size and time are those pinned
-    changed = by_name(verify().recordings)["105.mat"]
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # size and time are those of the registration
+    changed = by_name(verify().problems)["105.mat"]
     assert (changed.status, "when registered" in (changed.reason or "")) == (FileStatus.CHANGED, True)
-    assert main(["data", "verify"]) == 1
+    srbval_json("data", "verify", code=1)
     files.cwru(path, "105", rpm=1700)
-    assert registered()["105.mat"].status is FileStatus.CHANGED
+    assert statuses(listing().problems) == {"105.mat": FileStatus.CHANGED}
     again = by_name(add(folder).recordings)["105.mat"]
-    assert (again.status, again.sha256) == (FileStatus.CHANGED, pinned.sha256)
+    assert (again.status, again.sha256) == (FileStatus.CHANGED, first.sha256)
     anew = by_name(add(folder, repin=True).recordings)["105.mat"]
-    assert (anew.status, anew.sha256 != pinned.sha256, verify().problems) == (FileStatus.OK, True, ())
+    assert (anew.status, anew.sha256 != first.sha256, verify().problems) == (FileStatus.OK, True, ())
     (folder / "s.h5").unlink()
     path.write_bytes(path.read_bytes()[:1000])
     for result in (listing(), verify()):
-        found = by_name(result.problems)
-        assert {name: r.status for name, r in found.items()} == {
-            "s.h5": FileStatus.MISSING,
-            "105.mat": FileStatus.TRUNCATED,
-        }
+        assert statuses(result.problems) == {"s.h5": FileStatus.MISSING, "105.mat": FileStatus.TRUNCATED}
 
 
-def test_rig_look_up_and_what_is_missing(folder: Path) -> None:
+def test_recordings_of_the_rig(folder):
     assert rig_recordings() == ()
-    grids = {c["dataset"]: c for c in add(folder).coverage}
-    assert (len(grids["torino-full"]["points"]), grids["torino-full"]["missing"]) == (160, 159)
-    there = [p for p in grids["torino-excerpts"]["points"] if p["files"]]
-    assert [(p["state"], p["nominal_rpm"]) for p in there] == [(Fault.OUTER, 353.0)]
+    add(folder)
     assert [Path(r.file).name for r in rig_recordings()] == [RIG, EXCERPT]
-    found = find_recording(state=Fault.OUTER, nominal_rpm=353)
-    assert found.dataset == "torino-excerpts"
+    assert find_recording(state=Fault.OUTER, nominal_rpm=353).dataset == "torino-excerpts"
     assert find_recording(state=Fault.HEALTHY, nominal_rpm=353) is None
     files.excerpt(folder / "OR_877rpm_sample.mat")
     entry = by_name(add(folder).recordings)["OR_877rpm_sample.mat"]
     assert (entry.status, "published 7c21237257b3" in (entry.reason or "")) == (FileStatus.CHANGED, True)
 
 
-def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As long as it is named; what a look at it found is kept, but registers nothing."""
+def test_environment_folder_is_there_without_add(folder, monkeypatch):
+    """As long as it is named; its files are read once, and again after a change, but not registered."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     first = listing().recordings
-    assert (len(first), read_manifest()) == (4, {})
+    assert (len(first), {entry.registered for entry in read_manifest().values()}) == (4, {False})
     with monkeypatch.context() as patch:
-        patch.setattr(register, "inspect_file", None)  # not looked at again
+        patch.setattr(register, "inspect_file", None)
         assert listing().recordings == first
-    inspected_path().write_text("{")
-    assert listing().recordings == first
-    (folder / "105.mat").unlink()
-    (folder / "more.md").write_text("Not of the first look.\n")
-    listing()
-    kept = {Path(file).name for file in read_manifest(inspected_path())}
-    assert kept == {"more.md", "README.md", "s.h5", EXCERPT, RIG}
+    files.cwru(folder / "105.mat", "105", rpm=1700)
+    (folder / "README.md").write_text("Other words.\n")
+    (folder / "s.h5").unlink()
+    assert (len(listing().recordings), listing().problems) == (3, ())
+    assert {Path(file).name for file in read_manifest()} == {"105.mat", "README.md", EXCERPT, RIG}
+    with pytest.raises(DataError, match=r"nothing was removed.*SRBVAL_RECORDINGS"):
+        remove(folder)
     blocked = folder.parent / "file"
     blocked.write_text("a file where the home should be")
     monkeypatch.setenv("SRBVAL_HOME", str(blocked / "home"))
@@ -155,7 +141,7 @@ def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pyte
     assert listing().recordings == ()
 
 
-def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
+def test_a_copy_is_no_further_recording(folder, tmp_path):
     shutil.copytree(folder, tmp_path / "copy")
     (tmp_path / "other name").symlink_to(folder)
     add(folder)
@@ -164,30 +150,29 @@ def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
     add(tmp_path / "other name")
     assert len(listing().recordings) == 12
     assert rig_recordings() == tuple(replace(r, file=r.file.replace("/data/", "/copy/")) for r in alone)
-    add(tmp_path / "copy" / "below", settings=RecordingSettings(rpm=700.0))  # settled differently
+    add(tmp_path / "copy" / "below", settings=RecordingSettings(rpm=700.0))  # stated differently
     assert len(rig_recordings()) == len(alone) + 1
 
 
-@pytest.mark.parametrize("more", [False, True])
-def test_a_folder_that_moved(more: bool, folder: Path, tmp_path: Path) -> None:
-    """Its old entries go, what was settled stays; files that went for good stay missing."""
+@pytest.mark.parametrize("unit", [None, "g"])
+def test_a_folder_that_moved(unit, folder, tmp_path):
+    """Its old entries go, stored settings stay; files that went for good stay missing."""
     add(folder)
     add(folder / "below", settings=RecordingSettings(rpm=700.0))
     (folder / "105.mat").unlink()
     folder.rename(tmp_path / "moved")
-    add(tmp_path / "moved", settings=RecordingSettings(unit="g") if more else None)
-    found = registered()
-    assert [name for name, r in found.items() if r.status is FileStatus.MISSING] == ["105.mat"]
-    assert len(listing().recordings) == 4
-    assert found[RIG].settings == RecordingSettings(rpm=700.0, unit="g" if more else None)
+    add(tmp_path / "moved", settings=RecordingSettings(unit=unit))
+    found = by_name(listing().recordings)
+    assert (len(listing().recordings), statuses(listing().problems)) == (4, {"105.mat": FileStatus.MISSING})
+    assert found[RIG].settings == RecordingSettings(rpm=700.0, unit=unit)
     assert Path(found["s.h5"].file).parent == tmp_path / "moved"
     (tmp_path / "moved").rename(folder)
     add(folder, repin=True)
-    found = registered()
-    assert (len(found), found["105.mat"].status, found[RIG].settings) == (4, FileStatus.MISSING, None)
+    assert (len(listing().recordings), statuses(listing().problems)) == (4, {"105.mat": FileStatus.MISSING})
+    assert by_name(listing().recordings)[RIG].settings is None
 
 
-def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
+def test_adds_at_once_lose_nothing(tmp_path):
     folders = [tmp_path / f"f{i}" for i in range(3)]
     for folder in folders:
         folder.mkdir()
@@ -199,7 +184,7 @@ def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.recordings
-def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_real_folder(recordings_dir, monkeypatch):
     """Every file is read, accused of nothing, or left out with its reason; a set of several channels asks for one."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
     found = listing()
@@ -208,12 +193,11 @@ def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert {Path(r.file).suffix for r in found.left_out} <= {".md", ".txt", ".json"}
     asked = sorted(Path(r.file) for r in found.recordings if "--channel" in (r.reason or ""))
     assert asked == sorted((recordings_dir / "ims_test1").glob("2003*"))
-    assert {Path(r.file).name for r in rig_recordings(nominal_rpm=877)} == {
-        f"{state}_877rpm_sample.mat" for state in ("H", "IR", "OR", "Roller")
-    }
+    states = ("H", "IR", "OR", "Roller")
+    assert set(by_name(rig_recordings(nominal_rpm=877))) == {f"{state}_877rpm_sample.mat" for state in states}
 
 
-def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
+def test_what_srbval_wrote_itself_is_no_recording(folder):
     """Tables that figures show and results of a campaign hold signals, too."""
     tone = VerdictBox(tone=Tone.NEUTRAL, headline="a report")
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
@@ -234,29 +218,27 @@ def test_what_srbval_wrote_itself_is_no_recording(folder: Path) -> None:
     assert len(listing().recordings) == 5
 
 
-def test_remove_undoes_an_add(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_remove_undoes_an_add(folder, srbval_json, monkeypatch):
     add(folder / "105.mat")
     before = manifest_path().read_bytes()
     add(folder / "below")
-    assert main(["data", "remove", str(folder / "below"), "--json"]) == 0
-    (removed,) = json.loads(capsys.readouterr().out)["recordings"]
+    (removed,) = srbval_json("data", "remove", folder / "below")["recordings"]
     assert (Path(removed["file"]).name, set(removed) >= INTERFACE_KEYS) == (RIG, True)
     assert (manifest_path().read_bytes(), (folder / "below" / RIG).exists()) == (before, True)
     shutil.copy(folder / "105.mat", folder / "below" / "105.mat")
     add(folder)
     monkeypatch.chdir(folder.parent)
-    with pytest.raises(ConfigurationError, match=r"2 registered files; give the path: .*105\.mat, .*105\.mat"):
+    with pytest.raises(DataError, match=r"or the name of several files; nothing was removed\. Give a path"):
         remove("105.mat")
     assert [len(remove(name).recordings) for name in ("s.h5", "cwru", folder)] == [1, 2, 2]
-    assert main(["data", "remove", "s.h5"]) == 3
-    assert "s.h5: no registered file, folder or data set; nothing was removed" in capsys.readouterr().err
+    with pytest.raises(DataError, match=r"s\.h5: no registered file, folder or data set.*nothing was removed"):
+        remove("s.h5")
 
 
 @pytest.mark.parametrize("content", [b"", b"[" * 200_000, b"\xff\xfe{}", b"null", b'{"recordings": [{"file": 5}]}'])
-def test_a_damaged_register_is_refused(content: bytes, folder: Path) -> None:
+def test_a_damaged_register_is_refused(content, folder):
     add(folder)
     manifest_path().write_bytes(content)
     with pytest.raises(DataError, match=r"manifest\.json"):
         listing()
+    assert "not a readable manifest" in listing(or_none=True).unreadable

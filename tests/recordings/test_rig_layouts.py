@@ -1,9 +1,6 @@
 """The rig's recordings: the open excerpts' layout and the full one, in MATLAB v5 and v7.3."""
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
+import h5py
 import numpy as np
 import pytest
 
@@ -14,9 +11,6 @@ from srbval.recordings import Origin, SpeedSource, load_recording
 from . import files
 
 FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
-Writer = Callable[[Path, dict[str, Any]], Path]
-
-both_formats = pytest.mark.parametrize("write", [files.rig_v5, files.rig_v73])
 ROUNDING = 1e-15  # one multiplication by a factor that is not exactly representable
 UNIT_ROUNDING = 1e-12  # two factors applied one after the other
 MEAN_ROUNDING = 1e-9  # a mean over the samples in another order, or of rad/s in place of rpm
@@ -25,7 +19,17 @@ PUBLISHED_RPM = 6e-4  # the author's means are rounded to 0.001 rpm
 SPEED_CI = 0.001  # a tachometer's mean over 2 s is known to better than a per mille
 
 
-def test_excerpt_needs_no_option(tmp_path: Path) -> None:
+@pytest.fixture
+def full(tmp_path):
+    """Write the rig's full layout and load it."""
+
+    def write(signals, *, name=FULL_NAME, **given):
+        return load_recording(files.rig_v5(tmp_path / name, signals), **given)
+
+    return write
+
+
+def test_excerpt_needs_no_option(tmp_path):
     r = load_recording(files.excerpt(tmp_path / "OR_877rpm_sample.mat"))
     assert (r.origin, r.dataset, r.channel) == (Origin.MEASURED, "torino-excerpts", "sensor_4")
     assert (r.unit, r.fs_hz, r.bearing, r.state) == ("m/s2", 20480.0, "skf-22240", Fault.OUTER)
@@ -34,15 +38,12 @@ def test_excerpt_needs_no_option(tmp_path: Path) -> None:
     assert r.speed.source is SpeedSource.TACHOMETER
     assert r.speed.value_hz * 60 == pytest.approx(np.mean(858.0 + 0.5 * files.vibration(128, 1)), abs=MEAN_ROUNDING)
     np.testing.assert_array_equal(r.channels["sensor_4"], files.vibration())
+    renamed = load_recording(files.excerpt(tmp_path / "unnamed.bin", condition="Roller", rpm_nominal=353))
+    assert (renamed.dataset, renamed.state, renamed.nominal_rpm) == ("torino-excerpts", Fault.ROLLER, 353.0)
 
 
-def test_renamed_excerpt_is_recognised_by_its_content(tmp_path: Path) -> None:
-    r = load_recording(files.excerpt(tmp_path / "unnamed.bin", condition="Roller", rpm_nominal=353))
-    assert (r.dataset, r.state, r.nominal_rpm) == ("torino-excerpts", Fault.ROLLER, 353.0)
-
-
-@both_formats
-def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
+@pytest.mark.parametrize("write", [files.rig_v5, files.rig_v73])
+def test_full_layout_needs_no_option(tmp_path, write):
     """Signals are found by their quantity, and the speed is the record's, not its name's."""
     first, second, third = files.rig_signals(speed_rpm=700.0).values()
     r = load_recording(write(tmp_path / FULL_NAME, {"Signal_1": third, "Signal_7": first, "Signal_2": second}))
@@ -56,47 +57,45 @@ def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
     assert "left out: Signal_7 (°C)" in r.notes
 
 
-def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
+def test_sensors_across_instead_of_down(full):
     signals = files.rig_signals()
     struct = signals["Signal_3"]
     struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0].T.copy())
-    r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
+    np.testing.assert_allclose(full(signals).channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
 
 
-def test_unit_factor(tmp_path: Path) -> None:
+def test_unit_factor(full):
     """Values stored in g are converted; a factor that leads nowhere is refused."""
     signals = files.rig_signals()
     transformation = signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]
     transformation["factor"] = 1.0
-    r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * 9.80665 * files.vibration(seed=3), rtol=UNIT_ROUNDING)
+    in_si = 4 * 9.80665 * files.vibration(seed=3)
+    np.testing.assert_allclose(full(signals).channels["sensor_4"], in_si, rtol=UNIT_ROUNDING)
     transformation["factor"] = 0.5
-    with pytest.raises(DataError, match=r"Signal_3 leads to 'g' by 0\.5"):
-        load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+    with pytest.raises(DataError, match=r"Signal_3 leads to 'g' by 0\.5; 0\.1020 or 1\.0000 is understood"):
+        full(signals)
 
 
-def test_fewer_values_than_announced_is_truncated(tmp_path: Path) -> None:
+def test_fewer_values_than_announced_is_truncated(full):
     signals = files.rig_signals()
     signals["Signal_3"]["x_values"]["number_of_values"] = 9999.0
     with pytest.raises(DataError, match="announces 9999 values, holds 4096"):
-        load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+        full(signals)
 
 
-def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(tmp_path: Path) -> None:
+def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(full):
     signals = files.rig_signals(speed_rpm=700.0 * 9.5493)  # rpm stored where rad/s is announced
-    path = files.rig_v5(tmp_path / FULL_NAME, signals)
     with pytest.raises(DataError, match=r"wrong unit.*--rpm"):
-        load_recording(path)
-    r = load_recording(path, rpm=700)
+        full(signals)
+    r = full(signals, rpm=700)
     assert (r.speed.value_hz * 60, r.speed.source) == (pytest.approx(700), SpeedSource.STATED)
 
 
-def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) -> None:
-    path = files.rig_v5(tmp_path / "gearbox_run_3.mat", files.rig_signals())
+def test_same_layout_from_another_rig_is_not_taken_for_this_one(full):
+    name = "gearbox_run_3.mat"
     with pytest.raises(DataError, match=r"--channel Signal_3\[1\].*Signal_3\[4\]"):
-        load_recording(path)
-    r = load_recording(path, channel="Signal_3[4]")
+        full(files.rig_signals(), name=name)
+    r = full(files.rig_signals(), name=name, channel="Signal_3[4]")
     assert (r.dataset, r.bearing, r.state, r.band_hz) == (None, None, None, None)
     assert (r.unit, r.fs_hz) == ("m/s2", 20480.0)
     assert r.speed.source is SpeedSource.TACHOMETER
@@ -110,7 +109,7 @@ def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) 
         ("Roller_877rpm", Fault.ROLLER, 858.125),
     ],
 )
-def test_measured_excerpts(recordings_dir: Path, name: str, state: Fault, mean_rpm: float) -> None:
+def test_measured_excerpts(recordings_dir, name, state, mean_rpm):
     r = load_recording(recordings_dir / "torino" / f"{name}_sample.mat")
     assert (r.state, r.unit, r.fs_hz, r.seconds) == (state, "m/s2", 20480.0, 2.0)
     assert (r.radial_n, r.axial_n, r.bearing) == (124800.0, 0.0, "skf-22240")
@@ -119,9 +118,7 @@ def test_measured_excerpts(recordings_dir: Path, name: str, state: Fault, mean_r
     assert 0 < r.speed.ci95_hz * 60 < SPEED_CI * mean_rpm
 
 
-def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
-    import h5py
-
+def test_v73_without_matlabs_attributes(tmp_path):
     path = files.rig_v73(tmp_path / FULL_NAME, files.rig_signals())
     with h5py.File(path, "r+") as file:
         file.visititems(lambda _, item: item.attrs.pop("MATLAB_class", None) and None)

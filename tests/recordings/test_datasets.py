@@ -1,21 +1,47 @@
-"""Files in the layouts of the open data sets, and the real ones where they are at hand."""
+"""Descriptions of the known data sets, files in the layouts of the open ones, and real ones that are at hand."""
 
-from pathlib import Path
-from typing import Any
+import re
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.bearing import Fault
+from srbval.bearing import Fault, known_bearings
 from srbval.errors import DataError
 from srbval.recordings import SpeedSource, load_recording
+from srbval.recordings.datasets.description import known_datasets
+from srbval.storage.installation import shipped_folder
 
 from . import files
 
+BAND_EDGE = 0.01  # upper band edges are stated as round numbers
+SETS = {"cwru", "mfpt", "torino-excerpts", "torino-full", "hit-sm", "uestc", "ims", "upm-citef"}
+
+
+def test_every_description_is_read_under_its_files_name():
+    names = [path.stem for path in sorted(shipped_folder("data_manifest").glob("*.toml"))]
+    assert [d.name for d in known_datasets()] == names
+    assert set(names) == SETS
+
+
+@pytest.mark.parametrize("d", known_datasets(), ids=lambda d: d.name)
+def test_names_patterns_addresses_and_bands_are_usable(d):
+    """All open sets share a band: 500 Hz to 10 kHz, or to 0.46 of a rate too low for it; nothing is fitted to a set."""
+    assert {c.bearing for c in d.channels} - {None} <= set(known_bearings())
+    for pattern in (d.match.file, *d.match.variables, *(c.variable for c in d.channels)):
+        re.compile(pattern or "")
+    assert d.url.startswith("https://")
+    assert all(f.sha256 is None or re.fullmatch("[0-9a-f]{64}", f.sha256) for f in d.files)
+    assert d.access in ("open", "restricted")
+    assert all(b.low_hz < b.high_hz and b.reason for b in d.bands)
+    for band in () if d.name.startswith("torino") else d.bands:
+        fs_hz = band.fs_hz or d.rate.value_hz or 1e6
+        assert band.low_hz == 500.0
+        assert band.high_hz == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=BAND_EDGE)
+
 
 @pytest.mark.parametrize(
-    "known",  # name, number, rpm, sampling rate, channel, bearing, state, source of the speed
+    ("name", "number", "rpm", "fs_hz", "channel", "bearing", "state", "source"),
     [
         ("131.mat", "131", 1773, 12000.0, "DE", "skf-6205", Fault.OUTER, SpeedSource.STATED),
         ("270_IR021_0_12kFE.mat", "270", 1796, 12000.0, "FE", "skf-6203", Fault.INNER, SpeedSource.STATED),
@@ -23,8 +49,7 @@ from . import files
         ("3001_IR028_0_12kDE.mat", "056", None, 12000.0, "DE", "skf-6205", Fault.INNER, SpeedSource.NOMINAL),
     ],
 )
-def test_cwru_by_its_number(tmp_path: Path, known: tuple[Any, ...]) -> None:
-    name, number, rpm, fs_hz, channel, bearing, state, source = known
+def test_cwru_by_its_number(tmp_path, name, number, rpm, fs_hz, channel, bearing, state, source):
     r = load_recording(files.cwru(tmp_path / name, number, rpm=rpm))
     assert (r.fs_hz, r.channel, r.bearing, r.state) == (fs_hz, channel, bearing, state)
     assert r.band_hz == (500.0, 10000.0 if fs_hz > 40000 else 5500.0)
@@ -37,26 +62,29 @@ def test_cwru_by_its_number(tmp_path: Path, known: tuple[Any, ...]) -> None:
         assert (other.bearing, other.state) == ("skf-6205", None)
 
 
-def test_cwru_name_against_list_is_refused(tmp_path: Path) -> None:
-    path = files.cwru(tmp_path / "105_IR007_0_48kDE.mat", "105")
+def test_cwru_name_against_list(tmp_path):
     with pytest.raises(DataError, match=r"name says 48000 Hz.*12000 Hz"):
-        load_recording(path)
+        load_recording(files.cwru(tmp_path / "105_IR007_0_48kDE.mat", "105"))
+    said = "its name says OR007, the data set's list IR007 for record 105: the name is used"
+    for name, cautions in (("105_OR007at6_0_12kDE.mat", (said,)), ("105_IR007_0_12kDE.mat", ())):
+        assert load_recording(files.cwru(tmp_path / name, "105")).cautions == cautions
 
 
-def test_cwru_two_records_in_one_file(tmp_path: Path) -> None:
+def test_cwru_two_records_in_one_file(tmp_path):
     values = {f"X0{n}_DE_time": files.vibration(seed=n)[:, None] for n in (98, 99)} | {"X098RPM": 1772, "X099RPM": 1750}
     for name, expected, left in (("98.mat", 98, "099"), ("99.mat", 99, "098")):
         savemat(tmp_path / name, values)
         r = load_recording(tmp_path / name)
         np.testing.assert_allclose(r.channels["DE"], files.vibration(seed=expected) * 9.80665)
         assert f"left out: signals of record {left}" in r.notes
+        assert r.speed.value_hz * 60 == pytest.approx(1772 if expected == 98 else 1750)
     savemat(tmp_path / "both.mat", values)
-    with pytest.raises(DataError, match="holds CWRU records 98, 99"):
+    with pytest.raises(DataError, match="holds cwru records 98, 99"):
         load_recording(tmp_path / "both.mat")
 
 
 @pytest.mark.parametrize("load", [25.0, "25"])
-def test_mfpt_struct(tmp_path: Path, load: object) -> None:
+def test_mfpt_struct(tmp_path, load):
     r = load_recording(files.mfpt(tmp_path / "OuterRaceFault_vload_1.mat", load))
     assert (r.state, r.bearing, r.fs_hz, r.unit) == (Fault.OUTER, "mfpt-nice", 48828.0, "m/s2")
     assert r.radial_n == pytest.approx(25 * 4.4482216)
@@ -64,7 +92,7 @@ def test_mfpt_struct(tmp_path: Path, load: object) -> None:
     assert r.speed.ci95_hz > 0.26  # 24.74 Hz, the speed the inner-race records really have, is inside
 
 
-def test_ims_names_its_channels(tmp_path: Path) -> None:
+def test_ims_names_its_channels(tmp_path):
     path = tmp_path / "2003.10.22.12.06.24"
     np.savetxt(path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t")
     with pytest.raises(DataError, match=r"which of 8 channels: --channel ch1 \| ch2.*ch8"):
@@ -84,7 +112,7 @@ def test_ims_names_its_channels(tmp_path: Path) -> None:
         ("hit_sm/SpectraQuest/Normal_1200.mat", 51200, 1200, "vibration", 262144),
     ],
 )
-def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, channel: str, samples: int) -> None:
+def test_real_traps(recordings_dir, name, fs_hz, rpm, channel, samples):
     r = load_recording(recordings_dir / name)
     assert (r.fs_hz, r.channel, r.samples) == (fs_hz, channel, samples)
     assert r.speed.value_hz * 60 == pytest.approx(rpm)
@@ -99,25 +127,11 @@ def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, c
         ("101_200_S1_ORRE_F2_R1.mat", 200, None),  # two faults at once
     ],
 )
-def test_upm_citef_needs_no_option(tmp_path: Path, name: str, rpm: float, state: Fault | None) -> None:
+def test_upm_citef_needs_no_option(tmp_path, name, rpm, state):
     values = {"Fs": 40000.0, **{f"Rod_{i}": 1.9 + 0.1 * files.vibration(seed=i)[:, None] for i in (3, 2, 1)}}
     savemat(tmp_path / name, values)
     r = load_recording(tmp_path / name)
     assert (r.dataset, r.channel, r.bearing, r.unit, r.fs_hz) == ("upm-citef", "Rod_1", "fag-22205", "V", 40000.0)
     assert (r.nominal_rpm, r.state, r.band_hz) == (rpm, state, (500.0, 10000.0))
     assert r.speed.source is SpeedSource.NOMINAL
-    other = load_recording(tmp_path / name, channel="Rod_2")
-    assert other.bearing is None  # not the tested bearing's sensor
-
-
-def test_a_name_that_the_list_of_records_contradicts(tmp_path: Path) -> None:
-    path = files.cwru(tmp_path / "105_OR007at6_0_12kDE.mat", "105")
-    assert load_recording(path).cautions == (
-        "its name says OR007, the data set's list IR007 for record 105: the name is used",
-    )
-    assert load_recording(files.cwru(tmp_path / "105_IR007_0_12kDE.mat", "105")).cautions == ()
-
-
-def test_a_unit_that_is_not_known(tmp_path: Path) -> None:
-    savemat(tmp_path / "a.mat", {"x": np.array(files.vibration()), "fs": 8000.0, "unit": "furlong/s2"})
-    assert "left out: unit 'furlong/s2', which is not known" in load_recording(tmp_path / "a.mat", unit="g").notes
+    assert load_recording(tmp_path / name, channel="Rod_2").bearing is None  # not the tested bearing's sensor
