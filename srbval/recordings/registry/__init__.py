@@ -1,4 +1,4 @@
-"""The user's register of recordings: which files there are, what they hold, whether they changed."""
+"""The user's register of recordings: which files there are, what they contain, if they changed."""
 
 from srbval.recordings.registry.lookup import (
     RIG_DATASETS,
@@ -11,5 +11,14 @@ from srbval.recordings.registry.lookup import (
     rig_recordings,
     unopened,
 )
-from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, RegisterListing, without_copies
-from srbval.recordings.registry.register import RIG_EXCERPTS, add, fetch, files_under, listing, remove, verify
+from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, without_copies
+from srbval.recordings.registry.register import (
+    RIG_EXCERPTS,
+    RegisterListing,
+    add,
+    fetch,
+    files_under,
+    listing,
+    remove,
+    verify,
+)
