@@ -1,7 +1,6 @@
 """The user's register of recordings: which files there are, what they contain, if they changed."""
 
 from srbval.recordings.registry.lookup import (
-    RIG_DATASETS,
     find_recording,
     healthy_baseline,
     load_entry,

@@ -27,7 +27,8 @@ def inspect_file(
 ) -> RegisteredRecording:
     """Hash and read `path`; every failure becomes a status, settings that do not fit and open questions a reason.
 
-    A file that is not the one of its `old` entry keeps that, with the status that it has now.
+    A file that differs from its `old` entry keeps that, with the status that it has now; one that does not is read again
+    only for other settings.
     """
     entry = old or RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
@@ -48,6 +49,8 @@ def inspect_file(
                 "register it again if it was changed on purpose (`srbval data add --repin`)"
             )
             return entry.with_status(FileStatus.CHANGED, text)
+        if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
+            return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
         entry = _described(replace(entry, format=detect_format(path).name), path, settings or RecordingSettings())
     except OSError as error:
