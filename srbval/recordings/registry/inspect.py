@@ -27,8 +27,8 @@ def inspect_file(
 ) -> RegisteredRecording:
     """Hash and read `path`; every failure becomes a status, settings that do not fit and open questions a reason.
 
-    A file that differs from its `old` entry keeps that, with the status that it has now; one that does not is read again
-    only for other settings.
+    A file that differs from its `old` entry keeps that, with its status now; one that does not is read again only for
+    other settings.
     """
     entry = old or RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
