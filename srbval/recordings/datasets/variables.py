@@ -135,6 +135,6 @@ def _speed(
         values_hz = raw.signal(rule.tachometer_rpm) / RPM_PER_HZ
         if seconds is not None:  # over the whole record, whatever its own rate
             signal = SpeedSignal(values_hz=values_hz, rate_hz=values_hz.size / seconds)
-        return tachometer_speed(values_hz, signal and signal.rate_hz), signal
+        return tachometer_speed(values_hz, None if signal is None else signal.rate_hz), signal
     stated_rpm = raw.number(rule.stated_rpm.format(record=record)) if rule.stated_rpm else None
     return rule.speed(stated_rpm, nominal_rpm), None

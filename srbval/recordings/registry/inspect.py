@@ -30,7 +30,7 @@ def inspect_file(
     A file that differs from its `old` entry keeps that, with its status now; one that does not is read again only for
     other settings.
     """
-    entry = old or RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
+    entry = old or RegisteredRecording(file=str(path), registered=False)
     try:
         size_bytes, mtime_ns = size_and_time(path)
         if mtime_ns < 0:

@@ -37,7 +37,7 @@ class FileStatus(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisteredRecording:
-    """An entry of the manifest; `sha256`, `size_bytes` and `mtime_ns` are those at the first registration.
+    """An entry of the manifest; `sha256`, `size_bytes` and `mtime_ns` are those at the first registration, if any.
 
     `reason` explains every status but ok, and lists the open questions of an ok file. A fact is None if neither the
     file nor the user states it, `cautions` if nothing was read. Files that are used without being registered have an
@@ -45,10 +45,10 @@ class RegisteredRecording:
     """
 
     file: str
-    sha256: str
-    size_bytes: int
-    mtime_ns: int
-    status: FileStatus
+    sha256: str = ""
+    size_bytes: int = 0
+    mtime_ns: int = 0
+    status: FileStatus = FileStatus.OK
     reason: str | None = None
     format: str | None = None
     origin: Origin | None = None
