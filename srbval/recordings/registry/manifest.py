@@ -1,20 +1,24 @@
-"""The manifest: an entry for each registered file, in a JSON file of the user's home folder."""
+"""The manifest: an entry for each file, made by its inspection, in a JSON file of the user's home folder."""
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
+from srbval.recordings.datasets.description import known_datasets
+from srbval.recordings.load import read_file
+from srbval.recordings.loaders import detect_format
+from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Origin
-from srbval.recordings.settings import RecordingSettings
-from srbval.storage.files import remove_unfinished
+from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
+from srbval.recordings.speed import RPM_PER_HZ
+from srbval.storage.files import file_sha256, remove_unfinished
 from srbval.storage.json_files import parse_json, write_json
 from srbval.storage.tables import build
 
@@ -22,6 +26,12 @@ SCHEMA_VERSION = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
 NO_RECORDINGS: dict[str, Any] = {"schema_version": SCHEMA_VERSION, "recordings": []}
+HEAD_BYTES = 1000
+# Output of srbval: its name, a file with a mark that identifies its folder, and the names of its parts in that folder.
+OWN_OUTPUT = (
+    ("report", "report.html", b'<meta name="generator" content="srbval', ("report.pdf", "report.json", "figures")),
+    ("campaign", "srbval-campaign.json", b'"campaign"', ("results.csv", "lock", "cases")),
+)
 
 
 class FileStatus(enum.StrEnum):
@@ -74,7 +84,7 @@ class RegisteredRecording:
 
     def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
         """The same file with another status."""
-        return dataclasses.replace(self, status=status, reason=reason)
+        return replace(self, status=status, reason=reason)
 
 
 Entries = dict[str, RegisteredRecording]
@@ -86,6 +96,112 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
     return list(found.values())
+
+
+def inspect_file(
+    path: Path, settings: RecordingSettings | None = None, old: RegisteredRecording | None = None
+) -> RegisteredRecording:
+    """Hash and read `path`; every failure becomes a status, settings that do not fit and open questions a reason.
+
+    A file that differs from its `old` entry keeps that, with its status now; one that does not is read again only for
+    other settings.
+    """
+    entry = old or RegisteredRecording(file=str(path), registered=False)
+    try:
+        size_bytes, mtime_ns = size_and_time(path)
+        if mtime_ns < 0:
+            return entry.with_status(FileStatus.MISSING, "the file is no longer there")
+        if size_bytes < entry.size_bytes:
+            text = f"{size_bytes} bytes where {entry.size_bytes} were registered; copy the file again"
+            return entry.with_status(FileStatus.TRUNCATED, text)
+        if not path.is_file():
+            return entry.with_status(FileStatus.UNREADABLE, "not a regular file")
+        if output := _own_output(path):
+            return entry.with_status(FileStatus.NO_RECORDING, output)
+        sha256 = file_sha256(path)
+        if entry.sha256 not in ("", sha256):
+            text = (
+                f"SHA-256 was {entry.sha256:.12}... when registered and is {sha256:.12}... now; restore the file, or "
+                "register it again if it was changed on purpose (`srbval data add --repin`)"
+            )
+            return entry.with_status(FileStatus.CHANGED, text)
+        if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
+            return replace(entry, mtime_ns=mtime_ns)
+        entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
+        entry = _described(replace(entry, format=detect_format(path).name), path, settings or RecordingSettings())
+    except OSError as error:
+        return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
+    except SrbvalError as error:
+        text = str(error).removeprefix(f"{path}: ")
+        if isinstance(error, NoRecordingError):
+            return entry.with_status(FileStatus.NO_RECORDING, text)
+        cut = "truncated: " in text or "truncated file" in text  # the words of the loaders and of the HDF5 library
+        return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
+    published = {f.name: f.sha256 for d in known_datasets() if d.name == entry.dataset for f in d.files}.get(path.name)
+    if published not in (None, entry.sha256):
+        return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published:.12}...")
+    return entry
+
+
+def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
+    """The entry with the contents of its file, read with the settings that fit it."""
+    file, wrong = read_file(path), []
+    try:
+        reading = apply_settings(path, file, settings)
+    except DataError:  # one by one, to keep the settings that fit
+        stated, settings = settings, RecordingSettings()
+        for name, value in vars(stated).items():
+            try:
+                reading = apply_settings(path, file, replace(settings, **{name: value}))
+                settings = replace(settings, **{name: value})
+            except DataError as error:
+                wrong.append(str(error).removeprefix(f"{path}: "))
+    if questions := (*open_questions(reading), *open_for_analysis(reading)):
+        wrong.append(f"not stated: {'; '.join(map(str, questions))}")
+    main = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
+    return replace(
+        entry,
+        reason="; ".join(wrong) or None,
+        origin=reading.origin,
+        dataset=reading.dataset,
+        state=main.state,
+        radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
+        axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
+        nominal_rpm=reading.nominal_rpm,
+        rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
+        bearing=main.bearing,
+        fs_hz=reading.fs_hz,
+        seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
+        channels=tuple(reading.channels),
+        channel=reading.channel,
+        settings=settings or None,
+        cautions=reading.all_cautions(),
+    )
+
+
+def _own_output(path: Path) -> str | None:
+    """Text about the report or campaign that a file is a part of, None for any other file."""
+    for folder in path.parents[:2]:
+        for what, shown_by, mark, parts in OWN_OUTPUT:
+            if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
+                with (folder / shown_by).open("rb") as file:
+                    if mark in file.read(HEAD_BYTES):
+                        return f"part of a {what} that srbval wrote, {folder}"
+    return None
+
+
+def size_and_time(path: str | Path) -> tuple[int, int]:
+    """Size [bytes] and time of change [ns]; 0 and -1 for a file that cannot be seen."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):  # the latter for a path that no file can have
+        return 0, -1
+    return found.st_size, found.st_mtime_ns
+
+
+def is_unchanged(entry: RegisteredRecording) -> bool:
+    """True if size and time of change of the file are those of its entry."""
+    return size_and_time(entry.file) == (entry.size_bytes, entry.mtime_ns)
 
 
 def home_folder() -> Path:

@@ -14,12 +14,13 @@ from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.raw import first_line
-from srbval.recordings.registry.inspect import inspect_file, is_unchanged
 from srbval.recordings.registry.manifest import (
     Entries,
     FileStatus,
     RegisteredRecording,
     home_folder,
+    inspect_file,
+    is_unchanged,
     read_manifest,
     update_manifest,
 )
