@@ -29,15 +29,20 @@ from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
 from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
+from srbval.report.sections.case import report_case
+from srbval.report.sections.case import validate_case as validate
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
+from srbval.validation.case import Case, load_case
+from srbval.validation.validate import Validation
 
 __version__: str
 __all__ = [
     "Analysis",
     "BaselineComparison",
     "Bearing",
+    "Case",
     "ConfigurationError",
     "DataError",
     "Diagnosis",
@@ -54,6 +59,7 @@ __all__ = [
     "Spectrum",
     "SpeedSource",
     "SrbvalError",
+    "Validation",
     "__version__",
     "add_recordings",
     "amplitude_spectrum",
@@ -78,6 +84,7 @@ __all__ = [
     "list_recordings",
     "load_bearing",
     "load_campaign",
+    "load_case",
     "load_recording",
     "load_scene",
     "make_plan",
@@ -89,12 +96,14 @@ __all__ = [
     "record_times",
     "recording_from_run",
     "remove_recordings",
+    "report_case",
     "report_recordings",
     "run_campaign",
     "run_check",
     "run_study",
     "simulate",
     "trend_of",
+    "validate",
     "verify_campaign",
     "verify_recordings",
     "write_plot",

@@ -32,6 +32,7 @@ ORDER = (
     "plan",
     "campaign",
     "check",
+    "validation",
     "report",
     "studies",
     "cli",

@@ -5,6 +5,7 @@ from srbval.bearing.catalogue import (
     INLINE,
     LARGEST_SLIP,
     Bearing,
+    bearing_from_table,
     fault_frequencies,
     find_bearings,
     known_bearings,

@@ -164,6 +164,11 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     )
 
 
+def bearing_from_table(table: Mapping[str, Any], name: str) -> Bearing:
+    """A bearing from the content of a bearing file; `ConfigurationError` for impossible values."""
+    return _assemble(build(_BearingFile, table, name), name)
+
+
 def _inline(text: str) -> Mapping[str, Any]:
     """The table that a file of this bearing would hold, from ``elements Z,D,DP,ANGLE`` or the orders."""
     kind, _, numbers = text.partition(" ")

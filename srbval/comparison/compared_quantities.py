@@ -4,15 +4,13 @@ Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the
 """
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
-from srbval.comparison.budget import PRIOR, TOLERANCE, VERDICT
-from srbval.comparison.comparison import GRID, INPUTS, MOUNTING, RIG_READING, RIG_SPEED, Row, comparison_row
+from srbval.comparison.budget import TOLERANCE, VERDICT
 from srbval.comparison.comparison import QuantityValue as Value
-from srbval.comparison.vocabulary import Verdict
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
@@ -129,6 +127,8 @@ ROLLER_LINE = ComparedQuantity(
     faults=(Fault.ROLLER,),
     margin=TOLERANCE.limit_pct,
 )
+# Not in `COMPARED`, since the cage ratio is the same information in a form whose errors may be averaged over races.
+RACE_LINE = replace(ROLLER_LINE, kind="race line", faults=RACE_DEFECTS)
 HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
     for number in (2, 3, 4, 5)
@@ -146,66 +146,12 @@ def effects_of(stored: Mapping[str, Any]) -> Effects:
     return {(row["defect"], row["quantity"]): row for row in stored.get("effects", ())}
 
 
-def compare(
-    fault: Fault,
-    rig: Analysis,
-    model: Mapping[str, Value],
-    effects: Effects,
-    *,
-    scene: str = "paper",
-    used_for: str = "withheld",
-) -> Iterator[Row]:
-    """A `comparison_row` for every quantity of a fault that both sides have; none for a healthy bearing.
-
-    `model` holds the quantities of the run by name, `scene` names its scene. `effects` were measured at one speed and
-    load and are carried over. The mean over the inputs is compared, not the run at their nominal values.
-    """
-    same: dict[str, Any] = {
-        "record": rig.recording.file or rig.recording.name,
-        "state": fault,
-        "scene": scene,
-        "used_for": used_for,
-    }
-    for row in (row for row in COMPARED if fault in row.faults):
-        name = row.name_of(fault)
-        theirs, own, studied = model.get(name), row.read(rig, fault), effects.get((fault.value, name))
-        if theirs is None or own is None:
-            continue
-        if studied is not None:
-            theirs = replace(theirs, value=theirs.value + studied["shift"])
-        made = _presence(theirs, own) if row.margin is None else _difference(row, theirs, own, studied)
-        yield comparison_row(kind=row.kind, quantity=name, unit=row.unit, margin=row.margin, **same, **made)
-
-
-def _difference(row: ComparedQuantity, model: Value, rig: Value, studied: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Model less rig; U of a frequency includes the rig's shaft speed, U of a level the sensor's mounting.
-
-    One mounting cannot separate the mounting's effect on a level from the model's error.
-    """
-    scale, unit = (100 / rig.value, "%") if row.value_of else (1.0, "dB")
-    parts = {RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.value_of else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
-    if studied is not None:
-        parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
-    return {"model": model, "rig": rig, "error": scale * (model.value - rig.value), "error_unit": unit, "parts": parts}
-
-
-def _presence(model: Value, rig: Value) -> dict[str, Any]:
-    """Yes or no on either side; they differ if the side without would have shown the other's level."""
-    verdict = Verdict.NOT_RESOLVED
-    if model.present != rig.present:
-        shown, missing = (model, rig) if model.present else (rig, model)
-        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
-        verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
-    sides = {"model": replace(model, value=float(model.present)), "rig": replace(rig, value=float(rig.present))}
-    error = float(model.present) - float(rig.present)
-    return sides | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
-
-
-def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, Value]:
-    """Quantities of a run by name, read from its signal or, if its own speeds give the line's `order`, from that."""
+def values_of_model(
+    analysis: Analysis, fault: Fault, order: float | None, quantities: Iterable[ComparedQuantity] = COMPARED
+) -> dict[str, Value]:
+    """Values of `quantities` by name, read from a signal or, if its own speeds give the line's `order`, from that."""
     found = {}
-    for row in (row for row in COMPARED if fault in row.faults):
+    for row in (row for row in quantities if fault in row.faults):
         read = row.read(analysis, fault)
         if read is not None and row.value_of is not None and order is not None:
             value = row.value_of(fault, order, analysis.bearing.rolling_elements)

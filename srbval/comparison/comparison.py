@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # models and plans use quantities and need no tables
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
+SIMULATION_READING = "simulation reading"  # of a simulated signal; no uncertainty of the simulation itself
 TEXTS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")  # columns of a row that are texts
 Row = dict[str, Any]  # one row of a table, by the names of its columns
 
@@ -53,12 +54,12 @@ def comparison_row(
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
     `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. `verdict` is given for
-    quantities without an uncertainty. The uncertainty is None if no part by numerics or inputs is known. No verdict is
+    quantities without an uncertainty. The uncertainty is None if nothing but readings is known. No verdict is
     given on a level that one side does not show, since that level is the noise's. Of the `names`, `kind` groups
     quantities that share a bias, `unit` is that of model and rig, `scene` the bundled scene of the model, and
     `used_for` is ``fit`` (fitted to the record), ``withheld`` (not fitted, but seen) or ``blind`` (predicted before).
     """
-    uncertainty = math.hypot(*parts.values()) if set(parts) - set(DATA_PARTS) else None
+    uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None
     texts = dict.fromkeys(TEXTS, "") | {"scene": "paper", "used_for": "withheld"} | names
     return texts | {

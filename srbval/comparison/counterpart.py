@@ -5,19 +5,19 @@ A counterpart is the model at the recording's own speed and load, with enough po
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
-from srbval.bearing import Bearing, Fault
-from srbval.comparison.compared_quantities import values_of_model
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.comparison.compared_quantities import COMPARED, ComparedQuantity, values_of_model
 from srbval.comparison.comparison import QuantityValue
-from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, stored_run
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene, load_scene, paper_scene
 from srbval.sweep.pool import side_by_side
 
 PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
@@ -103,40 +103,54 @@ def converged(scene: Scene) -> Scene:
     return with_points(scene, CONVERGED_POINTS) if coarse else scene
 
 
-def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
-    """`TURNS` turns, at most `LONGEST_S`, of the paper's scene at the recording's own speed and load, with its defect.
+def run_counterpart(
+    rig: Analysis,
+    state: Fault,
+    base: str = "paper",
+    band_hz: tuple[float, float] | None = None,
+    quantities: Iterable[ComparedQuantity] = COMPARED,
+    *,
+    bearing_name: str = DEFAULT_BEARING,
+    progress: Progress = silent,
+) -> AnalysedRun:
+    """`TURNS` turns, at most `LONGEST_S`, of the scene `base` at the recording's own speed and load, with its defect.
 
-    Returns the reason if the run failed. The speed is rounded so that the last digits of its reading, which differ
-    between machines, do not make another scene.
+    `bearing_name` is the name or file of the recording's bearing. A load that the recording does not state is the
+    scene's own. The speed is rounded so that the last digits of its reading, which differ between machines, do not make
+    another scene. Raises what simulating and analysing raise.
     """
-    recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
+    recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)
-    scene = paper_scene(
-        duration_s=min(TURNS / shaft_hz, LONGEST_S),
-        shaft_speed_rad_s=2 * math.pi * shaft_hz,
-        load={"radial_n": recording.radial_n or 0.0, "axial_n": recording.axial_n or 0.0},
-        defect={"kind": state},
-        detail_rate_hz=DETAIL_HZ.get(state, 0.0),
-    )
+    loads = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
+    changes: dict[str, Any] = {
+        "duration_s": min(TURNS / shaft_hz, LONGEST_S),
+        "shaft_speed_rad_s": 2 * math.pi * shaft_hz,
+        "load": {key: value for key, value in loads.items() if value is not None},
+        "defect": {"kind": state.scene_word},
+        "detail_rate_hz": DETAIL_HZ.get(state, 0.0),
+    }
+    if bearing.geometry is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
+        changes["bearing"] = bearing_name
     name, purpose = f"counterpart-{recording.name}", "at the recording's own speed and load"
-    case = SimulationCase(id=name, purpose=purpose, state=state, scene=converged(scene))
-    try:
-        return analyse_run(case, run_case(case, progress=progress), rig.bearing)
-    except SrbvalError as error:
-        return str(error)
+    scene = converged(load_scene(base, changes))
+    case = SimulationCase(id=name, purpose=purpose, state=state, scene=scene)
+    return analyse_run(case, run_case(case, progress=progress), bearing, band_hz, quantities)
 
 
 def analyse_run(
-    case: SimulationCase, run: Run, bearing: Bearing, band_hz: tuple[float, float] | None = None
+    case: SimulationCase,
+    run: Run,
+    bearing: Bearing,
+    band_hz: tuple[float, float] | None = None,
+    quantities: Iterable[ComparedQuantity] = COMPARED,
 ) -> AnalysedRun:
     """Analyse a run, in the paper's band unless one is given; a roller's line is sought about its own rotation."""
     order = line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
     analysis = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
-    return AnalysedRun(
-        case=case, run=run, analysis=analysis, line_order=order, values=values_of_model(analysis, case.state, order)
-    )
+    values = values_of_model(analysis, case.state, order, quantities)
+    return AnalysedRun(case=case, run=run, analysis=analysis, line_order=order, values=values)
 
 
 def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:

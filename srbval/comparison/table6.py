@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -14,17 +14,25 @@ from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.reading.verdict import SumRule
+from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
+CASES, PAPER_CASE = "data_manifest/cases", "torino-22240"  # the folder of the shipped cases; the paper's
 PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # columns of the paper that rows repeat
 
 
-class Table6(SimpleNamespace):
-    """Table 6 with its speed and load: `row` has, by defect, frequencies [Hz] and deviations as printed [%]."""
+@dataclass(frozen=True, kw_only=True)
+class Table6:
+    """Table 6 with its speeds [rpm] and load [kN]: `row` has, by defect, frequencies [Hz], deviations printed [%]."""
+
+    shaft_rpm: float
+    motor_rpm: float
+    radial_kn: float
+    row: tuple[SimpleNamespace, ...]
 
     def of(self, defect: str) -> SimpleNamespace:
         """The row of a defect (``outer`` or ``inner``)."""
@@ -32,9 +40,11 @@ class Table6(SimpleNamespace):
 
 
 def table6() -> Table6:
-    """The paper's Table 6."""
-    printed = read_toml(Path(__file__).parent / "paper" / "table6.toml")
-    return Table6(**printed | {"row": [SimpleNamespace(**row) for row in printed["row"]]})
+    """The paper's Table 6: the published numbers of the case that comes with the program."""
+    rows = read_toml(shipped_folder(CASES) / f"{PAPER_CASE}.toml")["published"]
+    speeds = {"shaft_rpm": rows[0]["rpm"]} | {name: rows[0][name] for name in ("motor_rpm", "radial_kn")}
+    named = (row | {"defect": row["state"], "line": Fault(row["state"]).line} for row in rows)
+    return Table6(**speeds, row=tuple(SimpleNamespace(**row) for row in named))
 
 
 def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Row]:

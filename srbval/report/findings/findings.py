@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import Effects
-from srbval.comparison.matrix import Matrix
 from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import DatasetDescription
+from srbval.report.findings.matrix import Matrix
 from srbval.report.findings.records import RecordView
 from srbval.report.pages import StoredResults
 from srbval.signal import Scalogram

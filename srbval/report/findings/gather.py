@@ -7,9 +7,8 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import cage_readings
 from srbval.comparison.compared_quantities import effects_of
-from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
-from srbval.comparison.matrix import Matrix, Sides, build_matrix, point_of
-from srbval.comparison.table6 import Table6, table6
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases
+from srbval.comparison.table6 import PAPER_CASE, Table6, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
@@ -18,10 +17,13 @@ from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, listing, load_entry, rig_recordings
 from srbval.report.findings.findings import Findings
+from srbval.report.findings.matrix import Matrix, MatrixRows, Sides
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.records import envelope_scalogram, record_view
 from srbval.report.findings.rows import compared_rows
 from srbval.report.pages import Page, results_of
+from srbval.validation.pairing import operating_point
+from srbval.validation.validate import validate
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 
@@ -49,16 +51,10 @@ def gather(
     facts = [run_facts(case, runs[case.id]) for case in cases]
     stored = results.content("inputs")
     known = effects_of(stored)
-    points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
-    with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
-        matrix = build_matrix(
-            of_rig,
-            bearing=bearing,
-            effects=known,
-            keep_sides_of=set(points.values()),
-            jobs=jobs,
-            counterpart=lambda rig: run_counterpart(rig, progress=progress),
-        )
+    points = {state: point for state, entry in chosen.items() if (point := operating_point(entry)) is not None}
+    rows = MatrixRows(set(points.values()), progress)
+    result = validate(PAPER_CASE, found=rows.add, jobs=jobs, progress=progress)
+    matrix = rows.matrix((f"pair {one['pair']}", one["reason"]) for one in result.failed)
     with stage(progress, "Read the cage ratio of every record"):
         readings = cage_readings([load_entry(one) for one in at_drawn_points(of_rig, printed, stored)], bearing)
     with stage(progress, "Analyse the paper's runs"):

@@ -12,10 +12,14 @@ from srbval.bearing import Fault, load_bearing
 from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, build_matrix
+from srbval.errors import NumericsError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
-from srbval.recordings.registry import add, rig_recordings
+from srbval.recordings.registry import add
+from srbval.report.findings import matrix as matrix_module
+from srbval.report.findings.matrix import BASELINE, NOT_DETECTED, Matrix, MatrixRows
+from srbval.validation import sides, validate
+from srbval.validation.pairing import OperatingPoint
 from tests.recordings import files
 from tests.recordings.synthetic_record import vibration
 
@@ -37,7 +41,7 @@ def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) 
     files.excerpt(folder / f"{code}_{rpm:g}rpm_made.mat", **changes)
 
 
-def another_impulse_model(rig: Analysis) -> AnalysedRun:
+def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
     recording = rig.recording
     state = recording.state or Fault.HEALTHY
@@ -52,7 +56,7 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
     )
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    values = values_of_model(analysis, state, order)
+    values = values_of_model(analysis, state, order, sides.QUANTITIES)
     return AnalysedRun(case=None, run=None, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
 
 
@@ -72,10 +76,21 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def made(folder: Path, counterpart: Any = another_impulse_model, **options: Any) -> Matrix:
+def made(folder: Path, *of: Any, **options: Any) -> Matrix:
     add(folder)
-    settings = {"effects": KNOWN, "jobs": 2} | options
-    return build_matrix(rig_recordings(), bearing=BEARING, counterpart=counterpart, **settings)
+    return of_registered(*of, **options)
+
+
+def of_registered(
+    counterpart: Any = another_impulse_model, effects: Any = KNOWN, keep: Any = (), jobs: int = 2
+) -> Matrix:
+    rows = MatrixRows(keep)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(validate, "effects_of", lambda _: effects)
+        for module in (sides, matrix_module):
+            patch.setattr(module, "run_counterpart", counterpart)
+        result = validate.validate("torino-22240", found=rows.add, jobs=jobs)
+    return rows.matrix((f"pair {one['pair']}", one["reason"]) for one in result.failed)
 
 
 @pytest.fixture(scope="module")
@@ -142,12 +157,12 @@ def test_healthy_cells_are_baselines_and_cost_no_run(matrix: Matrix, folder: Pat
     assert pd.isna(healthy["model_hz"])
     asked = []
 
-    def counterpart(rig: Analysis) -> str:
+    def counterpart(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
         asked.append(rig.recording.state)
-        return "the load was lost"
+        raise NumericsError("the load was lost")
 
-    point = (Fault.HEALTHY, 124.8, 0.0, 877.0)
-    failed = made(folder, counterpart, keep_sides_of={point})
+    point = OperatingPoint(Fault.HEALTHY, 124.8, 0.0, 877.0)
+    failed = made(folder, counterpart, keep={point})
     assert sorted(asked) == sorted(CODES.values())  # the healthy record's run was asked for
     assert list(failed.sides) == [point]
     faults = failed.records[failed.records["state"] != Fault.HEALTHY.value]
@@ -164,6 +179,6 @@ def test_without_a_healthy_record_a_line_alone_does_not_name_a_fault(tmp_path: P
         rig_file(tmp_path, code)
     add(tmp_path)
     (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
-    found = build_matrix(rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, effects={}, jobs=1)
+    found = of_registered(effects={}, jobs=1)
     (call,) = found.records["call"]
     assert (call.baseline, call.risen) == (None, None)

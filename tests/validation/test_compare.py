@@ -7,16 +7,14 @@ from types import SimpleNamespace
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison.compared_quantities import (
-    PRESENCE,
-    cage_of,
-    compare,
-    values_of_model,
-)
+from srbval.comparison.compared_quantities import PRESENCE, cage_of, values_of_model
 from srbval.comparison.comparison import INPUTS
 from srbval.comparison.vocabulary import Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
+from srbval.validation.case import Case, Tolerance, Uncertainty
+from srbval.validation.compare import compare_pair, table_of
+from srbval.validation.sides import QUANTITIES, SideReading
 
 PRINTED_RELATIVE = 1e-3  # 1.96 and 8.686 are printed with four digits
 EXACT_RELATIVE = 1e-6  # the same sum of squares, in another order
@@ -54,9 +52,26 @@ def known(*effects):
     return {("inner", one["quantity"]): one for one in effects}
 
 
+CASE = Case(bearing=SimpleNamespace(rolling_elements=19), pairs=())
+
+
+def side(*analyses, scene=None, order=None, state=Fault.INNER):
+    values = tuple(values_of_model(one, state, order, QUANTITIES) for one in analyses)
+    return SideReading(analyses=analyses, values=values, cage_ratios=(math.nan,), scene=scene)
+
+
 def rows(model, rig, effects=(CAGE,)):
-    values = values_of_model(model, Fault.INNER, None)
-    return {row["quantity"]: row for row in compare(Fault.INNER, rig, values, known(*effects))}
+    sides = {"simulated": side(model, scene="paper"), "measured": side(rig)}
+    found = compare_pair(1, Fault.INNER, sides, CASE, known(*effects), "withheld")
+    return {row["quantity"]: row for row in found}
+
+
+def outside(simulated, measured, **case):
+    """Table of a comparison with signals from outside, by quantity."""
+    own = replace(CASE, **case)
+    sides = {"simulated": side(*simulated), "measured": side(*measured)}
+    table = table_of(list(compare_pair(1, Fault.INNER, sides, own, {}, "withheld")), own.tolerance)
+    return table.set_index("quantity")
 
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
@@ -121,8 +136,60 @@ def test_missing_sidebands_count_where_they_would_have_shown(snr, depth, shown, 
 
 
 def test_the_run_s_own_speed_gives_the_model_s_cage():
-    values = values_of_model(analysis(found_hz=107.0), Fault.INNER, 10.83)
-    row = next(compare(Fault.INNER, analysis(), values, known(CAGE), scene="rig"))
+    sides = {"simulated": side(analysis(found_hz=107.0), scene="rig", order=10.83), "measured": side(analysis())}
+    line, row, *_ = compare_pair(1, Fault.INNER, sides, CASE, known(CAGE), "withheld")
+    assert (line["kind"], line["model"]) == ("race line", 10.83)
     assert (row["quantity"], row["scene"], row["model"]) == ("cage ratio", "rig", 1 - 10.83 / 19)
-    assert list(compare(Fault.HEALTHY, analysis(), values, known(CAGE))) == []
+    assert list(compare_pair(1, Fault.HEALTHY, sides, CASE, known(CAGE), "withheld")) == []
     assert cage_of(Fault.OUTER, 8.17, 19) == pytest.approx(cage_of(Fault.INNER, 10.83, 19))  # one cage, both races
+
+
+def test_a_simulation_from_outside_without_repeats_or_statement_has_an_error_and_no_verdict():
+    table = outside([analysis(found_hz=108.4)], [analysis()])
+    assert set(table["verdict"]) == {Verdict.INSUFFICIENT}
+    assert table.loc["BPFI", "error"] == pytest.approx(100 * (108.4 / 108.2 - 1))
+    assert table["uncertainty"].isna().all()
+
+
+def test_a_stated_uncertainty_of_the_cage_widens_the_inner_race_line_by_less():
+    """1 % of c is c / (1 - c) % of BPFI, 0.76 % here, with the opposite sign."""
+    table = outside([analysis()], [analysis()], uncertainty=Uncertainty(cage_pct=0.3))
+    parts = table["parts"].map(lambda parts: parts.get("simulation: stated"))
+    cage = 1 - 10.82 / 19
+    assert parts["cage ratio"] == 0.3
+    assert parts["BPFI"] == pytest.approx(0.3 * cage / (1 - cage))
+    assert parts.isna()["harmonic 2"]
+
+
+def test_repeats_scatter_about_their_mean_by_student_s_t():
+    table = outside([analysis(found_hz=hz) for hz in (108.1, 108.2, 108.3)], [analysis()])
+    half_hz = 4.302653 * 0.1 / math.sqrt(3)  # Student's t of two degrees of freedom
+    assert table.loc["BPFI", "simulated"] == pytest.approx(108.2)
+    assert table.loc["BPFI", "simulated_ci95"] == pytest.approx(half_hz, rel=EXACT_RELATIVE)
+    assert table.loc["BPFI", "parts"]["simulation: repeats"] == pytest.approx(100 * half_hz / 108.2, rel=EXACT_RELATIVE)
+    assert table.loc["BPFI", "verdict"] == Verdict.NOT_RESOLVED
+
+
+@pytest.mark.parametrize(("off_hz", "verdict"), [(0.0, "met"), (0.9, "missed"), (0.25, "not resolved")])
+def test_a_stated_tolerance_is_met_missed_or_not_resolved(off_hz, verdict):
+    limits = {"tolerance": Tolerance(cage_pct=0.3), "uncertainty": Uncertainty(cage_pct=0.1)}
+    table = outside([analysis(found_hz=108.2 + off_hz)], [analysis()], **limits)
+    assert table.loc["cage ratio", "verdict"] == verdict
+    assert table.loc["BPFI", "verdict"] in ("agrees", "differs", "not resolved")  # the tolerance is the cage's
+
+
+def test_lines_at_different_speeds_are_compared_in_orders():
+    slower = analysis(found_hz=100.0)
+    slower.speed = SimpleNamespace(value_hz=SHAFT_HZ * 100.0 / 108.2, ci95_hz=0.0)
+    row = outside([slower], [analysis()]).loc["BPFI"]
+    assert (row["unit"], row["error"]) == ("order", pytest.approx(0.0, abs=EXACT_RELATIVE))
+    assert (row["simulated_hz"], row["measured_hz"]) == pytest.approx((100.0, 108.2))
+    assert outside([analysis()], [analysis()]).loc["BPFI", "unit"] == "Hz"
+
+
+def test_what_one_side_alone_shows_is_a_row_without_an_error():
+    silent = analysis()
+    silent.lines = [replace(line, depth=None) if line.harmonic == 2 else line for line in silent.lines]
+    row = outside([silent], [analysis()]).loc["harmonic 2"]
+    assert (row["simulated"], row["error"], row["verdict"]) == (None, None, Verdict.INSUFFICIENT)
+    assert row["measured"] == pytest.approx(20 * math.log10(0.5))

@@ -1,0 +1,269 @@
+"""The validation case: a TOML file, or lists of files, that name what is compared and by what it is judged.
+
+Keys of the file: `title`; `bearing` (a name or a TOML file beside the case) or a table `[elements]` or `[orders]`;
+`[simulated]` and `[measured]`, settings of each side (all keys of `RecordingSettings`); `[tolerance]` and
+`[uncertainty]` (see there); a `[[pair]]` for each comparison, with `state`, `simulated`, `measured` and `used_for`; and
+`[[published]]`, numbers from a paper without signals. A side of a pair is a file, a list of files (repeats), a pattern
+such as ``runs/or_*.csv``, or a table with `file` or `scene` and settings of its own, which go over those of the side.
+"""
+
+import dataclasses
+import glob
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, load_bearing
+from srbval.comparison.table6 import CASES
+from srbval.errors import ConfigurationError, DataError
+from srbval.recordings import RecordingSettings
+from srbval.recordings.registry import listing
+from srbval.recordings.registry.register import shipped_recordings
+from srbval.storage.files import atomic_write
+from srbval.storage.installation import shipped_folder
+from srbval.storage.tables import Limited, build, limited, read_toml
+
+USES = ("fit", "withheld", "blind")
+IN_PLACE = ("elements", "orders")  # tables of a bearing that a case may contain
+MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance(Limited):
+    """Largest errors accepted, fixed before the comparison; a quantity without one is neither met nor missed.
+
+    `cage_pct`: of the cage ratio [%]. `level_db`: of harmonics and sidebands over the line [dB].
+    """
+
+    cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
+    level_db: float | None = limited(above=0, most=MOST_LEVEL_DB, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uncertainty(Limited):
+    """Half widths of 95 % intervals that the user states for the simulated side: of the cage ratio [%], levels [dB]."""
+
+    cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
+    level_db: float | None = limited(above=0, most=MOST_LEVEL_DB, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source(RecordingSettings):
+    """Signals of one side and how they are read; None if not stated.
+
+    `file` contains paths or patterns, repeats if they are several; ``registered = "torino"`` stands for every record of
+    that rig in the register. `scene` is a scene of the bundled model (a name or a TOML file) that is run at the
+    measured speed and load.
+    """
+
+    file: tuple[str, ...] | None = None
+    registered: str | None = None
+    scene: str | None = None
+
+    @property
+    def settings(self) -> RecordingSettings:
+        """The settings with which each file is read."""
+        return RecordingSettings(**{one.name: getattr(self, one.name) for one in dataclasses.fields(RecordingSettings)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair:
+    """One comparison. `state` defaults to that of the files; `used_for` is ``fit``, ``withheld`` or ``blind``."""
+
+    state: Fault | None = None
+    simulated: Source | None = None
+    measured: Source | None = None
+    used_for: str = "withheld"
+    how: str = "as the case states"  # how the two sides were paired
+
+    def __post_init__(self) -> None:
+        if self.used_for not in USES:
+            raise ConfigurationError(f"pair used_for = {self.used_for!r} must be one of {', '.join(USES)}.")
+        if self.simulated is None and self.measured is None:
+            raise ConfigurationError("a pair names neither a simulated nor a measured side; give at least one.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """Numbers of a paper, without signals: fault line [Hz] by kinematics, of its model and its rig, at a speed [rpm].
+
+    ``_printed_pct`` are deviations from kinematics as printed [%].
+    """
+
+    state: Fault
+    rpm: float
+    motor_rpm: float | None = None
+    radial_kn: float | None = None
+    kinematic_hz: float | None = None
+    model_hz: float | None = None
+    model_printed_pct: float | None = None
+    rig_hz: float | None = None
+    rig_printed_pct: float | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A validation case; files are relative to `folder`. `path` is its own file, None if it was made of files."""
+
+    bearing: Bearing
+    bearing_name: str = DEFAULT_BEARING
+    pairs: tuple[Pair, ...]
+    title: str = "Simulated against measured"
+    simulated: Source = Source()
+    measured: Source = Source()
+    tolerance: Tolerance = Tolerance()
+    uncertainty: Uncertainty = Uncertainty()
+    published: tuple[Published, ...] = ()
+    folder: Path = Path()
+    path: Path | None = None
+
+    def side(self, pair: Pair, name: str) -> Source | None:
+        """The side ``simulated`` or ``measured`` of a pair, with the defaults of that side."""
+        own, defaults = getattr(pair, name), getattr(self, name)
+        return None if own is None else own.over(defaults)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _CaseFile:
+    """Tables of a case's file."""
+
+    title: str = Case.title
+    bearing: str | None = None
+    elements: Mapping[str, Any] | None = None
+    orders: Mapping[str, Any] | None = None
+    simulated: Source = Source()
+    measured: Source = Source()
+    tolerance: Tolerance = Tolerance()
+    uncertainty: Uncertainty = Uncertainty()
+    pair: tuple[Pair, ...] = ()
+    published: tuple[Published, ...] = field(default=())
+
+
+def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Case:
+    """Read a case from its TOML file, or one that comes with the program by its name.
+
+    `changes` are values by dotted key, such as ``measured.channel``, that replace those of the file. Raises
+    `ConfigurationError` for an unknown key or an impossible value, `DataError` for a missing file.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        known = {one.stem: one for one in sorted(shipped_folder(CASES).glob("*.toml"))}
+        if str(name_or_path) not in known:
+            raise ConfigurationError(f"case {str(name_or_path)!r}: give a TOML file, or one of {', '.join(known)}.")
+        path = known[str(name_or_path)]
+    return _assembled(read_toml(path), changes, path)
+
+
+def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> Case:
+    """A case from tables of pairs as its file would contain them; `changes` as in `load_case`."""
+    return _assembled({"pair": [dict(pair) for pair in pairs]}, changes, None)
+
+
+def _assembled(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> Case:
+    for key, value in (changes or {}).items():
+        table, _, name = key.rpartition(".")
+        owner = document.setdefault(table, {}) if table else document
+        if not isinstance(owner, dict):
+            raise ConfigurationError(f"{key}: the case has no table [{table}].")
+        owner[name] = value
+    where, folder = "case" if path is None else str(path), Path() if path is None else path.parent
+    for pair in document["pair"] if isinstance(document.get("pair"), list) else ():
+        for side in ("simulated", "measured"):
+            if isinstance(pair, dict) and side in pair:
+                pair[side] = _source_table(pair[side])
+    given = build(_CaseFile, document, where)
+    if not given.pair:
+        raise ConfigurationError(f"{where}: no [[pair]] says what is compared; add one with simulated and measured.")
+    return Case(
+        title=given.title,
+        bearing=_bearing(given, folder, where),
+        bearing_name=given.bearing or DEFAULT_BEARING,
+        simulated=given.simulated,
+        measured=given.measured,
+        tolerance=given.tolerance,
+        uncertainty=given.uncertainty,
+        pairs=given.pair,
+        published=given.published,
+        folder=folder,
+        path=path,
+    )
+
+
+def _source_table(raw: Any) -> Any:
+    """The table of a side that may be a file's name or a list of them."""
+    if isinstance(raw, dict):
+        return raw | ({"file": [raw["file"]]} if isinstance(raw.get("file"), str) else {})
+    return {"file": [raw] if isinstance(raw, str) else raw}
+
+
+def _bearing(given: _CaseFile, folder: Path, where: str) -> Bearing:
+    tables = {kind: table for kind in IN_PLACE if (table := getattr(given, kind)) is not None}
+    if len(tables) + (given.bearing is not None) > 1:
+        raise ConfigurationError(f"{where}: give one of bearing, [elements] and [orders], not several.")
+    if tables:
+        return bearing_from_table({"title": given.title, "source": where, **tables}, where)
+    name = given.bearing or DEFAULT_BEARING
+    beside = folder / name
+    return load_bearing(beside if name.endswith(".toml") and beside.is_file() else name)
+
+
+def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
+    """Files that a side names: by path, by pattern, or by the beginning of a registered recording's name.
+
+    Raises `DataError` for a name that leads to no file, or to several registered ones.
+    """
+    return tuple(path for name in source.file or () for path in _files_named(name, folder, side))
+
+
+def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
+    if (folder / name).is_file():
+        yield folder / name
+        return
+    if glob.has_magic(name):
+        found = sorted(glob.glob(str(folder / name)))
+        if not found:
+            raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
+        yield from map(Path, found)
+        return
+    entries = (*listing(or_none=True).recordings, *shipped_recordings())
+    found = list(dict.fromkeys(one.file for one in entries if Path(one.file).name.startswith(name)))
+    if len(found) != 1:
+        many = f"; {len(found)} registered recordings begin so: {', '.join(found[:3])}" if found else ""
+        raise DataError(f"{side} side: no file {str(folder / name)!r}{many}. Give the path of a file.")
+    yield Path(found[0])
+
+
+def write_case(case: Case, path: Path) -> None:
+    """Write a case made of files as a TOML file from which `load_case` makes the same case."""
+
+    def stated(table: Any) -> dict[str, Any]:
+        return {f.name: v for f in dataclasses.fields(table) if (v := getattr(table, f.name)) is not None and v != ()}
+
+    def lines(table: Mapping[str, Any]) -> list[str]:
+        return [f"{key} = {_toml_value(value)}" for key, value in table.items()]
+
+    text = lines({"title": case.title, "bearing": case.bearing_name})
+    for key in ("simulated", "measured", "tolerance", "uncertainty"):
+        if table := stated(getattr(case, key)):
+            text += ["", f"[{key}]", *lines(table)]
+    for pair in case.pairs:
+        sides = {side: stated(one) for side in ("simulated", "measured") if (one := getattr(pair, side)) is not None}
+        own = {"state": pair.state, "used_for": pair.used_for} if pair.state else {"used_for": pair.used_for}
+        text += ["", "[[pair]]", *lines(own | sides)]
+    for one in case.published:
+        text += ["", "[[published]]", *lines(stated(one))]
+    with atomic_write(path) as part:
+        part.write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(value) if isinstance(value, int | float) else json.dumps(str(value), ensure_ascii=False)

@@ -1,0 +1,214 @@
+"""Comparison of a pair: every quantity of both sides, the error, the parts of its uncertainty, and a verdict.
+
+Error E = simulated less measured; uncertainty U is the root of the squares of its parts (ASME V&V 20, 2009). A
+simulation from outside has an uncertainty only if repeated files show it (Student's t of their mean) or the case states
+it; otherwise the verdict is ``insufficient data`` and E is still given. A reading's own interval is no uncertainty of
+the simulation. Lines and cage ratio are compared in orders of the shaft, each side by its own speed.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from srbval.bearing import Fault
+from srbval.comparison.budget import PRIOR, TOLERANCE
+from srbval.comparison.compared_quantities import (
+    CAGE_RATIO,
+    PRESENCE,
+    RACE_LINE,
+    ROLLER_LINE,
+    ComparedQuantity,
+    Effects,
+)
+from srbval.comparison.comparison import (
+    GRID,
+    INPUTS,
+    MOUNTING,
+    RIG_READING,
+    RIG_SPEED,
+    SIMULATION_READING,
+    QuantityValue,
+    Row,
+    comparison_row,
+)
+from srbval.comparison.vocabulary import Verdict, verdict_on_tolerance
+from srbval.signal import NORMAL_95
+from srbval.validation.case import Case, Tolerance
+from srbval.validation.sides import QUANTITIES, SideReading
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STATED, REPEATS = "simulation: stated", "simulation: repeats"
+LINES = (RACE_LINE, ROLLER_LINE)
+SAME_SPEED = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
+MISSING = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
+PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
+# Columns of the table of a validation that its rows have already, in their order; then those with another name there.
+KEPT = ("pair", "state", "quantity", "unit", "kinematic")
+LATER = ("error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz")
+
+
+def compare_pair(
+    number: int, state: Fault, sides: Mapping[str, SideReading], case: Case, effects: Effects, used_for: str
+) -> Iterator[Row]:
+    """Rows of one pair (see `comparison_row`), of every quantity of its state that a side shows.
+
+    The sides are called model and rig in a row. `effects` are those of inputs and numerics of the paper's scene and
+    belong to that scene alone. `simulated_hz` and `measured_hz` are a line at the side's own speed, `speeds_hz` the
+    shaft speeds.
+    """
+    simulated, measured = sides.get("simulated"), sides.get("measured")
+    base = simulated.scene if simulated is not None else None
+    for quantity in (one for one in QUANTITIES if state in one.faults):
+        name = quantity.name_of(state)
+        own, repeats = ensemble(_values(simulated, name))
+        theirs, _ = ensemble(_values(measured, name))
+        if own is MISSING and theirs is MISSING:
+            continue
+        studied = effects.get((state.value, name)) if base == "paper" else None
+        if studied is not None and own is not MISSING:
+            own = replace(own, value=own.value + studied["shift"])
+        if quantity is PRESENCE:
+            made = _presence(own, theirs)
+        else:
+            made = _difference(quantity, own, theirs, studied)
+            if MISSING not in (own, theirs) and base != "paper":
+                made["parts"] |= outside_parts(quantity, state, own, repeats, case, 100 / theirs.value)
+        margin = None if quantity is PRESENCE else tolerance_of(quantity, case.tolerance) or quantity.margin
+        record = measured.files[0] if measured is not None else simulated.files[0] if simulated is not None else ""
+        names = {"record": record, "kind": quantity.kind, "quantity": name, "unit": quantity.unit, "used_for": used_for}
+        row = comparison_row(state=state, margin=margin, scene=base or "", **names, **made)
+        hz = [
+            one.value * side.shaft_hz if side is not None and quantity in LINES and one is not MISSING else None
+            for one, side in ((own, simulated), (theirs, measured))
+        ]
+        speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
+        yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
+
+
+def _values(side: SideReading | None, name: str) -> list[QuantityValue]:
+    """The quantity in each signal of a side; none unless all of them have it."""
+    found = [] if side is None else [one[name] for one in side.values if name in one]
+    return found if side is not None and len(found) == len(side.values) else []
+
+
+def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | None]:
+    """Mean of repeats, and the 95 % half width of the mean by their scatter; None for a single value.
+
+    The scatter of repeats contains their readings' own; the shaft speed's error is taken as common to all.
+    """
+    if len(values) < 2:
+        return (values[0] if values else MISSING), None
+    from scipy.special import stdtrit
+
+    found = np.array([one.value for one in values])
+    half = float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size))
+    mean = QuantityValue(
+        value=float(found.mean()),
+        ci95=half,
+        speed_ci95=max(one.speed_ci95 for one in values),
+        present=all(one.present for one in values),
+        least=max(one.least for one in values),
+        kinematic=values[0].kinematic,
+    )
+    return mean, half
+
+
+def _difference(
+    quantity: ComparedQuantity, model: QuantityValue, rig: QuantityValue, studied: Mapping[str, Any] | None
+) -> dict[str, Any]:
+    """Model less rig; U of a frequency includes the rig's shaft speed, U of a level the sensor's mounting.
+
+    One mounting cannot separate the mounting's effect on a level from the model's error.
+    """
+    scale, unit = (100 / rig.value, "%") if quantity.value_of else (1.0, "dB")
+    parts = {RIG_READING: scale * (rig.ci95 or 0.0)}
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if quantity.value_of else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
+    if studied is not None:
+        parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
+    kinematic = rig.kinematic if rig.kinematic is not None else model.kinematic
+    sides = {"model": model, "rig": replace(rig, kinematic=kinematic)}
+    return sides | {"error": scale * (model.value - rig.value), "error_unit": unit, "parts": parts}
+
+
+def _presence(model: QuantityValue, rig: QuantityValue) -> dict[str, Any]:
+    """Yes or no on either side; they differ if the side without would have shown the other's level."""
+    verdict = Verdict.NOT_RESOLVED
+    if MISSING in (model, rig):
+        verdict = Verdict.INSUFFICIENT
+    elif model.present != rig.present:
+        shown, missing = (model, rig) if model.present else (rig, model)
+        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
+        verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
+    sides = {"model": replace(model, value=float(model.present)), "rig": replace(rig, value=float(rig.present))}
+    error = float(model.present) - float(rig.present)
+    return sides | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
+
+
+def outside_parts(
+    quantity: ComparedQuantity, state: Fault, own: QuantityValue, repeats: float | None, case: Case, pct: float
+) -> dict[str, float]:
+    """Parts of U of a simulation from outside [% or dB]: its reading or its repeats, and what the case states.
+
+    `pct` converts the quantity to per cent of the measured value. 1 % of the cage ratio c is 1 % of BPFO and
+    c / (1 - c) % of BPFI; nothing follows for a rolling element's own spin.
+    """
+    scale = pct if quantity.value_of else 1.0
+    parts = {SIMULATION_READING if repeats is None else REPEATS: abs(scale * (own.ci95 or 0.0))}
+    stated = case.uncertainty.cage_pct if quantity.value_of else case.uncertainty.level_db
+    if stated is None or quantity is ROLLER_LINE:
+        return parts
+    of_line = quantity is RACE_LINE and state is Fault.INNER
+    return parts | {STATED: stated * (case.bearing.rolling_elements / own.value - 1) if of_line else stated}
+
+
+def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:
+    """Stated tolerance of a quantity [% or dB]; that of the cage ratio does not apply to the lines made of it."""
+    if quantity.value_of:
+        return tolerance.cage_pct if quantity is CAGE_RATIO else None
+    return tolerance.level_db
+
+
+def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
+    """Table of a validation, a row for each pair and quantity but presence; ``met`` or ``missed`` by a tolerance."""
+    import pandas as pd
+
+    shown = [_table_row(row, tolerance) for row in rows if row["kind"] != PRESENCE.kind]
+    columns = (*KEPT, *(f"{side}{of}" for side in ("simulated", "measured") for of in ("", "_ci95")), *LATER)
+    frame = pd.DataFrame(shown, columns=list(columns)).astype(object)
+    return frame.where(frame.notna(), None)
+
+
+def _table_row(row: Row, tolerance: Tolerance) -> Row:
+    quantity = next(one for one in QUANTITIES if one.kind == row["kind"])
+    values = {"simulated": row["model"], "measured": row["rig"], "kinematic": row["kinematic"]}
+    values |= {"simulated_ci95": row["model_ci95"], "measured_ci95": row["rig_ci95"]}
+    found, limit = row | values, tolerance_of(quantity, tolerance)
+    if limit is not None and row["verdict"] != Verdict.INSUFFICIENT:
+        chance = p_beyond(row["error"], row["uncertainty"], limit)
+        found["verdict"] = verdict_on_tolerance(chance, TOLERANCE.risk).value
+    if quantity not in LINES:
+        return found | {"quantity": row["kind"]}
+    found["quantity"] = Fault(row["state"]).line
+    simulated_hz, measured_hz = row["speeds_hz"]
+    if not same_speed(simulated_hz, measured_hz):
+        return found | {"unit": "order"}
+    in_hz = {key: value and value * (measured_hz or simulated_hz) for key, value in values.items()}
+    return found | in_hz | {"unit": "Hz"}
+
+
+def same_speed(one_hz: float | None, other_hz: float | None) -> bool:
+    """True if both shaft speeds agree to `SAME_SPEED`, or if only one is known."""
+    return one_hz is None or other_hz is None or abs(one_hz / other_hz - 1) <= SAME_SPEED
+
+
+def p_beyond(error: float, uncertainty: float, limit: float) -> float:
+    """Chance that a normal error of mean `error` and 95 % half width `uncertainty` exceeds `limit` on either side."""
+    if uncertainty == 0:
+        return float(abs(error) > limit)
+    spread = uncertainty / NORMAL_95 * math.sqrt(2)
+    return 1 - (math.erf((limit - error) / spread) + math.erf((limit + error) / spread)) / 2

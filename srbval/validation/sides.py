@@ -1,0 +1,143 @@
+"""One side of a pair: its signals, from files or from a run of the bundled model, read through the one pipeline."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import Bearing, Fault
+from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
+from srbval.comparison.comparison import QuantityValue
+from srbval.comparison.counterpart import AnalysedRun, run_counterpart
+from srbval.errors import ConfigurationError, DataError
+from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.pipeline import RIG_BEARING, declared_band
+from srbval.recordings import Origin, Recording, SpeedSource, load_recording
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.registry import load_registered
+from srbval.recordings.speed import prescribed_speed
+from srbval.validation.case import Case, Source, files_of_source
+
+QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SideReading:
+    """One side as read: an analysis of each of its signals, and the compared quantities of each by name.
+
+    `cage_ratios` are those that the signals state beside the vibration, NaN if they do not. `scene` is the bundled
+    scene that was run, `model` its run; both None for files.
+    """
+
+    analyses: tuple[Analysis, ...]
+    values: tuple[Mapping[str, QuantityValue], ...]
+    cage_ratios: tuple[float, ...]
+    scene: str | None = None
+    model: AnalysedRun | None = None
+
+    @property
+    def shaft_hz(self) -> float:
+        """Mean shaft speed of all signals [Hz]."""
+        return sum(one.speed.value_hz for one in self.analyses) / len(self.analyses)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files, or of the run."""
+        return tuple(one.recording.file or one.recording.name for one in self.analyses)
+
+
+def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]:
+    """Recordings of one side, all of them of that side's origin.
+
+    A measured file that states that it is simulated is a `ConfigurationError`: nothing simulated passes as measured.
+    A speed stated for a simulated file is the prescribed one, without uncertainty.
+    """
+    found = []
+    for path in files_of_source(source, folder, side):
+        try:
+            recording = (load_registered if side == "measured" else load_recording)(path, source.settings)
+        except LeftOpenError as error:
+            asked = "; ".join(str(question) for question in error.questions)
+            raise DataError(
+                f"{side} side, {error.subject} leaves open: {asked}. Put the key into [{side}] of the case, or give "
+                f"--set {side}.KEY=VALUE, such as --set {side}.channel=NAME."
+            ) from None
+        found.append(_of_side(recording, side))
+    return tuple(found)
+
+
+def _of_side(recording: Recording, side: str) -> Recording:
+    if side == "measured":
+        if recording.origin is not Origin.MEASURED:
+            raise ConfigurationError(
+                f"{recording.file}: states that it is {recording.origin}, and is given as measured. Name a measured "
+                "file, or give it with --simulated."
+            )
+        return recording
+    speed = recording.speed
+    if speed is not None and speed.source is SpeedSource.STATED:
+        speed = prescribed_speed(speed.value_hz)
+    return dataclasses.replace(recording, origin=Origin.SIMULATED, speed=speed)
+
+
+def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
+    """Analyse each recording of a side, in the stated band, the paper's of its rig and model, or one chosen on it."""
+    analyses, values, ratios = list[Analysis](), list[dict[str, QuantityValue]](), list[float]()
+    for recording in recordings:
+        analysis = analyse(recording, bearing=bearing, choose_on_record=_has_no_band(recording, source, bearing))
+        ratio = getattr(recording, "cage_ratio", None)
+        order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
+        analyses.append(analysis)
+        values.append(values_of_model(analysis, state, order, QUANTITIES))
+        ratios.append(math.nan if ratio is None else ratio)
+    return SideReading(analyses=tuple(analyses), values=tuple(values), cage_ratios=tuple(ratios))
+
+
+def _has_no_band(recording: Recording, source: Source, bearing: Bearing) -> bool:
+    """True if a band is to be chosen on the record: nobody states one, and the paper's is of another bearing."""
+    if source.auto_band or recording.band_hz is not None:
+        return bool(source.auto_band)
+    if recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None:
+        return True
+    try:
+        declared_band(recording, None, bearing)
+    except ConfigurationError:
+        return True
+    return False
+
+
+def run_scene(
+    source: Source, case: Case, against: SideReading, state: Fault, *, progress: Progress = silent
+) -> SideReading:
+    """Run a scene of the bundled model beside the measured side, with its defect, and read it (`run_counterpart`)."""
+    base = source.scene or ""
+    beside, bearing_file = case.folder / base, case.folder / case.bearing_name
+    found = run_counterpart(
+        against.analyses[0],
+        state,
+        str(beside) if base.endswith(".toml") and beside.is_file() else base,
+        source.band_hz,
+        QUANTITIES,
+        bearing_name=str(bearing_file) if bearing_file.suffix == ".toml" else case.bearing_name,
+        progress=progress,
+    )
+    read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}
+    return SideReading(**read, cage_ratios=(found.run.cage_ratio,), scene=base, model=found)
+
+
+def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:
+    """State of a pair: its own, or that of its recordings; `ConfigurationError` if it is not known or contradicted."""
+    stated = {one.state: one for one in recordings if one.state is not None}
+    names = ", ".join(Path(one.file or one.name).name for one in recordings)
+    if pair_state is None and not stated:
+        raise ConfigurationError(f'{names}: the state is not known; give state = "outer" (inner, roller, healthy).')
+    state = pair_state if pair_state is not None else next(iter(stated))
+    if others := [one for own, one in stated.items() if own is not state]:
+        raise ConfigurationError(
+            f"{Path(others[0].file or others[0].name).name} states the state {others[0].state}, its pair {state}: mend "
+            "the pair's state, or pair the file with another."
+        )
+    return state

@@ -1,0 +1,258 @@
+"""`validate`: the pairs of a case one after the other, so that memory does not grow with their number."""
+
+import dataclasses
+import math
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from srbval.bearing import Fault
+from srbval.comparison.compared_quantities import RACE_LINE, Effects, effects_of
+from srbval.comparison.comparison import Row
+from srbval.comparison.vocabulary import Verdict
+from srbval.errors import ConfigurationError, NumericsError, SrbvalError
+from srbval.progress import Progress, silent
+from srbval.reading.verdict import SumRule
+from srbval.storage.stored_result import newest_result
+from srbval.validation.case import Case, Pair, load_case
+from srbval.validation.compare import compare_pair, same_speed, table_of
+from srbval.validation.pairing import registered_pairs
+from srbval.validation.sides import SideReading, load_files, read_files, run_scene, stated_state
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SIDES = ("simulated", "measured")
+SAME_POINT = 0.01  # relative difference of speeds up to which an outer and an inner race make a sum
+Item, Result = TypeVar("Item"), TypeVar("Result")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PairReading:
+    """One pair as read and compared; `problem` is the reason why the simulated side is missing, else empty.
+
+    `rows` are those of `compare_pair`.
+    """
+
+    number: int
+    pair: Pair
+    state: Fault
+    sides: Mapping[str, SideReading]
+    rows: tuple[Row, ...]
+    problem: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Validation:
+    """Result of a case: `table` has a row for each pair and quantity, `pairs` one for each pair.
+
+    `comparisons` are the rows with all their parts, `sums` the sums of both race lines, `failed` the pairs that could
+    not be compared with the reason.
+    """
+
+    case: Case
+    table: "pd.DataFrame"
+    pairs: "pd.DataFrame"
+    comparisons: tuple[Row, ...]
+    sums: tuple[SumRule, ...]
+    failed: tuple[Row, ...]
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """Number of rows by verdict, in the order of the vocabulary."""
+        counts = self.table["verdict"].value_counts()
+        return {verdict.value: int(counts[verdict.value]) for verdict in Verdict if verdict.value in counts}
+
+    @property
+    def holds(self) -> bool:
+        """False if a stated tolerance is missed."""
+        return Verdict.MISSED.value not in self.verdicts
+
+    @property
+    def headline(self) -> str:
+        """The answer in one sentence."""
+        return headline(self.table, len(self.pairs))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Document of `srbval validate`, without the report's files."""
+        return {
+            "case": self.case.title,
+            "headline": self.headline,
+            "bearing": self.case.bearing.name,
+            "pairs": self.pairs.to_dict("records"),
+            "table": self.table.to_dict("records"),
+            "sums": self.sums,
+            "published": self.case.published,
+            "failed": self.failed,
+        }
+
+    def __repr__(self) -> str:
+        return f"<Validation of {self.case.title!r}: {self.headline}>"
+
+    def _repr_html_(self) -> str:
+        """The table for a notebook."""
+        shown = self.table.drop(columns=["parts", "simulated_hz", "measured_hz"])
+        return f"<p>{self.headline}</p>{shown.to_html(index=False, na_rep='–', float_format='{:.4g}'.format)}"
+
+
+def validate(
+    case: Case | str | Path,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    found: Callable[[PairReading], None] = lambda _: None,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> Validation:
+    """Compare every pair of a case, given as such or by its file or name; `changes` as in `load_case`.
+
+    `jobs` pairs are read at a time; `found` is called with each of them in their order. Raises the error of the first
+    pair if none can be compared.
+    """
+    if not isinstance(case, Case):
+        case = load_case(case, changes)
+    elif changes:
+        raise ConfigurationError("changes apply to a case's file, not to a Case.")
+    case = dataclasses.replace(case, pairs=tuple(one for pair in case.pairs for one in registered_pairs(pair)))
+    stored = newest_result("inputs")
+    effects = effects_of(stored.content) if stored is not None else {}
+    numbered, count = list(enumerate(case.pairs, start=1)), len(case.pairs)
+
+    def compared(numbered_pair: tuple[int, Pair]) -> PairReading | SrbvalError:
+        try:
+            return _compared(*numbered_pair, case, effects, progress)
+        except SrbvalError as error:
+            return error
+
+    rows, pairs, failed = list[Row](), list[Row](), list[tuple[int, SrbvalError]]()
+    for (number, _), one in zip(numbered, _in_order(compared, numbered, jobs or os.cpu_count() or 1), strict=True):
+        if isinstance(one, SrbvalError):
+            failed.append((number, one))
+        else:
+            rows += one.rows
+            pairs.append(pair_row(one))
+            found(one)
+        progress("compare the pairs", number / count)
+    if not pairs:
+        raise failed[0][1]
+    return Validation(
+        case=case,
+        table=table_of(rows, case.tolerance),
+        pairs=_frame(pairs),
+        comparisons=tuple(rows),
+        sums=tuple(sum_rules(rows, case.bearing.rolling_elements)),
+        failed=tuple({"pair": number, "reason": str(error)} for number, error in failed),
+    )
+
+
+def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: int) -> Iterator[Result]:
+    """Results of `function` in the order of `items`, `jobs` at a time and never more of them in memory."""
+    waiting = deque[Future[Result]]()
+    with ThreadPoolExecutor(jobs) as pool:
+        for item in items:
+            waiting.append(pool.submit(function, item))
+            if len(waiting) >= jobs:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def _frame(rows: list[Row]) -> "pd.DataFrame":
+    """Frame of plain rows, None for what is missing."""
+    import pandas as pd
+
+    frame = pd.DataFrame(rows).astype(object)
+    return frame.where(frame.notna(), None)
+
+
+def _compared(number: int, pair: Pair, case: Case, effects: Effects, progress: Progress) -> PairReading:
+    """Read and compare a pair; raises what loading and analysing raise. A failed run is the pair's problem."""
+    sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
+    scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None
+    if (scene is not None and scene.file) or any(source.scene for source in sources.values()):
+        raise ConfigurationError("a scene takes the place of the simulated side's files; the pair names both.")
+    loaded = {side: load_files(source, case.folder, side) for side, source in sources.items()}
+    if empty := next((side for side, files in loaded.items() if not files), None):
+        raise ConfigurationError(f"{empty} side: names no file.")
+    state = stated_state(pair.state, tuple(recording for side in loaded.values() for recording in side))
+    sides = {side: read_files(found, sources[side], case.bearing, state) for side, found in loaded.items()}
+    problem = ""
+    if scene is not None:
+        if "measured" not in sides:
+            raise ConfigurationError("a scene runs at the speed of a measured record; the pair names none.")
+        try:
+            sides = {"simulated": run_scene(scene, case, sides["measured"], state, progress=progress), **sides}
+        except NumericsError as error:
+            problem = str(error)
+    rows = tuple(compare_pair(number, state, sides, case, effects, pair.used_for))
+    return PairReading(number=number, pair=pair, state=state, sides=sides, rows=rows, problem=problem)
+
+
+def pair_row(one: PairReading) -> Row:
+    """Row of a pair: its files, speeds, bands, and what its reader should know."""
+    row: Row = {"pair": one.number, "state": one.state.value, "how": one.pair.how, "problem": one.problem}
+    for side in SIDES:
+        reading = one.sides.get(side)
+        row[side] = list(reading.files) if reading else None
+        row[f"{side}_facts"] = _facts(reading) if reading else None
+    row["shaft_hz"] = {side: one.sides[side].shaft_hz if side in one.sides else None for side in SIDES}
+    row["compared_in"] = "Hz" if same_speed(*row["shaft_hz"].values()) else "orders"
+    return row
+
+
+def _facts(reading: SideReading) -> Row:
+    first = reading.analyses[0]
+    return {
+        "origin": first.recording.origin.value,
+        "fs_hz": first.recording.fs_hz,
+        "seconds": first.recording.seconds,
+        "band_hz": list(first.processed.band_hz),
+        "band_why": first.band.why,
+        "shaft_from": first.speed.source.value,
+        "cage_ratio_stated": next((one for one in reading.cage_ratios if not math.isnan(one)), None),
+        "cautions": list(dict.fromkeys(c for one in reading.analyses for c in one.recording.cautions)),
+    }
+
+
+def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
+    """BPFO + BPFI of each side, of pairs of both races at one speed."""
+    lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
+    for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
+        of = {fault: [row for row in lines if row["state"] == fault and row[f"{name}_present"]] for fault in Fault}
+        for outer in of[Fault.OUTER]:
+            shaft_hz = outer["speeds_hz"][place]
+            inner = min(of[Fault.INNER], key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
+            if inner is None or abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
+                continue
+            yield SumRule(
+                source=f"{side}, {60 * shaft_hz:.5g} rpm",
+                origin=side,
+                rolling_elements=rolling_elements,
+                bpfo_order=outer[name],
+                bpfi_order=inner[name],
+                ci95=math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner))),
+                stated_rpm=60 * shaft_hz,
+            )
+
+
+def headline(table: "pd.DataFrame", pairs: int) -> str:
+    """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
+    known = table[table["error"].notna()]
+    parts = [
+        _counted("lines and cage ratios", known[known["error_unit"] == "%"]),
+        _counted("levels", known[known["error_unit"] == "dB"]),
+    ]
+    text = "; ".join(filter(None, parts)) or "no quantity was found on both sides"
+    return f"{pairs} pair{'s' if pairs > 1 else ''}, simulated against measured: {text}."
+
+
+def _counted(what: str, rows: "pd.DataFrame") -> str:
+    if rows.empty:
+        return ""
+    counts = rows["verdict"].value_counts()
+    words = ", ".join(f"{counts[one.value]} {one.value}" for one in Verdict if one.value in counts)
+    largest = rows.loc[rows["error"].astype(float).abs().idxmax()]
+    return f"{what}: {words} (largest error {largest['error']:+.2f} {largest['error_unit']}, {largest['quantity']})"

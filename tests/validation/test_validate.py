@@ -1,0 +1,160 @@
+"""Simulated against measured files: pairs, planted errors, origin, and how often a right simulation is called wrong."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate
+from srbval.scene import paper_scene
+from srbval.validation.case import Case, Source, case_of_pairs
+from srbval.validation.pairing import pair_files, state_in_name
+from srbval.validation.validate import validate
+from tests.recordings import files
+from tests.recordings.synthetic_record import vibration
+
+FS_HZ, SECONDS, RPM = 20_480.0, 4.0, 860.0
+BEARING = load_bearing("skf-22240")
+SEEDS = 200  # of a right simulation with noise: at most 5 % may be called different
+SPREAD_PCT = 0.05  # standard deviation of a simulation that has an error and states it
+SIMULATED = {"simulated.rpm": RPM, "simulated.unit": "m/s2", "simulated.fs_hz": FS_HZ,
+             "simulated.band_hz": [1400, 2800]}  # fmt: skip
+
+
+def signal(state: Fault, seed: int, shift_pct: float, seconds: float) -> np.ndarray:
+    """Vibration of the impulse model with its race lines shifted."""
+    shifted = {name: getattr(BEARING.orders, name) * (1 + shift_pct / 100) for name in ("bpfo", "bpfi")}
+    turns = np.arange(int(FS_HZ * seconds)) * RPM / 60 / FS_HZ
+    return vibration(state, dataclasses.replace(BEARING.orders, **shifted), turns, np.random.default_rng(seed))
+
+
+def simulated(path: Path, state: Fault, *, seed: int, shift_pct: float = 0.0, seconds: float = SECONDS) -> str:
+    """A simulated signal as a bare array."""
+    np.save(path, signal(state, seed, shift_pct, seconds))
+    return str(path)
+
+
+def measured(path: Path, state: Fault, *, seed: int, seconds: float = SECONDS) -> str:
+    """A record in the layout of the rig's excerpts, with its tachometer."""
+    values = signal(state, seed, 0.0, seconds)
+    times = np.arange(values.size) / FS_HZ
+    changes = {"acc_m_s2": values, "time_acc": times, "condition": state.code, "rpm_nominal": 877.0}
+    files.excerpt(path, **changes, rpm=np.full(values.size, RPM))
+    return str(path)
+
+
+def case_of(folder: Path, shift_pct: float, seed: int = 1, **changes: Any) -> Case:
+    pair = {
+        "state": "outer",
+        "simulated": simulated(folder / "sim_outer.npy", Fault.OUTER, seed=2 * seed, shift_pct=shift_pct),
+        "measured": measured(folder / "OR_877rpm_made.mat", Fault.OUTER, seed=2 * seed + 1),
+    }
+    given = SIMULATED | changes
+    return case_of_pairs([pair], {key: value for key, value in given.items() if value is not None})
+
+
+@pytest.mark.parametrize(("shift_pct", "verdict"), [(0.3, "differs"), (0.02, "not resolved"), (0.0, "not resolved")])
+def test_a_planted_shift_is_found_and_a_small_one_is_not(shift_pct: float, verdict: str, tmp_path: Path) -> None:
+    table = validate(case_of(tmp_path, shift_pct, **{"uncertainty.cage_pct": 0.05})).table.set_index("quantity")
+    assert table.loc["BPFO", "error"] == pytest.approx(shift_pct, abs=0.02)
+    assert table.loc["BPFO", "verdict"] == verdict
+
+
+def test_without_an_uncertainty_of_the_simulation_there_is_no_verdict(tmp_path: Path) -> None:
+    found = validate(case_of(tmp_path, 0.3))
+    assert set(found.table["verdict"]) == {"insufficient data"}
+    assert found.holds
+    assert "insufficient data" in found.headline
+
+
+def test_a_missed_tolerance_does_not_hold(tmp_path: Path) -> None:
+    found = validate(case_of(tmp_path, 0.3, **{"uncertainty.cage_pct": 0.02, "tolerance.cage_pct": 0.05}))
+    assert found.table.set_index("quantity").loc["cage ratio", "verdict"] == "missed"
+    assert not found.holds
+
+
+def test_nothing_simulated_passes_as_measured(tmp_path: Path) -> None:
+    run = simulate(paper_scene(model="impulse", duration="2 s", defect={"kind": "outer"}))
+    write_run(run, tmp_path / "run.h5")
+    pairs = [{"simulated": str(tmp_path / "run.h5"), "measured": str(tmp_path / "run.h5")}]
+    with pytest.raises(ConfigurationError, match="states that it is simulated"):
+        validate(case_of_pairs(pairs))
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "said"),
+    [
+        ({"simulated.fs_hz": 1000.0}, SrbvalError, "band"),
+        ({"simulated.fs_hz": None}, DataError, "--set simulated.KEY=VALUE"),
+        ({"simulated.state": "inner"}, ConfigurationError, "states the state inner, its pair outer"),
+        ({"bearing": "orders 0,0,0,0"}, ConfigurationError, "orders"),
+        ({"simulated.scene": "rig"}, ConfigurationError, "takes the place"),
+    ],
+)
+def test_bad_input_is_refused_with_its_reason(
+    changes: dict[str, Any], error: type[SrbvalError], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(error, match=said):
+        validate(case_of(tmp_path, 0.0, **changes))
+
+
+def test_a_pair_that_fails_leaves_the_others(tmp_path: Path) -> None:
+    good = case_of(tmp_path, 0.0)
+    broken = dataclasses.replace(good.pairs[0], measured=Source(file=("none.npy",)))
+    found = validate(dataclasses.replace(good, pairs=(broken, *good.pairs)))
+    assert [one["pair"] for one in found.failed] == [1]
+    assert list(found.pairs["pair"]) == [2]
+
+
+def test_both_races_make_a_sum(tmp_path: Path) -> None:
+    faults = (Fault.OUTER, Fault.INNER)
+    pairs = [{"measured": measured(tmp_path / f"{one.code}_877rpm_made.mat", one, seed=3)} for one in faults]
+    (total,) = validate(case_of_pairs(pairs)).sums
+    assert total.total == pytest.approx(19, abs=5e-3)
+    assert (total.origin, total.closed) == ("measured", True)
+
+
+def test_files_are_paired_by_state_and_nearest_speed(tmp_path: Path) -> None:
+    states = {"outer_a": Fault.OUTER, "outer_b": Fault.OUTER, "inner": Fault.INNER}
+    own = [simulated(tmp_path / f"sim_{name}.npy", one, seed=1, seconds=0.5) for name, one in states.items()]
+    faults = (Fault.OUTER, Fault.INNER)
+    theirs = [measured(tmp_path / f"{one.code}_877rpm_made.mat", one, seed=3, seconds=0.5) for one in faults]
+    settings = {"simulated": Source(fs_hz=FS_HZ, rpm=RPM, unit="m/s2"), "measured": Source()}
+    outer, inner = pair_files(own, theirs, settings)
+    assert (outer["state"], outer["simulated"], outer["measured"]) == ("outer", own[:2], theirs[:1])
+    assert "state by its name (simulated) and the file (measured)" in inner["how"]
+    with pytest.raises(ConfigurationError, match="no measured file has the state inner race"):
+        pair_files(own, theirs[:1], settings)
+
+
+def test_a_file_whose_state_is_not_known_is_refused(tmp_path: Path) -> None:
+    assert state_in_name("outer_and_inner") is None
+    file = simulated(tmp_path / "x.npy", Fault.OUTER, seed=1, seconds=0.5)
+    settings = {side: Source(fs_hz=FS_HZ, rpm=RPM, unit="m/s2") for side in ("simulated", "measured")}
+    with pytest.raises(ConfigurationError, match="--state"):
+        pair_files([file], [file], settings)
+    assert pair_files([file], [file], settings, Fault.OUTER)[0]["state"] == "outer"
+
+
+def verdict_of(case: Case) -> pd.Series:
+    found: pd.Series = validate(case).table.set_index("quantity").loc["BPFO", ["error", "uncertainty", "verdict"]]
+    return found
+
+
+@pytest.mark.long_form
+def test_right_simulations_are_seldom_called_different_and_intervals_hold_the_truth(tmp_path: Path) -> None:
+    """Both sides are read in noise; the second simulation of each seed is off by a normal error that it states."""
+    rng, right, off = np.random.default_rng(11), [], []
+    for seed in range(SEEDS):
+        right.append(verdict_of(case_of(tmp_path, 0.0, seed, **{"uncertainty.cage_pct": 1e-6})))
+        shift_pct = float(rng.normal(0.0, SPREAD_PCT))
+        off.append(verdict_of(case_of(tmp_path, shift_pct, seed, **{"uncertainty.cage_pct": 1.96 * SPREAD_PCT})))
+    covered = [float((rows["error"].abs() <= rows["uncertainty"]).mean()) for rows in map(pd.DataFrame, (right, off))]
+    assert (pd.DataFrame(right)["verdict"] == "differs").mean() <= 0.05
+    assert 0.93 <= covered[1] <= 0.98
