@@ -228,8 +228,9 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
             raise DataError(f"{side} side: no file fits the pattern {name!r} in {folder.resolve()}.")
         yield from map(Path, found)
         return
-    entries = (*listing(or_none=True).recordings, *shipped_recordings())
-    found = list(dict.fromkeys(one.file for one in entries if Path(one.file).name.startswith(name)))
+    registers = (listing(or_none=True).recordings, shipped_recordings())  # the user's own go first
+    named = ([one.file for one in register if Path(one.file).name.startswith(name)] for register in registers)
+    found = list(dict.fromkeys(next(filter(None, named), ())))
     if len(found) != 1:
         many = f"; {len(found)} registered recordings begin so: {', '.join(found[:3])}" if found else ""
         raise DataError(f"{side} side: no file {str(folder / name)!r}{many}. Give the path of a file.")

@@ -75,7 +75,7 @@ class Validation:
     @property
     def headline(self) -> str:
         """The answer in one sentence."""
-        return headline(self.table, len(self.pairs))
+        return headline(self.table)
 
     def to_dict(self) -> dict[str, Any]:
         """Document of `srbval validate`, without the report's files."""
@@ -238,21 +238,23 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
             )
 
 
-def headline(table: "pd.DataFrame", pairs: int) -> str:
+def headline(table: "pd.DataFrame") -> str:
     """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
     known = table[table["error"].notna()]
-    parts = [
-        _counted("lines and cage ratios", known[known["error_unit"] == "%"]),
-        _counted("levels", known[known["error_unit"] == "dB"]),
-    ]
-    text = "; ".join(filter(None, parts)) or "no quantity was found on both sides"
-    return f"{pairs} pair{'s' if pairs > 1 else ''}, simulated against measured: {text}."
+    parts = [_counted("lines and cage ratios", known, "%"), _counted("levels", known, "dB")]
+    text = "; ".join(filter(None, parts)) or "no quantity was found on both sides."
+    return text[0].upper() + text[1:]
 
 
-def _counted(what: str, rows: "pd.DataFrame") -> str:
-    if rows.empty:
+def _counted(what: str, rows: "pd.DataFrame", unit: str) -> str:
+    """Verdicts on the quantities with errors in a unit, and the largest error; empty without any."""
+    of = rows[rows["error_unit"] == unit]
+    if of.empty:
         return ""
-    counts = rows["verdict"].value_counts()
-    words = ", ".join(f"{counts[one.value]} {one.value}" for one in Verdict if one.value in counts)
-    largest = rows.loc[rows["error"].astype(float).abs().idxmax()]
-    return f"{what}: {words} (largest error {largest['error']:+.2f} {largest['error_unit']}, {largest['quantity']})"
+    largest = of.loc[of["error"].astype(float).abs().idxmax()]
+    error = f"largest error {largest['error']:+.2f} {unit}, {largest['quantity']}"
+    counts = of["verdict"].value_counts()
+    if set(counts.index) == {Verdict.INSUFFICIENT.value}:
+        return f"{what}: no verdict, since the uncertainty of the simulation or of a reading is not known ({error})"
+    words = ", ".join(f"{one.value} {counts[one.value]}" for one in Verdict if one.value in counts)
+    return f"{what}, {len(of)} compared: {words} ({error})"

@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,8 @@ def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     values = values_of_model(analysis, state, order, sides.QUANTITIES)
-    return AnalysedRun(case=None, run=None, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
+    run = SimpleNamespace(cage_ratio=CAGE)
+    return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
 
 
 def known(defect: str, line: str) -> dict[tuple[str, str], dict[str, float]]:

@@ -140,7 +140,7 @@ def _frequencies(table: "pd.DataFrame") -> Section | None:
     if not rows:
         return None
     return Section(
-        id="frequencies",
+        id="fault-frequencies",
         title=TEXTS.text("title-frequencies"),
         blocks=(TEXTS.table("frequencies", rows), TABLE6.paragraph("how-to-read")),
         open=True,
@@ -172,7 +172,7 @@ def _speed(result: Validation) -> Section | None:
     ]  # fmt: skip
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
-        SPEED.table("sum-rule-table", rows, rollers=rollers, slip_difference=0.0),
+        SPEED.table("sum-rule-table", rows, rollers=rollers),
     )
 
 
@@ -193,7 +193,7 @@ def _levels(table: "pd.DataFrame") -> Section | None:
     ]
     if not rows:
         return None
-    return Section(id="levels", title=TEXTS.text("title-levels"), blocks=(TEXTS.table("levels", rows),))
+    return Section(id="line-levels", title=TEXTS.text("title-levels"), blocks=(TEXTS.table("levels", rows),))
 
 
 def _published(case: Case) -> Section | None:
@@ -205,12 +205,14 @@ def _published(case: Case) -> Section | None:
     ]  # fmt: skip
     if not rows:
         return None
-    return Section(id="published", title=TEXTS.text("title-published"), blocks=(TEXTS.table("published", rows),))
+    return Section(
+        id="published-numbers", title=TEXTS.text("title-published"), blocks=(TEXTS.table("published", rows),)
+    )
 
 
 def _signals(result: Validation) -> Section:
     rows = list(_signal_rows(result.pairs.to_dict("records")))
-    return Section(id="signals", title=TEXTS.text("title-signals"), blocks=(TEXTS.table("signals", rows),))
+    return Section(id="signals-compared", title=TEXTS.text("title-signals"), blocks=(TEXTS.table("signals", rows),))
 
 
 def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:

@@ -70,7 +70,12 @@ def speed_or_slip_section(findings: Findings) -> Section:
     words["measured"] = measured_sentence(measured, findings.data["speed_and_slip"])
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
-        SPEED.table("sum-rule-table", shown, rollers=rollers, slip_difference=slip_difference),
+        SPEED.table(
+            "sum-rule-table",
+            shown,
+            rollers=rollers,
+            more_notes=[SPEED.text("slip-difference", slip_difference=slip_difference)],
+        ),
         SPEED.callout("statement", tone=Tone.NEUTRAL, **words),
     )
 
