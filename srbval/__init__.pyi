@@ -28,9 +28,8 @@ from srbval.recordings.registry import verify as verify_recordings
 from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
-from srbval.report.reports import make_report, report_recordings, write_plot, write_trend
-from srbval.report.sections.case import report_case
-from srbval.report.sections.case import validate_case as validate
+from srbval.report.reports import make_report, report_case, report_recordings, write_plot, write_trend
+from srbval.report.reports import validate_case as validate
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study

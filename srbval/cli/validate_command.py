@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed."""
     with progress_display() as progress:
         with stage(progress, "Load the program"):
-            from srbval.report.sections.case import report_case
+            from srbval.report.reports import report_case
             from srbval.validation.case import load_case, write_case
         changes = dict(_changes(options))
         if options.case is not None:

@@ -1,7 +1,8 @@
 """The reports as one call each: gather the findings, word and draw them, write the files."""
 
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
-from srbval.report.blocks import Report
+from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings
@@ -21,10 +22,14 @@ from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
+from srbval.report.sections.case import MOST_DRAWN, assemble_case
+from srbval.report.sections.pair_figures import errors_figure, pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
 from srbval.storage.files import atomic_write
+from srbval.validation.case import Case
+from srbval.validation.validate import PairReading, Validation, validate
 
 PLOTS = (".png", ".svg", ".html")
 
@@ -83,6 +88,60 @@ def report_recordings(
         rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
         report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShownValidation(Validation):
+    """A `Validation` that shows itself: its errors as a picture, its report as a page."""
+
+    def plot(self) -> Any:
+        """Matplotlib figure of the error of every line and cage ratio with its uncertainty."""
+        with figure_style():
+            return errors_figure(self.errors_pct)[0]
+
+    def to_html(self) -> str:
+        """The whole report as one page; reads the signals again."""
+        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
+            _, files = report_case(self.case, Path(folder), formats=("html",))
+            return files["html"].read_text(encoding="utf-8")
+
+
+def validate_case(
+    case: Case | str | Path,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> ShownValidation:
+    """`srbval.validation.validate.validate`, whose result also shows itself."""
+    return ShownValidation(**vars(validate(case, changes, jobs=jobs, progress=progress)))
+
+
+def report_case(
+    case: Case,
+    folder: Path,
+    *,
+    formats: tuple[str, ...] = FORMATS,
+    command: str = "srbval validate",
+    progress: Progress = silent,
+) -> tuple[Validation, dict[str, Path]]:
+    """Compare every pair of a case and write ``report.*`` and ``figures/`` into `folder`; returns both.
+
+    Raises what `validate` raises, and `DataError` for a folder that cannot be written; nothing is written in that case.
+    """
+    if "pdf" in formats:
+        require_typst()
+    grids: dict[int, tuple[FigureGrid, ...]] = {}
+    with tempfile.TemporaryDirectory(prefix="srbval-") as name, one_thread():
+
+        def found(one: PairReading) -> None:
+            if len(grids) < MOST_DRAWN:
+                grids[one.number] = pair_figures(one, Path(name))
+
+        result = validate(case, found=found, progress=progress)
+        with stage(progress, "Write the report"):
+            files = write_report(assemble_case(result, grids, command=command), folder, formats)
+    return result, files
 
 
 def check_plot(path: Path) -> None:

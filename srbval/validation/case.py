@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, load_bearing
+from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.table6 import CASES
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import RecordingSettings
@@ -69,7 +70,7 @@ class Source(RecordingSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pair:
+class CasePair:
     """One comparison. `state` defaults to that of the files; `used_for` is ``fit``, ``withheld`` or ``blind``."""
 
     state: Fault | None = None
@@ -103,6 +104,12 @@ class Published:
     rig_printed_pct: float | None = None
     source: str = ""
 
+    def deviations_pct(self) -> dict[str, float]:
+        """Deviation of the model's and the rig's line from the printed kinematic one [%], those that are known."""
+        known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
+        kinematic_hz = self.kinematic_hz
+        return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
@@ -110,7 +117,7 @@ class Case:
 
     bearing: Bearing
     bearing_name: str = DEFAULT_BEARING
-    pairs: tuple[Pair, ...]
+    pairs: tuple[CasePair, ...]
     title: str = "Simulated against measured"
     simulated: Source = Source()
     measured: Source = Source()
@@ -120,7 +127,7 @@ class Case:
     folder: Path = Path()
     path: Path | None = None
 
-    def side(self, pair: Pair, name: str) -> Source | None:
+    def side(self, pair: CasePair, name: str) -> Source | None:
         """The side ``simulated`` or ``measured`` of a pair, with the defaults of that side."""
         own, defaults = getattr(pair, name), getattr(self, name)
         return None if own is None else own.over(defaults)
@@ -138,7 +145,7 @@ class _CaseFile:
     measured: Source = Source()
     tolerance: Tolerance = Tolerance()
     uncertainty: Uncertainty = Uncertainty()
-    pair: tuple[Pair, ...] = ()
+    pair: tuple[CasePair, ...] = ()
     published: tuple[Published, ...] = field(default=())
 
 

@@ -33,6 +33,7 @@ from srbval.comparison.comparison import (
     QuantityValue,
     Row,
     comparison_row,
+    deviation_pct,
 )
 from srbval.comparison.vocabulary import Verdict, verdict_on_tolerance
 from srbval.signal import NORMAL_95
@@ -49,6 +50,7 @@ MISSING = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity 
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
 # Columns of the table of a validation that its rows have already, in their order; then those with another name there.
 KEPT = ("pair", "state", "quantity", "unit", "kinematic")
+DEVIATIONS = ("simulated_deviation_pct", "measured_deviation_pct")
 LATER = ("error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz")
 
 
@@ -80,8 +82,14 @@ def compare_pair(
                 made["parts"] |= outside_parts(quantity, state, own, repeats, case, 100 / theirs.value)
         margin = None if quantity is PRESENCE else tolerance_of(quantity, case.tolerance) or quantity.margin
         record = measured.files[0] if measured is not None else simulated.files[0] if simulated is not None else ""
-        names = {"record": record, "kind": quantity.kind, "quantity": name, "unit": quantity.unit, "used_for": used_for}
-        row = comparison_row(state=state, margin=margin, scene=base or "", **names, **made)
+        made |= {
+            "record": record,
+            "kind": quantity.kind,
+            "quantity": name,
+            "unit": quantity.unit,
+            "used_for": used_for,
+        }
+        row = comparison_row(state=state, margin=margin, scene=base or "", **made)
         hz = [
             one.value * side.shaft_hz if side is not None and quantity in LINES and one is not MISSING else None
             for one, side in ((own, simulated), (theirs, measured))
@@ -178,7 +186,12 @@ def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
     import pandas as pd
 
     shown = [_table_row(row, tolerance) for row in rows if row["kind"] != PRESENCE.kind]
-    columns = (*KEPT, *(f"{side}{of}" for side in ("simulated", "measured") for of in ("", "_ci95")), *LATER)
+    columns = (
+        *KEPT,
+        *(f"{side}{of}" for side in ("simulated", "measured") for of in ("", "_ci95")),
+        *LATER,
+        *DEVIATIONS,
+    )
     frame = pd.DataFrame(shown, columns=list(columns)).astype(object)
     return frame.where(frame.notna(), None)
 
@@ -187,6 +200,9 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
     quantity = next(one for one in QUANTITIES if one.kind == row["kind"])
     values = {"simulated": row["model"], "measured": row["rig"], "kinematic": row["kinematic"]}
     values |= {"simulated_ci95": row["model_ci95"], "measured_ci95": row["rig_ci95"]}
+    for side in ("simulated", "measured"):
+        known = values["kinematic"] is not None and not math.isnan(values[side])
+        values[f"{side}_deviation_pct"] = deviation_pct(values[side], values["kinematic"]) if known else None
     found, limit = row | values, tolerance_of(quantity, tolerance)
     if limit is not None and row["verdict"] != Verdict.INSUFFICIENT:
         chance = p_beyond(row["error"], row["uncertainty"], limit)
@@ -197,7 +213,7 @@ def _table_row(row: Row, tolerance: Tolerance) -> Row:
     simulated_hz, measured_hz = row["speeds_hz"]
     if not same_speed(simulated_hz, measured_hz):
         return found | {"unit": "order"}
-    in_hz = {key: value and value * (measured_hz or simulated_hz) for key, value in values.items()}
+    in_hz = {key: v and v * (measured_hz or simulated_hz) for key, v in values.items() if not key.endswith("_pct")}
     return found | in_hz | {"unit": "Hz"}
 
 

@@ -19,7 +19,7 @@ from srbval.recordings.registry import (
     unopened,
 )
 from srbval.recordings.settings import apply_settings
-from srbval.validation.case import Pair, Source, files_of_source
+from srbval.validation.case import CasePair, Source, files_of_source
 
 # Words of a file's name that state what is damaged; shorter ones occur in too many names.
 STATE_WORDS = {
@@ -77,8 +77,8 @@ def pair_files(
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
         source = settings[side]
-        files = files_of_source(dataclasses.replace(source, file=tuple(names)), Path(), side)
-        groups[side] = _grouped([_with_state(facts_of(file, source), state, side) for file in files])
+        paths = files_of_source(dataclasses.replace(source, file=tuple(names)), Path(), side)
+        groups[side] = _grouped([_with_state(facts_of(path, source), state, side) for path in paths])
     pairs = []
     for key, files in groups["simulated"].items():
         partner = _partner(key, list(groups["measured"]))
@@ -141,7 +141,7 @@ def _how(key: Group, other: Group, simulated: FileFacts, measured: FileFacts) ->
     return state + speed + load
 
 
-def registered_pairs(pair: Pair) -> Iterator[Pair]:
+def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
     """The pair itself, or of a pair with all registered records of a rig one for each operating point.
 
     Of several records of a point the longest is taken; the healthy record of a speed and load comes first, without a

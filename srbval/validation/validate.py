@@ -18,7 +18,7 @@ from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.verdict import SumRule
 from srbval.storage.stored_result import newest_result
-from srbval.validation.case import Case, Pair, load_case
+from srbval.validation.case import Case, CasePair, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.pairing import registered_pairs
 from srbval.validation.sides import SideReading, load_files, read_files, run_scene, stated_state
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 SIDES = ("simulated", "measured")
 SAME_POINT = 0.01  # relative difference of speeds up to which an outer and an inner race make a sum
-Item, Result = TypeVar("Item"), TypeVar("Result")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +40,7 @@ class PairReading:
     """
 
     number: int
-    pair: Pair
+    pair: CasePair
     state: Fault
     sides: Mapping[str, SideReading]
     rows: tuple[Row, ...]
@@ -71,6 +72,12 @@ class Validation:
     def holds(self) -> bool:
         """False if a stated tolerance is missed."""
         return Verdict.MISSED.value not in self.verdicts
+
+    @property
+    def errors_pct(self) -> list[Row]:
+        """Rows of the table with an error in per cent: lines and cage ratios found on both sides."""
+        rows: list[Row] = self.table[self.table["error_unit"] == "%"].to_dict("records")
+        return [row for row in rows if row["error"] is not None]
 
     @property
     def headline(self) -> str:
@@ -121,7 +128,7 @@ def validate(
     effects = effects_of(stored.content) if stored is not None else {}
     numbered, count = list(enumerate(case.pairs, start=1)), len(case.pairs)
 
-    def compared(numbered_pair: tuple[int, Pair]) -> PairReading | SrbvalError:
+    def compared(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
         try:
             return _compared(*numbered_pair, case, effects, progress)
         except SrbvalError as error:
@@ -168,7 +175,7 @@ def _frame(rows: list[Row]) -> "pd.DataFrame":
     return frame.where(frame.notna(), None)
 
 
-def _compared(number: int, pair: Pair, case: Case, effects: Effects, progress: Progress) -> PairReading:
+def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progress: Progress) -> PairReading:
     """Read and compare a pair; raises what loading and analysing raise. A failed run is the pair's problem."""
     sources = {side: source for side in SIDES if (source := case.side(pair, side)) is not None}
     scene = sources.pop("simulated") if "simulated" in sources and sources["simulated"].scene is not None else None

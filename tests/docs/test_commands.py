@@ -83,6 +83,10 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("my_bearing.toml").write_text(elements, encoding="utf-8")
     write_csv(Path("drive_end.csv"), fault=True)
     write_csv(Path("healthy.csv"), fault=False)
+    seconds = np.arange(0, 3, 1 / 20_480)
+    since = np.mod(seconds, 1 / fault_frequencies("skf-22240", rpm=710).bpfo_hz)
+    table = np.column_stack([seconds, np.exp(-400 * since) * np.sin(2 * np.pi * 900 * since)])
+    np.savetxt("run_outer.csv", table, delimiter=",", header="time [s],acc [m/s2]", comments="")
     frequency = np.arange(300.0, 3500.0, 2.0)  # of a mass on a spring, beside another one: about 1 kHz
     response = 1 / 92 - (0.02 * frequency**2) / (1000.0**2 - frequency**2 + 2j * 0.03 * 1000 * frequency)
     table = np.column_stack([frequency, response.real, response.imag])

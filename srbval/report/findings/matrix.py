@@ -18,6 +18,7 @@ from srbval.errors import NumericsError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import line_entry
+from srbval.recordings.reading import N_PER_KN
 from srbval.validation.compare import PAIR_KEYS
 from srbval.validation.pairing import OperatingPoint
 from srbval.validation.validate import PairReading
@@ -60,8 +61,8 @@ class MatrixRows:
         """Add a pair of the case of the rig; the healthy record of a speed and load comes before the others."""
         rig = one.sides["measured"].analyses[0]
         recording = rig.recording
-        loads = ((load or 0.0) / 1e3 for load in (recording.radial_n, recording.axial_n))
-        point = OperatingPoint(one.state, *loads, recording.nominal_rpm or 0.0)
+        radial_kn, axial_kn = ((load or 0.0) / N_PER_KN for load in (recording.radial_n, recording.axial_n))
+        point = OperatingPoint(one.state, radial_kn, axial_kn, recording.nominal_rpm or 0.0)
         if point.state is Fault.HEALTHY:
             self._healthy[point[1:]] = rig
         simulated = one.sides.get("simulated")

@@ -1,30 +1,23 @@
 """The report of a case: its answer, fault frequencies in the form of the paper's Table 6, figures, levels, limits."""
 
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
-from srbval.comparison.comparison import Row, deviation_pct
+from srbval.comparison.comparison import Row
 from srbval.comparison.vocabulary import Verdict
-from srbval.processes.machine import one_thread
-from srbval.progress import Progress, silent, stage
 from srbval.report.blocks import Badge, Block, FigureGrid, Heading, Listing, Report, Section, Tone, VerdictBox
-from srbval.report.figures.style import figure_style
 from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
-from srbval.report.renderers import require_typst
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.sections.pair_figures import errors_panel, pair_figures
+from srbval.report.sections.pair_figures import errors_panel
 from srbval.report.sections.table6 import SPEED, VERDICT_TONE
 from srbval.report.sections.table6 import TEXTS as TABLE6
-from srbval.report.write import FORMATS, write_report
 from srbval.validation.case import Case
-from srbval.validation.validate import SIDES, PairReading, Validation, validate
+from srbval.validation.validate import SIDES, Validation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,60 +30,6 @@ TONES = {
     Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD, Verdict.AGREES: Tone.GOOD,
 }  # the worst first  # fmt: skip
 SCHEMA_VERSION = 1
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ShownValidation(Validation):
-    """A `Validation` that shows itself: its errors as a picture, its report as a page."""
-
-    def plot(self) -> Any:
-        """Matplotlib figure of the error of every line and cage ratio with its uncertainty."""
-        with figure_style():
-            return errors_panel.__wrapped__(_in_pct(self))[0]
-
-    def to_html(self) -> str:
-        """The whole report as one page; reads the signals again."""
-        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-            _, files = report_case(self.case, Path(folder), formats=("html",))
-            return files["html"].read_text(encoding="utf-8")
-
-
-def validate_case(
-    case: Case | str | Path,
-    changes: Mapping[str, Any] | None = None,
-    *,
-    jobs: int | None = None,
-    progress: Progress = silent,
-) -> ShownValidation:
-    """`srbval.validation.validate.validate`, whose result also shows itself."""
-    return ShownValidation(**vars(validate(case, changes, jobs=jobs, progress=progress)))
-
-
-def report_case(
-    case: Case,
-    folder: Path,
-    *,
-    formats: tuple[str, ...] = FORMATS,
-    command: str = "srbval validate",
-    progress: Progress = silent,
-) -> tuple[Validation, dict[str, Path]]:
-    """Compare every pair of a case and write ``report.*`` and ``figures/`` into `folder`; returns both.
-
-    Raises what `validate` raises, and `DataError` for a folder that cannot be written; nothing is written in that case.
-    """
-    if "pdf" in formats:
-        require_typst()
-    grids: dict[int, tuple[FigureGrid, ...]] = {}
-    with tempfile.TemporaryDirectory(prefix="srbval-") as name, one_thread():
-
-        def found(one: PairReading) -> None:
-            if len(grids) < MOST_DRAWN:
-                grids[one.number] = pair_figures(one, Path(name))
-
-        result = validate(case, found=found, progress=progress)
-        with stage(progress, "Write the report"):
-            files = write_report(assemble_case(result, grids, command=command), folder, formats)
-    return result, files
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
@@ -113,17 +52,12 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
 
 
 def _verdict(result: Validation) -> VerdictBox:
-    rows = _in_pct(result)
+    rows = result.errors_pct
     worst = next((tone for verdict, tone in TONES.items() if verdict in result.verdicts), Tone.WARNING)
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
     figure = TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
     points = [f"**{row['state']}**: {_point(row)}" for row in rows if row["quantity"] != "cage ratio"][:6]
     return VerdictBox(tone=worst, headline=literal(result.headline), points=tuple(points), figure=figure)
-
-
-def _in_pct(result: Validation) -> list[Row]:
-    rows: list[Row] = result.table[result.table["error_unit"] == "%"].to_dict("records")
-    return [row for row in rows if row["error"] is not None]
 
 
 def _point(row: Mapping[str, Any]) -> str:
@@ -148,15 +82,13 @@ def _frequencies(table: "pd.DataFrame") -> Section | None:
 
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
-    digits = {f"{side}_note": f"{deviation_pct(row[side], row['kinematic']):+.2f} %" for side in SIDES
-              if row[side] is not None and row["kinematic"]}  # fmt: skip
-    return {
-        **row,
-        "simulated_badge": Badge.SIMULATED if row["simulated"] is not None else None,
-        "measured_badge": Badge.MEASURED if row["measured"] is not None else None,
-        "verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL),
-        "simulated_note": "", "measured_note": "",
-    } | digits  # fmt: skip
+    """Row of the table of frequencies: each value with its source and its deviation from kinematics below it."""
+    found: Row = {**row} | {"verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL)}
+    for side, badge in zip(SIDES, (Badge.SIMULATED, Badge.MEASURED), strict=True):
+        deviation = row[f"{side}_deviation_pct"]
+        found[f"{side}_badge"] = None if row[side] is None else badge
+        found[f"{side}_note"] = "" if deviation is None else f"{deviation:+.2f} %"
+    return found
 
 
 def _speed(result: Validation) -> Section | None:
@@ -198,11 +130,11 @@ def _levels(table: "pd.DataFrame") -> Section | None:
 
 def _published(case: Case) -> Section | None:
     rows = [
-        vars(one) | {"defect": f"{one.state.code} ({one.state.line})"}
-        | {f"{name}_note": f"{deviation_pct(value, one.kinematic_hz):+.2f} %" for name in ("model_hz", "rig_hz")
-           if (value := getattr(one, name)) is not None and one.kinematic_hz}
+        vars(one)
+        | {"defect": f"{one.state.code} ({one.state.line})"}
+        | {f"{name}_note": f"{deviation:+.2f} %" for name, deviation in one.deviations_pct().items()}
         for one in case.published
-    ]  # fmt: skip
+    ]
     if not rows:
         return None
     return Section(

@@ -7,7 +7,7 @@ sides are called alike or not.
 import dataclasses
 import math
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -163,22 +163,23 @@ def spectrum_sentence(line: Row | None, levels: Sequence[Row]) -> str:
     return TEXTS.text("spectrum-alike", **line, within=within, known=len(known), level_db=VERDICT.level_db)
 
 
-@panel
-def errors_panel(rows: Sequence[Row]) -> Drawn:
+def errors_figure(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     """Error of each line and cage ratio with its uncertainty, a mark for each verdict; at most `BARS` rows."""
-    shown = [row for row in rows if row["error_unit"] == "%"][:BARS]
+    shown = rows[:BARS]
     figure, axes = new_axes((6.4, 1.1 + 0.24 * len(shown)))
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):
         colour, mark = VERDICT_LOOK[row["verdict"]]
-        half = row["uncertainty"]
-        look = {"color": colour, "marker": mark, "ms": 5.5, "mfc": "white", "mew": 1.2, "ls": "none", "capsize": 3}
-        axes.errorbar(row["error"], place, xerr=half, label=row["verdict"], **look)
+        look: dict[str, Any] = {"color": colour, "marker": mark, "mfc": "white", "mew": 1.2, "ls": "none"}
+        axes.errorbar(row["error"], place, xerr=row["uncertainty"], label=row["verdict"], ms=5.5, capsize=3, **look)
     names = [f"pair {row['pair']}: {row['quantity']}" for row in shown]
     axes.set_yticks(range(len(shown)), labels=names, parse_math=False)
     axes.set(ylim=(len(shown) - 0.4, -0.6), xlabel="Error, simulated less measured, %")
     axes.grid(False, axis="y")
     handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
-    axes.legend(handles.values(), handles, **place)
+    corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
+    axes.legend(handles.values(), handles, **corner)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
+
+
+errors_panel = panel(errors_figure)
