@@ -183,6 +183,8 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         f"{file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz, shaft {rpm} rpm "
         f"({speed.source.value})"
     )
+    if recording.cage_ratio is not None:
+        print(f"cage {recording.cage_ratio:.5f} of the shaft's speed, by its own channel")
     print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)

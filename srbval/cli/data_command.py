@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import progress_display
-from srbval.recordings import RecordingSettings
+from srbval.recordings import Origin, RecordingSettings
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
@@ -26,6 +26,7 @@ from srbval.recordings.registry import (
     without_copies,
 )
 from srbval.recordings.registry.manifest import manifest_path
+from srbval.recordings.settings import ALIASES
 
 CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
@@ -54,11 +55,11 @@ def run(options: argparse.Namespace) -> int:
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Settings from the options that state something of a record."""
-    given = vars(options) | {"fs_hz": options.fs, "sensitivity_mv_per_g": options.sensitivity}
-    given["rpm_tolerance_pct"] = options.rpm_tolerance
-    named = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
-    named["auto_band"] = None  # of a command's own analysis; only `data add` keeps it
-    return RecordingSettings(**named | {"state": Fault(named["state"]) if named["state"] else None})
+    given = {ALIASES.get(name, name): value for name, value in vars(options).items()}
+    named: dict[str, Any] = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
+    named["band_hz"] = named["auto_band"] = None  # of a command's own analysis; only `data add` keeps them
+    named |= {key: kind(named[key]) for key, kind in (("state", Fault), ("origin", Origin)) if named[key]}
+    return RecordingSettings(**named)
 
 
 def files_of(paths: Sequence[str]) -> list[str]:

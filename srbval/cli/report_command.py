@@ -98,7 +98,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
 
     def read(file: str, channel: str | None) -> Recording | FailedFile:
         try:
-            return load_registered(file, replace(settings, channel=channel or settings.channel))
+            return load_registered(file, replace(settings, channel=channel or settings.channel), band_hz)
         except SrbvalError as error:
             return FailedFile(file=file, error=error)
 

@@ -100,7 +100,8 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
             f"--scale {settings.scale:g} is that of the record; state that of {path} too: --healthy-scale F, "
             "or register it with `srbval data add FILE --scale F`."
         )
-    kept = dataclasses.replace(settings, state=None, radial_kn=None, axial_kn=None, scale=scale)
+    of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
+    kept = dataclasses.replace(settings, **of_the_record, scale=scale)
     kept = dataclasses.replace(kept, **{name: None for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)})
     healthy = load_registered(path, dataclasses.replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     import pandas
 
 
+SIMULATED_FACTS = ("cage_ratio", "resampling_error")  # of a recording, if it states them
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis:
     """Result of reading one recording.
@@ -120,7 +123,7 @@ class Analysis:
             "summary": self.summary,
             "notes": self.recording.notes,
             "cautions": self.recording.cautions,
-        }
+        } | {key: value for key in SIMULATED_FACTS if (value := getattr(self.recording, key)) is not None}
 
 
 @one_thread()

@@ -18,7 +18,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.errors import DataError
 from srbval.reading.pipeline import choose_tracking, one_signal, process
-from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
 
@@ -40,7 +40,7 @@ def locked_powers(
         if band_hz[1] - band_hz[0] >= SPACINGS * line_hz:
             processed = process(recording, band_hz=band_hz, tracking=tracking)
             power = processed.squared * processed.scale**2 / 2  # of a real signal, half its analytic signal's
-            if recording.origin is Origin.SIMULATED:  # means over output intervals
+            if recording.interval_means:
                 power /= np.sinc(math.sqrt(band_hz[0] * band_hz[1]) / recording.fs_hz) ** 2
             periods: FloatArray = line_hz / processed.squared_fs_hz * np.arange(power.size, dtype=float)
             cage_turns = int(processed.seconds * bearing.orders.ftf * speed.value_hz)

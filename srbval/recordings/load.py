@@ -95,6 +95,7 @@ def recording_from_run(run: Run) -> Recording:
         state=scene.defect.kind,
         radial_n=scene.load.radial_n,
         axial_n=scene.load.axial_n,
+        interval_means=True,
         notes=(*ended(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
     )
 
@@ -127,7 +128,7 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         no_band = reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
         raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=no_band)
-    main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
+    main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}
     left = [printable(key) for key in reading.channels if key not in same][:NAMED_CHANNELS]

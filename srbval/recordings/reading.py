@@ -4,7 +4,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,12 +26,20 @@ UNITS: dict[str, tuple[str, float]] = {
     "mm/s2": ("m/s2", 1e-3),
     "g": ("m/s2", STANDARD_GRAVITY_M_S2),
     "mg": ("m/s2", STANDARD_GRAVITY_M_S2 * 1e-3),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
     UNKNOWN: (UNKNOWN, 1.0),
 }
-# units of a shaft speed, as `known_unit` has them, and the factor to Hz
+# order of the derivative that makes an acceleration of a unit
+DERIVATIVES = {"m/s": 1, "m": 2}
+# units of a speed and an angle of rotation, as `known_unit` has them, and the factors to Hz and to revolutions
 SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
+REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
 # what files write for them, without blanks, dots, carets and parentheses
 SPELLINGS = {
     **dict.fromkeys(("ms-2", "m/s/s", "m/sec2", "mps2"), "m/s2"),
@@ -39,6 +47,10 @@ SPELLINGS = {
     **dict.fromkeys(("G", "gn", "g0"), "g"),
     **dict.fromkeys(("Volt", "Volts", "volt", "volts"), "V"),
     **dict.fromkeys(("mVolt", "mvolt", "millivolt"), "mV"),
+    **dict.fromkeys(("m/sec", "mps"), "m/s"),
+    "mm/sec": "mm/s",
+    "\u03bcm": "um",
+    **dict.fromkeys(("\u00b0", "degree", "degrees"), "deg"),
     **dict.fromkeys(("1/min", "r/min", "rev/min", "U/min", "min-1", "RPM"), "rpm"),
 }
 _IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[(]\s*([^\[\]]*?)\s*[\])]|\s(?:in|/)\s+(\S+))")
@@ -55,7 +67,7 @@ UNEVEN = 1e-3  # of a step, beside the rounding of the digits
 COARSEST = 0.5  # of a step: digits that hide no missing sample
 SAME_RATE = 1e-3  # of a rate
 _TIME_UNIT = rf"[ _/]({'|'.join(TIME_UNITS_S)})|[ _]*[\[(]\s*([^\])]*?)\s*[\])]"
-_TIME = re.compile(rf"(?:.*\.)?(?:time_acc|timestamps?|time|zeit|t)(?:{_TIME_UNIT})?")
+_TIME = re.compile(rf"(?:.*\.)?(?:time_acc|timestamps?|time|zeit|tout|t)(?:{_TIME_UNIT})?")
 
 
 def scaled(value: float | str | None, factor: float) -> float | None:
@@ -64,10 +76,10 @@ def scaled(value: float | str | None, factor: float) -> float | None:
 
 
 def known_unit(text: str) -> str | None:
-    """The unit of `UNITS` or `SPEED_HZ` that a text out of a file means, None for any other."""
+    """The unit of `UNITS`, `SPEED_HZ` or `REVOLUTIONS` that a text out of a file means, None for any other."""
     plain = re.sub(r"[\s^*·().]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")
     plain = SPELLINGS.get(plain, plain)
-    return plain if plain in UNITS or plain in SPEED_HZ else None
+    return plain if any(plain in known for known in (UNITS, SPEED_HZ, REVOLUTIONS)) else None
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -76,14 +88,18 @@ def split_unit(name: str) -> tuple[str, str | None]:
     return (found[1], found[2] or found[3] or None) if found else (name, None)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class TimeColumn:
-    """Meaning of times: `rates_hz` are the possible rates, the first one settled unless there is a `problem`."""
+    """Meaning of times: `rates_hz` are the possible rates, the first one settled unless there is a `problem`.
+
+    `times_s` [n] are uneven times that never fall and whose unit is known, so that the signal can be resampled.
+    """
 
     name: str
     rates_hz: tuple[float, ...] = ()
     problem: str | None = None
     uneven: bool = False
+    times_s: FloatArray | None = None
 
     def against(self, fs_hz: float) -> str | None:
         """The caution for a record that is read at `fs_hz` [Hz] all the same."""
@@ -106,7 +122,7 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     rates = [column.rates_hz[0] for column in found if not column.problem]
     if rates and max(rates) > min(rates) * (1 + SAME_RATE):
         names = " and ".join(column.name for column in found)
-        return TimeColumn(name=names, problem=f"the times of {names} mean different rates", uneven=True)
+        return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
     return found[0] if found else None
 
 
@@ -119,12 +135,15 @@ def _times_of(raw: RawFile, name: str) -> TimeColumn:
     steps = np.diff(times)
     mean = float(np.mean(steps))
     off = np.abs(times - times[0] - mean * np.arange(times.size)).max()
+    rate = 1 / (mean * TIME_UNITS_S.get(unit or "s", 1.0)) if mean > 0 else 0.0
+    is_known = unit in TIME_UNITS_S or (not unit and PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
     if mean <= 0 or (off > UNEVEN * mean and not off <= 1.01 * _rounding(times) < COARSEST * mean):
-        return TimeColumn(name=shown, problem=_unevenness(shown, times, steps), uneven=True)
+        usable = is_known and steps.min() >= 0 and np.median(steps) > 0
+        times_s = times * TIME_UNITS_S[unit or "s"] if usable else None
+        return TimeColumn(name=shown, problem=_unevenness(shown, times, steps), uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
         return TimeColumn(name=shown, problem=f"the times of {shown} are in {printable(unit)!r}")
-    rate = 1 / (mean * TIME_UNITS_S[unit or "s"])
-    if unit or PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1]:
+    if is_known:
         return TimeColumn(name=shown, rates_hz=(round(rate, 6),))
     if (steps == 1).all():
         return TimeColumn(name=shown, problem=f"{shown} counts the samples: a step of 1 is not a time")
@@ -178,6 +197,11 @@ class Channel:
         return self.whole_numbers and self.unit not in (None, UNKNOWN)
 
     @property
+    def rotates(self) -> bool:
+        """True for the speed or the angle of a rotation, which is no vibration."""
+        return self.unit in SPEED_HZ or self.unit in REVOLUTIONS
+
+    @property
     def recording_unit(self) -> str:
         """The unit in which a recording keeps the samples."""
         unit = UNKNOWN if self.scale_missing else self.unit or UNKNOWN
@@ -193,21 +217,33 @@ class Channel:
 class Reading(SourceFacts):
     """Contents of a file; `channel` and `fs_hz` are None if the file leaves them open, the latter for `rate_problem`.
 
-    `speed_problem` is the reason not to trust the speed in the file; only a speed from the user resolves it.
+    `times` are the file's times by the length of the signals that they belong to. `speed_problem` is the reason not to
+    trust the speed in the file; only a speed from the user resolves it.
     """
 
     channels: Mapping[str, Channel]
     origin: Origin = Origin.MEASURED
     fs_hz: float | None = None
     rate_problem: str | None = None
-    time: TimeColumn | None = None
+    times: Mapping[int, TimeColumn] = field(default_factory=dict)
     speed_problem: str | None = None
     name: str | None = None
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of the channels that may be analysed: all that are not a shaft speed."""
-        return tuple(name for name, channel in self.channels.items() if channel.unit not in SPEED_HZ)
+        """Names of the channels that may be analysed: all that are no rotation."""
+        return tuple(name for name, channel in self.channels.items() if not channel.rotates)
+
+    @property
+    def main(self) -> Channel:
+        """The channel to analyse, or the first one if the choice is open."""
+        names = self.axes or self.vibrations or tuple(self.channels)
+        return self.channels[names[0] if self.channel is None else self.channel]
+
+    @property
+    def time(self) -> TimeColumn | None:
+        """Times of the channel to analyse."""
+        return self.times.get(self.main.samples.size)
 
     def all_cautions(self) -> tuple[str, ...]:
         """Cautions of the file and of the channel to analyse; of every channel, by its name, if the choice is open."""

@@ -56,8 +56,10 @@ class SpeedSignal:
 class SourceFacts:
     """Facts that the source of a record states; None if it does not.
 
-    `own_bearing` is the bearing stored with a simulated run. `notes` give the source of each fact, `cautions` list what
-    may make the numbers wrong.
+    `own_bearing` is the bearing stored with a simulated run, `cage_hz` the mean speed of the cage in a simulation.
+    `interval_means`: the samples are means over output intervals, as this program's own runs write them.
+    `resampling_error` is the estimated error of resampling in the band, as a share of the signal's RMS there. `notes`
+    give the source of each fact, `cautions` list what may make the numbers wrong.
     """
 
     origin: Origin
@@ -70,6 +72,9 @@ class SourceFacts:
     axial_n: float | None = None
     nominal_rpm: float | None = None
     own_bearing: Bearing | None = None
+    cage_hz: float | None = None
+    interval_means: bool = False
+    resampling_error: float | None = None
     notes: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
 
@@ -110,6 +115,12 @@ class Recording(SourceFacts):
         state = "" if self.state is None else f", {self.state.label}"
         shown = self.channel or " and ".join(self.axes or ())
         return f"<Recording {self.name}: {self.origin}{state}, {shown}, {self.seconds:.4g} s at {self.fs_hz:g} Hz>"
+
+    @property
+    def cage_ratio(self) -> float | None:
+        """Mean speed of the cage over that of the shaft, None if either is not known."""
+        known = self.cage_hz is not None and self.speed is not None
+        return self.cage_hz / self.speed.value_hz if known else None
 
     @property
     def samples(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import difflib
 import math
 import os
 import shlex
@@ -12,21 +13,32 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_mean
 from srbval.recordings.raw import printable
-from srbval.recordings.reading import N_PER_KN, UNITS, Channel, Reading, split_unit
+from srbval.recordings.reading import DERIVATIVES, N_PER_KN, UNITS, Channel, Reading, split_unit
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.speed import nominal_speed, stated_speed, with_tachometer
+from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, shaft_speed, without_settling
+from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
 from srbval.storage.files import read_limited
 from srbval.storage.tables import build
 
 FILE = "file"  # column of a table of labels
-# Names of the options of `srbval data add`.
-ALIASES = {"fs": "fs_hz", "band": "band_hz", "sensitivity": "sensitivity_mv_per_g"}
+# Options whose names are shorter than those of the settings.
+ALIASES = {
+    "fs": "fs_hz",
+    "band": "band_hz",
+    "sensitivity": "sensitivity_mv_per_g",
+    "rpm_tolerance": "rpm_tolerance_pct",
+    "resample": "resample_hz",
+    "skip": "skip_s",
+}
+ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
-NAMED_CHANNELS = 16
+NAMED_CHANNELS, NEAREST = 16, 5
 VOLTAGES = ("V", "mV")
 MV_PER_V = 1e3
 NOTED = (
@@ -50,6 +62,10 @@ class RecordingSettings:
     `unit` belongs to the samples times `scale`; `sensitivity_mv_per_g` converts V or mV. `tacho` is the tachometer's
     channel. With `rpm_tolerance_pct` the speed is a set point that the shaft keeps within it (95 %), else a measured
     one. `bearing` is a name or a TOML file. `auto_band` chooses a demodulation band on the record.
+
+    For simulated signals: `origin` simulated, if the file does not state it; `resample_hz` makes even times of those of
+    a variable-step solver; the first `skip_s` are cut; `derivative` states that the samples are velocities (1) or
+    positions (2); `cage_channel` and `shaft_channel` are channels of an angle or a speed.
     """
 
     channel: str | None = None
@@ -67,6 +83,12 @@ class RecordingSettings:
     axial_kn: float | None = None
     band_hz: tuple[float, float] | None = None
     auto_band: bool | None = None
+    origin: Origin | None = None
+    resample_hz: float | None = None
+    skip_s: float | None = None
+    derivative: int | None = None
+    cage_channel: str | None = None
+    shaft_channel: str | None = None
 
     def __post_init__(self) -> None:
         positive = {
@@ -76,6 +98,8 @@ class RecordingSettings:
             "scale": self.scale,
             "pulses per revolution": self.pulses_per_rev,
             "tolerance of the speed": self.rpm_tolerance_pct,
+            "rate to resample to": self.resample_hz,
+            "time to skip": self.skip_s or None,
         }
         for name, value in positive.items():
             if value is not None and not (math.isfinite(value) and value > 0):
@@ -85,6 +109,8 @@ class RecordingSettings:
                 f"a tolerance of {self.rpm_tolerance_pct:g} % belongs to a speed of --rpm and is at most "
                 f"{MOST_TOLERANCE_PCT:g} %; --rpm is {'not given' if self.rpm is None else f'{self.rpm:g}'}."
             )
+        if self.derivative not in (None, *DERIVATIVES.values()):
+            raise ConfigurationError(f"derivative {self.derivative} must be 1, of a velocity, or 2, of a position.")
         if self.unit is not None and self.unit not in UNITS:
             raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
         if self.band_hz is not None and not 0 < self.band_hz[0] < self.band_hz[1] < math.inf:
@@ -105,40 +131,104 @@ class RecordingSettings:
 
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
-    """`reading` with the user's settings; `DataError` if the file has no such channel."""
+    """`reading` with the user's settings; `DataError` if the file has no such channel, or a setting does not fit it."""
+    reading = _of_origin(path, reading, settings.origin)
     changes: dict[str, Any] = {"channels": _changed_channels(path, reading, settings)}
     notes, channel = [], reading.channel
+    stated = {key: name for key in ROTATIONS if (name := getattr(settings, key)) is not None}
+    rotations = {key: _find_channel(path, reading, name) for key, name in stated.items()}
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
         channel, changes["axes"] = _find_channel(path, reading, settings.channel), None
-    tacho = None if settings.tacho is None else _find_channel(path, reading, settings.tacho)
-    if tacho is not None and channel is None and changes.get("axes", reading.axes) is None:
-        others = [name for name in reading.vibrations if name != tacho]
+    elif rotations and channel is None and reading.axes is None:
+        others = [name for name in reading.vibrations if name not in rotations.values()]
         channel = others[0] if len(others) == 1 else None
     changes["channel"] = channel
+    changes |= _sampling_rate(path, dataclasses.replace(reading, **changes), settings)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
-        # the time base of the file's own speed signal is discarded with its rate
-        changes |= {"fs_hz": settings.fs_hz, "speed_signal": None}
-    elif reading.fs_hz is None and channel is not None:
-        changes["fs_hz"] = reading.channels[channel].fs_hz
     notes += [f"{name} {v} given by the user" for key, name in NOTED if (v := getattr(settings, key)) is not None]
     if settings.rpm is not None:
-        changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading.speed)
+        changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
         notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
     for load in ("radial", "axial"):
-        if (stated := getattr(settings, f"{load}_kn")) is not None:
-            changes[f"{load}_n"] = stated * N_PER_KN
+        if (load_kn := getattr(settings, f"{load}_kn")) is not None:
+            changes[f"{load}_n"] = load_kn * N_PER_KN
     states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
     cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in states]
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
-    if tacho is not None:
-        pulses = reading.channels[tacho]
+    if (time := changed.time) and changed.fs_hz and (against := time.against(changed.fs_hz)):
+        cautions += [] if time.uneven and settings.resample_hz else [against]
+    changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
+    changed = _prepared(path, changed, settings, rotations)
+    if "tacho" in rotations:
+        pulses = changed.channels[rotations["tacho"]]
         changed = with_tachometer(changed, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
-    if reading.time and changed.fs_hz and (against := reading.time.against(changed.fs_hz)):
-        cautions.append(against)
-    return dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
+    return changed
+
+
+def _of_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading:
+    """`reading` with the origin that the user states; `DataError` if the file states another one than measured."""
+    if stated in (None, reading.origin):
+        return reading
+    if reading.origin is not Origin.MEASURED:
+        raise DataError(f"{path}: the file states that it is {reading.origin}; it cannot be declared {stated}.")
+    channels = {name: dataclasses.replace(c, cautions=()) for name, c in reading.channels.items()}
+    return dataclasses.replace(reading, origin=stated, channels=channels)
+
+
+def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Any]:
+    """The sampling rate that the user, the file, its times or the channel states, and the reason if none does."""
+    time, fs_hz = reading.time, reading.fs_hz
+    if settings.fs_hz is not None:
+        if settings.resample_hz and time is not None and time.times_s is not None:
+            raise DataError(f"{path}: {time.problem}; --fs would take them as even. Leave it out beside --resample.")
+        # the time base of the file's own speed signal is discarded with its rate
+        return {"fs_hz": settings.fs_hz, "speed_signal": None}
+    problem = "; ".join(filter(None, (reading.rate_problem, time and time.problem)))
+    if fs_hz is None and time is not None and not problem:
+        fs_hz = time.rates_hz[0]
+    if fs_hz is None and reading.channel is not None:
+        fs_hz = reading.main.fs_hz
+    return {"fs_hz": fs_hz, "rate_problem": problem or None}
+
+
+def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]) -> Reading:
+    """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed."""
+    turning = {key: as_rotation(path, reading.channels[name]) for key, name in rotations.items() if key != "tacho"}
+    names = {name for key, name in rotations.items() if key in turning}
+    channels = {name: c for name, c in reading.channels.items() if name not in names}
+    if not channels or reading.channel in names:
+        raise DataError(f"{path}: no vibration beside {' and '.join(names)}; choose another --channel.")
+    reading = dataclasses.replace(reading, channels=channels)
+    wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
+    if wanted is not None and DERIVATIVES.get(unit) != wanted:
+        fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
+        raise DataError(f"{path}: derivative {wanted} of samples in {unit}; it must be {fitting}. State --unit.")
+    times_s = time.times_s if time is not None and settings.resample_hz else None
+    resample = times_s is not None or settings.resample_hz != reading.fs_hz
+    if times_s is None:
+        if reading.fs_hz is None:  # which is asked for
+            return reading
+        times_s = np.arange(reading.main.samples.size) / reading.fs_hz
+    if wrong := [c.variable for c in turning.values() if c.samples.size != times_s.size]:
+        raise DataError(f"{path}: {' and '.join(map(str, wrong))}: another number of samples than the vibration.")
+    if settings.skip_s:
+        reading = without_settling(path, reading, times_s, settings.skip_s)
+        times_s = times_s[-reading.main.samples.size :]
+    turning = {key: dataclasses.replace(c, samples=c.samples[-times_s.size :]) for key, c in turning.items()}
+    if settings.resample_hz and resample:
+        reading = at_rate(path, reading, times_s, settings.resample_hz)
+    if (shaft := turning.get("shaft_channel")) is not None:
+        reading = with_tachometer(reading, shaft_speed(shaft, times_s, reading), pulses_per_rev=None, rpm=settings.rpm)
+        if reading.origin is Origin.SIMULATED and reading.speed is not None:
+            exact = dataclasses.replace(reading.speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
+            reading = dataclasses.replace(reading, speed=exact)
+    if (cage := turning.get("cage_channel")) is not None:
+        notes = (*reading.notes, f"cage speed from {cage.variable}")
+        reading = dataclasses.replace(reading, cage_hz=mean_hz(cage, times_s), notes=notes)
+    return as_accelerations(reading)
 
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
@@ -146,7 +236,13 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
     stated = {key: getattr(settings, key) for key in ("unit", "state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
-    channels = {name: dataclasses.replace(c, **given) for name, c in reading.channels.items()}
+    without_unit = {key: value for key, value in given.items() if key != "unit"}
+    channels = {
+        name: dataclasses.replace(c, **without_unit if c.rotates else given) for name, c in reading.channels.items()
+    }
+    for unit, order in DERIVATIVES.items():
+        if order == settings.derivative:
+            channels = {n: dataclasses.replace(c, unit=unit) if c.unit is None else c for n, c in channels.items()}
     caution = (
         "its samples are whole numbers of a converter, and no --scale says what they are in {}: levels "
         "are not known, and not compared with another record's"
@@ -169,10 +265,16 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
     return channels
 
 
-def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None) -> tuple[ShaftSpeed, str]:
-    """The user's speed: a set point if a tolerance is given or it repeats the file's own, else a measured one."""
+def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
+    """The user's speed: a set point if a tolerance is given or it repeats the file's own, else a measured one.
+
+    The speed of a simulation is the one at which it drove the shaft.
+    """
+    own = reading.speed
     if tolerance_pct is not None:
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
+    if reading.origin is Origin.SIMULATED:
+        return prescribed_speed(rpm / RPM_PER_HZ), ", at which the simulation drives the shaft"
     if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:
         return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
     if MOST_TOLERANCE_PCT * rpm < 100 * USER_RPM_CI95:
@@ -193,7 +295,13 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
     main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
     if reading.fs_hz is None and not all(c.fs_hz for c in main):
         because = f" ({reading.rate_problem})" if reading.rate_problem else ""
-        questions.append(OpenQuestion(f"no sampling rate{because}", "--fs HZ", "--fs 25600"))
+        if (time := reading.time) is None or not time.uneven:
+            questions.append(OpenQuestion(f"no sampling rate{because}", "--fs HZ", "--fs 25600"))
+        elif time.times_s is not None:
+            questions.append(OpenQuestion(f"no even times{because}", "--resample HZ", "--resample 20480"))
+        else:
+            again = "export them again, rising, with all their digits and their unit, as in 'time [s]'"
+            questions.append(OpenQuestion(f"no even times{because}", again, ""))
     if any(c.unit is None for c in main):
         units = " | ".join(unit for unit in UNITS if unit.isascii() and "^" not in unit)
         questions.append(OpenQuestion("no unit", f"--unit {units}", "--unit g"))
@@ -205,12 +313,10 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:
     """Questions about bearing and speed, which an analysis needs and a record does not."""
     questions: list[OpenQuestion] = []
-    if reading.origin is Origin.MEASURED:
-        main: Channel = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
-        if main.bearing is None:
-            questions.append(BEARING_QUESTION)
-        if reading.speed is None and reading.speed_problem is None:
-            questions.append(SPEED_QUESTION)
+    if reading.main.bearing is None and reading.own_bearing is None:
+        questions.append(BEARING_QUESTION)
+    if reading.speed is None and reading.speed_problem is None:
+        questions.append(SPEED_QUESTION)
     return tuple(questions)
 
 
@@ -221,7 +327,11 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
     lower = [name for name in reading.channels if wanted.lower() in (name.lower(), split_unit(name)[0].lower())]
     if len(lower) == 1:
         return lower[0]
-    raise DataError(f"{path}: no channel {printable(wanted)!r}; it has {', '.join(_names(reading.channels))}.")
+    known, held = list(reading.channels), "it has"
+    if len(known) > NAMED_CHANNELS:
+        held = f"the nearest of {len(known)} are"
+        known = difflib.get_close_matches(wanted, known, NEAREST, cutoff=0.0)
+    raise DataError(f"{path}: no channel {printable(wanted)!r}; {held} {', '.join(_names(known))}.")
 
 
 def _names(channels: Iterable[str]) -> list[str]:
@@ -259,6 +369,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
                 raise ConfigurationError(f"{file}: no such file")
             for key in set(stated) & numbers if separator != "," else ():
                 stated[key] = stated[key].replace(",", ".")
+            if str(stated.get("derivative")).isdecimal():
+                stated["derivative"] = int(stated["derivative"])
             if "band_hz" in stated:  # both edges in one field
                 stated["band_hz"] = stated["band_hz"].split()
             settings = build(RecordingSettings, stated, "row")

@@ -73,7 +73,7 @@ def record_of(name: str, state: Fault, samples: FloatArray) -> Recording:
     """A record of one channel whose samples are means over their intervals, as those of a run."""
     speed = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER)
     own = {"name": name, "state": state, "speed": speed, "channels": {"a": samples}, "channel": "a"}
-    return Recording(origin=Origin.SIMULATED, fs_hz=FS_HZ, unit="m/s2", **own)
+    return Recording(origin=Origin.SIMULATED, interval_means=True, fs_hz=FS_HZ, unit="m/s2", **own)
 
 
 @cache

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.recordings.datasets.description import DatasetDescription, known_datasets
-from srbval.recordings.datasets.generic import read_generic
+from srbval.recordings.datasets.generic import read_generic, with_named_signals
 from srbval.recordings.datasets.signal_structs import read_signal_structs
 from srbval.recordings.datasets.srbval_files import read_srbval_file
 from srbval.recordings.datasets.variables import read_variables
@@ -20,16 +20,24 @@ READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
 
 
 def recognise(raw: RawFile) -> Reading:
-    """Read a file of this program, else by the first description that fits, else as plain named vectors."""
+    """Read a file of this program, else by the first description that fits, else as plain named vectors.
+
+    The origin is simulated if a text ``origin`` of the file states that.
+    """
+    own = read_srbval_file(raw)
     known = (READERS[description.reader](raw, description) for description in known_datasets())
-    reading = read_srbval_file(raw) or next((one for one in known if one is not None), None) or read_generic(raw)
+    reading = own or next((one for one in known if one is not None), None)
+    if reading is None:
+        raw = with_named_signals(raw)
+        reading = read_generic(raw)
+    if "simul" in (raw.text("origin") or "").lower():
+        reading = replace(reading, origin=Origin.SIMULATED)
     channels: Mapping[str, Channel] = reading.channels
     if reading.origin is Origin.MEASURED:
         channels = {k: replace(c, cautions=c.cautions + sample_cautions(c.samples)) for k, c in channels.items()}
-        time = time_column(raw, channels[reading.channel or next(iter(channels))].samples.size)
-        if time is not None:
-            problem = reading.rate_problem or time.problem
-            fs_hz = reading.fs_hz or (None if problem else time.rates_hz[0])
-            reading = replace(reading, fs_hz=fs_hz, rate_problem=problem, time=time)
+    if own is None:
+        counts = {channel.samples.size for channel in channels.values()}
+        times = {count: time for count in counts if (time := time_column(raw, count)) is not None}
+        reading = replace(reading, times=times)
     notes, cautions = reading.notes + raw.notes, reading.cautions + raw.cautions
     return replace(reading, channels=channels, notes=notes, cautions=cautions)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import NoRecordingError
-from srbval.recordings.raw import RATE_NAME, RawFile, as_signal, printable, samples_down
+from srbval.recordings.raw import RATE_NAME, RawFile, Value, as_signal, printable, samples_down
 from srbval.recordings.reading import PLAUSIBLE_HZ, Channel, Reading, is_time, known_unit, split_unit
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
@@ -19,6 +19,7 @@ NAMED = 8  # variables in a list
 STATED_CI95_RPM = 1.0
 LIKELY_RPM = (1.0, 120_000.0)
 Range = tuple[float, float]
+_SIMULINK = re.compile(r".*\.signals(?:\(\d+\))?\.values")
 _RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
 
 
@@ -56,6 +57,39 @@ def read_generic(raw: RawFile) -> Reading:
         notes=tuple(notes),
     )
     return replace(reading, channel=reading.vibrations[0] if len(reading.vibrations) == 1 else None)
+
+
+def with_named_signals(raw: RawFile) -> RawFile:
+    """Name the signals of Simulink's structures after their labels or blocks, and split times off matrices.
+
+    The first column of a matrix is its times if it never falls, as in Simulink's arrays; a vibration does not do that.
+    """
+    variables, notes = dict[str, Value](), raw.notes
+    for name, value in raw.variables.items():
+        if (columns := _after_times(value)) is None:
+            variables[name] = value
+            continue
+        variables |= {f"{name}.time": columns[0]} | {f"{name}[{i}]": one for i, one in enumerate(columns[1:], 2)}
+        notes += (f"the first column of {printable(name)} is read as its times",)
+    for name in [name for name in variables if _SIMULINK.fullmatch(name)]:
+        prefix = name.removesuffix(".values")
+        block = raw.text(f"{prefix}.blockName") or raw.text(f"{prefix.rpartition('.')[0]}.blockName") or ""
+        label = raw.text(f"{prefix}.label") or block.rpartition("/")[2].replace("\n", " ")
+        if label and label not in variables:
+            variables[label] = variables.pop(name)
+    return replace(raw, variables=variables, notes=notes)
+
+
+def _after_times(value: Value) -> NDArray[np.generic] | None:
+    """Columns of a matrix, [k, n], if the first one never falls and mostly rises, as times do; else None."""
+    if isinstance(value, str) or value.ndim != 2 or value.dtype.kind not in "fiu":
+        return None
+    columns = samples_down(value).T
+    if not 2 <= len(columns) <= MAX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
+        return None
+    steps = np.diff(columns[0].astype(np.float64))
+    are_times = (steps >= 0).all() and np.mean(steps > 0) > 0.5 and (steps != 1).any()
+    return columns if are_times else None
 
 
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:

@@ -60,6 +60,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         own_bearing=_own_bearing(raw),
+        interval_means=kind == "run",
         name=printable(raw.text("name") or "") or None,
         notes=(
             f"{kind} written by srbval{unchecked}",

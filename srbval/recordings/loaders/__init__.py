@@ -6,7 +6,7 @@ A new format is a `limited.FileFormat` and its entry in `FORMATS`.
 from pathlib import Path
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.loaders import arrays, hdf5, signals, text
+from srbval.recordings.loaders import arrays, hdf5, matlab, signals, text
 from srbval.recordings.loaders.limited import FileFormat
 
 HEAD_BYTES = 4096
@@ -16,7 +16,8 @@ FORMATS: tuple[FileFormat, ...] = (
     arrays.NPY,
     arrays.NPZ,
     hdf5.FORMAT,
-    arrays.MATLAB,
+    matlab.MATLAB,
+    matlab.MODELICA,
     signals.AUDIO,
     signals.TDMS,
     signals.UFF,

@@ -1,6 +1,5 @@
-"""Files of named arrays: NumPy (pickled objects are never opened), MATLAB v5 to v7, Parquet and Feather."""
+"""Files of named arrays: NumPy (pickled objects are never opened), Parquet and Feather."""
 
-import math
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -11,12 +10,6 @@ from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat, begins
 from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
 
-# Version 3 differs in the names of fields, and arrays with fields are not recordings.
-READ_HEADER = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-MAT_VERSION_AND_ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")  # bytes 124 to 127
-MAT_EXPANSION = 4  # compressed once, and held twice while the contents are handed over
-MAX_DEPTH = 32
-MAX_VARIABLES = 25_000
 TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
 MAX_COLUMNS = 256
 PARQUET, FEATHER = b"PAR1", b"ARROW1\0\0"
@@ -26,23 +19,15 @@ UNIT_KEYS = (b"unit", b"units")  # in the metadata of a column
 def load_npy(path: Path) -> RawFile:
     """Read the one array of a .npy file, mapped from disk, into ``data``; its header must agree with its size."""
     try:
-        with path.open("rb") as stream:
-            version = np.lib.format.read_magic(stream)
-            if version not in READ_HEADER:
-                raise DataError(f"{path}: version {version} of its format holds fields. Save plain numbers.")
-            shape, fortran, kind = READ_HEADER[version](stream)
-            start, end = stream.tell(), stream.seek(0, 2)
-        if kind.kind not in "fiu":
-            raise DataError(f"{path}: holds {kind} values; real numbers are needed.")
-        if min(shape, default=0) < 0 or math.prod(shape) * kind.itemsize != end - start:
-            size = " x ".join(map(str, shape))[:LONGEST_NAME]
-            held = f"{size} values ({kind}) in {end - start} bytes"
-            raise DataError(f"{path}: truncated or damaged: its header claims {held}. Copy it again.")
-        values = np.memmap(path, kind, "r", start, shape, "F" if fortran else "C")
-    except DataError:
-        raise
+        values = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as error:  # the one border where a hostile file meets foreign code
         raise DataError(f"{path}: truncated or unusable .npy file ({first_line(error)}). Save plain numbers.") from None
+    if values.dtype.kind not in "fiu":
+        raise DataError(f"{path}: holds {values.dtype} values; real numbers are needed.")
+    if values.nbytes != (held := path.stat().st_size - values.offset):
+        size = " x ".join(map(str, values.shape))[:LONGEST_NAME]
+        claimed = f"{size} values ({values.dtype}) in {held} bytes"
+        raise DataError(f"{path}: truncated or damaged: its header claims {claimed}. Copy it again.")
     return RawFile(path=path, format=NPY.name, variables={"data": values})
 
 
@@ -66,39 +51,6 @@ def load_npz(path: Path) -> RawFile:
                 left.append(name)
     notes = (f"left out, no plain numbers: {', '.join(left)[:LONGEST_NAME]}",) if left else ()
     return RawFile(path=path, format=NPZ.name, variables=variables, notes=notes)
-
-
-def load_matlab(path: Path) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and nothing else."""
-    from scipy.io import loadmat, whosmat
-
-    for name, shape, _ in whosmat(path):
-        check_claim(path, math.prod(shape), f"{name!r}")
-    variables: dict[str, Value] = {}
-    for name, value in loadmat(path).items():
-        if not name.startswith("__"):  # scipy's own, and what MATLAB itself stores without a name
-            _collect(variables, name, value, 0)
-    return RawFile(path=path, format=MATLAB.name, variables=variables)
-
-
-def _collect(variables: dict[str, Value], name: str, value: Any, depth: int) -> None:
-    from scipy.io.matlab import MatlabFunction, MatlabOpaque
-
-    if not isinstance(value, np.ndarray) or isinstance(value, MatlabFunction | MatlabOpaque):
-        return
-    if depth > MAX_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_DEPTH} levels and {MAX_VARIABLES} variables"
-        raise DataError(f"{name[:99]!r} is beyond the {most} that are read at most. Not a recording.")
-    if value.dtype.kind == "U":
-        variables[name] = "".join(value.ravel(order="F")).strip()
-    elif value.dtype.kind in "fiu":
-        variables[name] = value
-    elif value.dtype.kind in "OV":
-        for i, element in enumerate(value.ravel(order="F"), 1):
-            place = name if value.size == 1 else f"{name}({i})"
-            for field in value.dtype.names or ("",):
-                member = element[field] if field else element
-                _collect(variables, f"{place}.{field}" if field else place, member, depth + 1)
 
 
 def load_table(path: Path) -> RawFile:
@@ -142,13 +94,8 @@ def load_table(path: Path) -> RawFile:
     )
 
 
-def _is_matlab(head: bytes) -> bool:
-    return head.startswith(b"MATLAB 5.0") or head[124:128] in MAT_VERSION_AND_ENDIAN
-
-
-_SCIPY, _PYARROW = ("scipy.io.matlab", "scipy"), ("pyarrow.parquet", "pyarrow")
+_PYARROW = ("pyarrow.parquet", "pyarrow")
 NPY = FileFormat("NumPy", "NumPy .npy", begins(b"\x93NUMPY"), load_npy, trusted=True)
 NPZ = FileFormat("NumPy archive", "NumPy .npz", begins(b"PK\x03\x04"), load_npz, ".npz file")
-MATLAB = FileFormat("MATLAB v5", "MATLAB v5", _is_matlab, load_matlab, "MATLAB v5 file", _SCIPY, MAT_EXPANSION)
 _TABLE = begins(PARQUET, FEATHER)
 TABLE = FileFormat("table in columns", "Parquet, Feather", _TABLE, load_table, "table", _PYARROW, TABLE_EXPANSION)

@@ -8,6 +8,7 @@ import numpy as np
 
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.loaders.matlab import add_objects
 from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
@@ -16,6 +17,7 @@ MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
 MAX_CELLS = 64  # of one dataset of references
 MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
+OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
 UNIT_KEYS = ("units", "unit")  # attributes of a dataset
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -35,7 +37,8 @@ def load_hdf5(path: Path) -> RawFile:
         reader = _Hdf5Reader(path, file)
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
-    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else FORMAT.name, **reader.found)
+    notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
+    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else FORMAT.name, notes=notes, **reader.found)
 
 
 class _Hdf5Reader:
@@ -44,6 +47,7 @@ class _Hdf5Reader:
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
         self.claimed = self.items = 0
+        self.has_objects = False
         self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
         members = self._members(file)
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
@@ -89,7 +93,9 @@ class _Hdf5Reader:
 
         dtype, size = dataset.dtype, math.prod(dataset.shape)
         references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
-        if not (references or (text and size == 1) or dtype.kind in "fiub"):
+        is_object = OBJECT_MARK in dataset.attrs
+        self.has_objects |= is_object
+        if is_object or not (references or (text and size == 1) or dtype.kind in "fiub"):
             return
         self._claim(size * dtype.itemsize, f"dataset {name!r}")
         check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")

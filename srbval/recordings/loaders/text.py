@@ -18,8 +18,8 @@ from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import TEXT, RawFile, first_line, printable
 from srbval.recordings.reading import known_unit
 
-MAX_COLUMNS = 64
-MAX_LINE = 16384
+MAX_COLUMNS = 1024
+MAX_LINE = 65536
 TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is not a table
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process

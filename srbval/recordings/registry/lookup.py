@@ -1,6 +1,7 @@
 """Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from srbval.bearing import Fault
@@ -8,7 +9,7 @@ from srbval.errors import DataError
 from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording
 from srbval.recordings.reading import N_PER_KN, scaled
-from srbval.recordings.recording import Recording
+from srbval.recordings.recording import Origin, Recording
 from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, read_manifest, without_copies
 from srbval.recordings.registry.register import listing, shipped_recordings
 from srbval.recordings.settings import RecordingSettings
@@ -61,11 +62,19 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
     if recording.file is None or rpm is None:
         return None
     rig = rig_of(recording.dataset, os.path.abspath(recording.file))
-    conditions = recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n
+    conditions = (
+        recording.origin is Origin.SIMULATED,
+        recording.channel,
+        recording.fs_hz,
+        recording.radial_n,
+        recording.axial_n,
+    )
 
     def comparable(entry: RegisteredRecording) -> bool:
         loads_n = scaled(entry.radial_kn, N_PER_KN), scaled(entry.axial_kn, N_PER_KN)
-        if (entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(entry.dataset, entry.file) != rig:
+        if (entry.origin is Origin.SIMULATED, entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(
+            entry.dataset, entry.file
+        ) != rig:
             return False
         if recording.dataset is not None:
             return entry.nominal_rpm == rpm
@@ -89,9 +98,19 @@ def load_entry(entry: RegisteredRecording) -> Recording:
     return load_recording(entry.file, entry.settings)
 
 
-def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
-    """`load_recording` with `settings`, and with the register's if these are not given."""
-    return load_recording(path, (settings or RecordingSettings()).over(registered_settings(path)))
+def load_registered(
+    path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
+) -> Recording:
+    """`load_recording` with `settings_for` the file."""
+    return load_recording(path, settings_for(path, settings, band_hz))
+
+
+def settings_for(
+    path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
+) -> RecordingSettings:
+    """`settings`, and the register's if these are not given; a signal is resampled for the band of its analysis."""
+    merged = (settings or RecordingSettings()).over(registered_settings(path))
+    return replace(merged, band_hz=band_hz, auto_band=None) if band_hz and merged.resample_hz else merged
 
 
 def registered_settings(path: str | Path) -> RecordingSettings:

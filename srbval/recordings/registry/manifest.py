@@ -158,7 +158,7 @@ def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettin
                 wrong.append(str(error).removeprefix(f"{path}: "))
     if questions := (*open_questions(reading), *open_for_analysis(reading)):
         wrong.append(f"not stated: {'; '.join(map(str, questions))}")
-    main = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
+    main = reading.main
     return replace(
         entry,
         reason="; ".join(wrong) or None,

@@ -1,0 +1,167 @@
+"""MATLAB's files: version 5 with its objects, and version 4 as Modelica's simulators write their results."""
+
+import contextlib
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+from srbval.recordings.loaders.limited import FileFormat
+from srbval.recordings.raw import RawFile, Value, check_claim, first_line
+from srbval.recordings.reading import is_time
+from srbval.storage.installation import pip_command
+
+VERSION_AND_ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")  # bytes 124 to 127
+EXPANSION = 4  # compressed once, and held twice while the contents are handed over
+MAX_DEPTH = 32
+MAX_VARIABLES = 25_000
+LEAST = 256  # samples of a signal
+OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
+SERIES = ".Data_"  # property of a `timeseries` with its samples
+MODELICA_FIRST = slice(20, 27), b"Aclass\0"  # name of the first matrix, behind its header
+TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
+_MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at the end of a description
+
+
+def load_matlab(path: Path) -> RawFile:
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file as stored, and its objects."""
+    from scipy.io import loadmat, whosmat
+
+    with contextlib.suppress(TypeError):  # it fails at objects, which have no shape; the memory is limited in any case
+        for name, shape, _ in whosmat(path):
+            check_claim(path, math.prod(shape), f"{name!r}")
+    variables: dict[str, Value] = {}
+    contents = loadmat(path)
+    for name, value in contents.items():
+        if not name.startswith("__"):  # scipy's own, and what MATLAB itself stores without a name
+            collect(variables, name, value)
+    notes = add_objects(path, variables) if OBJECTS in contents else ()
+    return RawFile(path=path, format=MATLAB.name, variables=variables, notes=notes)
+
+
+def collect(variables: dict[str, Value], name: str, value: Any, depth: int = 0) -> None:
+    """Add the numbers and texts of a value that scipy or mat-io has read, under dotted names."""
+    from scipy.io.matlab import MatlabFunction, MatlabOpaque
+
+    if depth > MAX_DEPTH or len(variables) >= MAX_VARIABLES:
+        most = f"{MAX_DEPTH} levels and {MAX_VARIABLES} variables"
+        raise DataError(f"{name[:99]!r} is beyond the {most} that are read at most. Not a recording.")
+    if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
+        value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
+    value = getattr(value, "properties", value)  # of an object
+    if isinstance(value, Mapping):
+        for key, member in value.items():
+            collect(variables, f"{name}.{key}", member, depth + 1)
+    if not isinstance(value, np.ndarray) or isinstance(value, MatlabFunction | MatlabOpaque):
+        return
+    if value.dtype.kind in "mM" and value.size:
+        value = (value - value.ravel()[0]) / np.timedelta64(1, "s")
+    if value.dtype.kind in "UT":
+        variables[name] = "".join(value.ravel(order="F")).strip()
+    elif value.dtype.kind in "fiu":
+        variables[name] = value
+    elif value.dtype.kind in "OV":
+        for i, element in enumerate(value.ravel(order="F"), 1):
+            place = name if value.size == 1 else f"{name}({i})"
+            for field in value.dtype.names or ("",):
+                member = element[field] if field else element
+                collect(variables, f"{place}.{field}" if field else place, member, depth + 1)
+
+
+def add_objects(path: Path, variables: dict[str, Value]) -> tuple[str, ...]:
+    """Add the contents of MATLAB's objects (timeseries, timetable, Dataset), if the library mat-io is installed.
+
+    Raises `DataError` with the command to export a table if the file has no other signal.
+    """
+    why = ""
+    try:
+        from matio import load_from_mat
+
+        for name, value in load_from_mat(str(path)).items():
+            collect(variables, name, value)
+        _name_series(variables)
+    except ImportError:
+        why = f"which need the library mat-io ({pip_command('mat-io')})"
+    except Exception as error:  # the one border where a hostile file meets foreign code
+        why = f"which mat-io cannot read ({first_line(error)})"
+    if any(isinstance(value, np.ndarray) and value.size >= LEAST for value in variables.values()):
+        return (f"left out: MATLAB objects, {why}",) if why else ()
+    raise DataError(
+        f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), {why or f'with fewer than {LEAST} numbers each'}. Or "
+        "export a table, in MATLAB: writetable(timeseries2timetable(x), 'x.csv')"
+    )
+
+
+def _name_series(variables: dict[str, Value]) -> None:
+    """Replace the properties of each `timeseries` by its samples and times; even times are stored as start and step."""
+    for name in [name for name in variables if name.endswith(SERIES)]:
+        owner, samples = name.removesuffix(SERIES), variables[name]
+        count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
+        start, step, units = (variables.get(f"{info}.{key}") for key in ("Start_", "Increment_", "Units"))
+        stored = (variables.get(f"{place}.Time_") for place in (info, owner))
+        times = next((one for one in stored if isinstance(one, np.ndarray) and one.size == count), None)
+        if times is None and isinstance(start, np.ndarray) and isinstance(step, np.ndarray):
+            times = start.ravel()[:1] + step.ravel()[:1] * np.arange(count)
+        if times is not None and times.size == count:
+            variables[owner], variables[f"{owner}.time [{units or 's'}]"] = variables.pop(name), times
+
+
+def load_modelica(path: Path) -> RawFile:
+    """Read the variables of a Modelica result file, those that never change as single numbers; an alias is shared.
+
+    The layout is that of Dymola and OpenModelica: `name`, `description`, `dataInfo` (matrix and column of each
+    variable, negative for a changed sign) and the matrices `data_1`, `data_2`.
+    """
+    from scipy.io import loadmat
+
+    contents = loadmat(path, chars_as_strings=False)
+    transposed = TRANSPOSED in _texts(contents["Aclass"])
+
+    def matrix(name: str) -> NDArray[Any]:
+        return np.asarray(contents[name]).T if transposed else np.asarray(contents[name])
+
+    names, places = _texts(matrix("name")), matrix("dataInfo")[:, :2].astype(int)
+    described = _texts(matrix("description")) if "description" in contents else []
+    columns: dict[tuple[int, int], NDArray[Any]] = {}
+    variables: dict[str, Value] = {}
+    for name, (block, column) in zip(names, places.tolist(), strict=True):
+        place = (block or 2, column)
+        if place not in columns:
+            values = np.ascontiguousarray(matrix(f"data_{place[0]}")[:, abs(column) - 1])
+            columns[place] = (values if column > 0 else -values)[: 1 if block == 1 else None]
+        if not variables or not is_time(name):  # the first one is the time
+            variables[name] = columns[place]
+        if len(variables) > MAX_VARIABLES:
+            raise DataError(f"{path}: {len(names)} variables; {MAX_VARIABLES} are read at most. Store fewer of them.")
+    units = map(_MODELICA_UNIT.fullmatch, described)
+    return RawFile(
+        path=path,
+        format=MODELICA.name,
+        variables=variables,
+        attributes={"origin": "simulated"},
+        units={name: unit[1] for name, unit in zip(names, units, strict=False) if unit},
+    )
+
+
+def _texts(letters: NDArray[Any]) -> list[str]:
+    """Texts of a matrix of letters, one in each row; their bytes are UTF-8."""
+    return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
+
+
+def _is_matlab(head: bytes) -> bool:
+    return head.startswith(b"MATLAB 5.0") or head[124:128] in VERSION_AND_ENDIAN
+
+
+def _is_modelica(head: bytes) -> bool:
+    place, name = MODELICA_FIRST
+    return head[place] == name
+
+
+_SCIPY = ("scipy.io.matlab", "scipy")
+MATLAB = FileFormat("MATLAB v5", "MATLAB v5", _is_matlab, load_matlab, "MATLAB v5 file", _SCIPY, EXPANSION)
+MODELICA = FileFormat("Modelica", "Modelica result", _is_modelica, load_modelica, "Modelica result", _SCIPY, EXPANSION)

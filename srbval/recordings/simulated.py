@@ -1,0 +1,198 @@
+"""Signals as solvers write them: settling cut, even times made, accelerations derived, rotations read."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.arrays import FloatArray
+from srbval.errors import DataError
+from srbval.recordings.datasets.generic import MIN_SAMPLES
+from srbval.recordings.reading import DERIVATIVES, REVOLUTIONS, SPEED_HZ, UNITS, Channel, Reading
+
+PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: all below the first is kept, nothing above the second
+STOPPED_DB = 80.0
+# Longest step, in periods of the band's upper edge: a cubic spline through four samples of each period of a sine is
+# good to 1.5 % of it. Without a band the highest frequency that is kept needs two samples in each of its periods.
+LONGEST_STEP, LONGEST_WITHOUT_BAND = 1 / 4, 1 / 2
+CUBIC, QUINTIC = 3, 5  # degrees of splines; the difference of both estimates the error of the first
+FINER = 4  # samples of the fine grid in a usual step
+MOST_SAMPLES = 8  # times as many as were written
+CLOSE = 0.01  # of a new step: values within it are averaged, or the rounding of two of them would become a slope
+LARGE_ERROR = 0.01  # of the RMS in the band
+MIRRORED = 4096  # samples of the mirror image that continues a signal at either end
+# Ends of names that state the unit of a rotation, in programs whose names have no brackets.
+SUFFIXES = {"_rad_s": "rad/s", "_rad": "rad", "_deg": "deg", "_rev": "rev", "_rpm": "rpm", "_hz": "Hz"}
+
+
+def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: float) -> Reading:
+    """Cut the first `skip_s` off all channels with these times; `DataError` if too little remains."""
+    first, signal = int(np.searchsorted(times_s, times_s[0] + skip_s)), reading.speed_signal
+    if times_s.size - first < MIN_SAMPLES:
+        raise DataError(
+            f"{path}: it lasts {times_s[-1] - times_s[0]:.6g} s; without the first {skip_s:g} s (--skip) "
+            f"{times_s.size - first} samples remain, and {MIN_SAMPLES} are needed. Skip less."
+        )
+    channels = dict(reading.channels)
+    for name in _with_times(reading, times_s):
+        channels[name] = replace(channels[name], samples=channels[name].samples[first:])
+    if signal is not None:
+        signal = replace(signal, values_hz=signal.values_hz[round(skip_s * signal.rate_hz) :])
+    notes = (*reading.notes, f"without the first {skip_s:g} s")
+    return replace(reading, channels=channels, speed_signal=signal, notes=notes)
+
+
+def _with_times(reading: Reading, times_s: FloatArray) -> list[str]:
+    """Names of the channels that have a sample at each of these times."""
+    return [name for name, channel in reading.channels.items() if channel.samples.size == times_s.size]
+
+
+def as_rotation(path: Path, channel: Channel) -> Channel:
+    """The channel in Hz if it is a speed, else its angle in revolutions without jumps.
+
+    `DataError` if neither its unit nor the end of its name (`SUFFIXES`) is that of an angle or a speed.
+    """
+    name = channel.variable or ""
+    stated = next((unit for end, unit in SUFFIXES.items() if name.lower().endswith(end)), "")
+    unit = channel.unit if channel.rotates else stated
+    if unit in SPEED_HZ:
+        return replace(channel, samples=channel.samples * SPEED_HZ[unit], unit="Hz")
+    if unit in REVOLUTIONS:
+        return replace(channel, samples=np.unwrap(channel.samples * REVOLUTIONS[unit], period=1.0), unit="rev")
+    raise DataError(
+        f"{path}: {name} is no angle or speed by its unit, {channel.unit or 'which is not stated'}; one of "
+        f"{', '.join((*REVOLUTIONS, *SPEED_HZ))} is needed, as in 'cage [rad]' or 'cage_rad_s'."
+    )
+
+
+def mean_hz(rotation: Channel, times_s: FloatArray) -> float:
+    """Mean of a speed over time, or the slope of the least-squares line through an angle; positive."""
+    if rotation.unit == "Hz":
+        return abs(float(np.trapezoid(rotation.samples, times_s) / (times_s[-1] - times_s[0])))
+    return abs(float(np.polynomial.polynomial.polyfit(times_s - np.mean(times_s), rotation.samples, 1)[1]))
+
+
+def shaft_speed(rotation: Channel, times_s: FloatArray, reading: Reading) -> Channel:
+    """The speed in Hz of a speed or an angle, at the samples of the channel to analyse."""
+    at_s = times_s[0] + np.arange(reading.main.samples.size) / (reading.fs_hz or 1.0)
+    samples = np.interp(at_s, times_s, rotation.samples)
+    if rotation.unit != "Hz":
+        samples = np.gradient(samples, at_s)
+    return replace(rotation, samples=samples, unit="Hz", fs_hz=None)
+
+
+def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float) -> Reading:
+    """Resample all channels with these times to `fs_hz`, with the estimated error of the channel to analyse.
+
+    The error is the difference between cubic and quintic splines, as a share of the RMS in the band, after the
+    derivative if there is one. Raises `DataError` if the steps are too long for the band, or the rate does not fit.
+    """
+    main, band_hz = reading.main, reading.main.band_hz
+    cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
+    for name in _with_times(reading, times_s):
+        channels[name] = replace(channels[name], samples=resampled(times_s, channels[name].samples, fs_hz), fs_hz=None)
+    changed, order = replace(reading, channels=channels, fs_hz=fs_hz), DERIVATIVES.get(main.recording_unit, 0)
+    cubic = differentiated(changed.main.samples, fs_hz, order)
+    quintic = differentiated(resampled(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
+    error = _share_in_band(quintic - cubic, cubic, fs_hz, band_hz or (0.0, PASSED * fs_hz))
+    steps = np.diff(times_s)
+    note = f"resampled from steps of {steps.min():.3g} to {steps.max():.3g} s to {fs_hz:g} Hz"
+    said = f"{note}; estimated error {100 * error:.2g} % of the RMS in the band"
+    cautions += (f"{said}: let the solver write smaller steps",) if error > LARGE_ERROR else ()
+    notes, cautions = (*reading.notes, said), (*reading.cautions, *cautions)
+    return replace(changed, resampling_error=error, notes=notes, cautions=cautions)
+
+
+def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[float, float] | None) -> tuple[str, ...]:
+    """Refuse a rate or steps that do not fit the band; a caution if no band is known and the steps are long."""
+    seconds, steps, kept_hz = float(times_s[-1] - times_s[0]), np.diff(times_s), PASSED * fs_hz
+    low, high = MIN_SAMPLES / seconds, MOST_SAMPLES * times_s.size / seconds
+    if band_hz is not None:
+        low = max(low, band_hz[1] / PASSED)
+    if not low <= fs_hz <= high:
+        raise DataError(
+            f"{path}: --resample {fs_hz:g} Hz must be between {low:.6g} and {high:.6g} Hz: at most "
+            f"{MOST_SAMPLES} times as many samples, and a rate of which {PASSED:g} contains the band."
+        )
+    at, highest_hz = int(np.argmax(steps)), band_hz[1] if band_hz else kept_hz
+    longest, limit = float(steps[at]), (LONGEST_STEP if band_hz else LONGEST_WITHOUT_BAND) / highest_hz
+    carried_hz = LONGEST_STEP / longest
+    if longest > limit:
+        raise DataError(
+            f"{path}: a step of {longest:.4g} s at {times_s[at]:.6g} s is too long for {highest_hz:g} Hz; the limit is "
+            f"{limit:.4g} s. Let the solver write steps of at most that, cut the step off (--skip S), or use a band "
+            f"below {carried_hz:.4g} Hz (--band LO HI)."
+        )
+    if band_hz is None and carried_hz < kept_hz:
+        return (f"steps of up to {longest:.4g} s: resampled signals are reliable below {carried_hz:.4g} Hz only",)
+    return ()
+
+
+def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
+    """Samples at even times, from a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
+
+    Times within about `CLOSE` of a new step count as one, such as both sides of an event.
+    """
+    from scipy.interpolate import make_interp_spline
+    from scipy.signal import firwin, kaiserord, resample_poly
+
+    close_s = CLOSE / fs_hz
+    times, values = _joined(np.diff(np.floor((times_s - times_s[0]) / close_s)) > 0, times_s, samples)
+    times, values = _joined(np.diff(times) > close_s / 2, times, values)
+    count = int((times_s[-1] - times_s[0]) * fs_hz + CLOSE) + 1
+    factor = max(FINER, math.ceil(FINER / (float(np.median(np.diff(times))) * fs_hz)))
+    at = times[0] + np.arange((count - 1) * factor + 1) / (factor * fs_hz)
+    taps, beta = kaiserord(STOPPED_DB, 2 * (STOPPED - PASSED) / factor)
+    low_pass = firwin(taps | 1, (PASSED + STOPPED) / 2 * fs_hz, window=("kaiser", beta), fs=factor * fs_hz)
+    fine = make_interp_spline(times, values, k=degree)(at)
+    return np.asarray(resample_poly(fine, 1, factor, window=low_pass, padtype="antireflect"))
+
+
+def _joined(begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Means of the groups of neighbours, of which each but the first `begins` after the value before it."""
+    group = np.concatenate(([0], np.cumsum(begins)))
+    count = np.bincount(group)
+    return np.bincount(group, times_s) / count, np.bincount(group, samples) / count
+
+
+def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
+    """RMS of `error` over that of `signal`, both in the band."""
+    frequency_hz, window = np.fft.rfftfreq(signal.size, 1 / fs_hz), np.hanning(signal.size)
+    inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
+    off, whole = (np.linalg.norm(np.fft.rfft(window * (x - x.mean()))[inside]) for x in (error, signal))
+    return float(off / whole) if whole else 0.0
+
+
+def as_accelerations(reading: Reading) -> Reading:
+    """Replace positions and velocities with as many samples as the channel to analyse by their accelerations."""
+    count, changed, said = reading.main.samples.size, dict(reading.channels), set()
+    for name, c in reading.channels.items():
+        order = DERIVATIVES.get(c.recording_unit, 0)
+        if order and reading.fs_hz and c.samples.size == count:
+            samples = differentiated(c.samples, reading.fs_hz, order)
+            changed[name] = replace(c, samples=samples, unit="m/s2", factor=c.factor * UNITS[c.unit or ""][1])
+            said.add(f"acceleration: derivative {order} of {c.unit}")
+    return replace(reading, channels=changed, notes=(*reading.notes, *sorted(said)))
+
+
+def differentiated(samples: FloatArray, fs_hz: float, order: int) -> FloatArray:
+    """Derivative of this order over time [s], in the frequency domain.
+
+    It is exact up to `PASSED` of the sampling rate and falls to zero at `STOPPED`, so that noise above any band is not
+    amplified. A polynomial of this degree is taken off and differentiated by itself; the rest is continued at both ends
+    by its mirror image through the end, which fades out, so that the periodic continuation has no step.
+    """
+    if order == 0:
+        return samples
+    at_s, mirrored = np.arange(samples.size) / fs_hz, min(MIRRORED, samples.size - 1)
+    trend = np.polynomial.Polynomial.fit(at_s, samples, order)
+    whole = np.pad(samples - trend(at_s), mirrored, mode="reflect", reflect_type="odd")
+    fade = np.hanning(2 * mirrored)[:mirrored]
+    whole[:mirrored] *= fade
+    whole[-mirrored:] *= fade[::-1]
+    share = np.fft.rfftfreq(whole.size)
+    passed = np.sin(np.pi / 2 * np.clip((STOPPED - share) / (STOPPED - PASSED), 0, 1)) ** 2
+    spectrum = np.fft.rfft(whole) * (2j * np.pi * fs_hz * share) ** order * passed
+    return np.asarray(np.fft.irfft(spectrum, whole.size)[mirrored:-mirrored] + trend.deriv(order)(at_s))
