@@ -15,7 +15,7 @@ from typing import Any
 from srbval.bearing import load_bearing
 from srbval.diagnosis.trend import zone_boundaries
 from srbval.errors import ConfigurationError
-from srbval.recordings import RecordingSettings
+from srbval.recordings import Origin, RecordingSettings
 from srbval.storage.tables import UNITS, Limited, build, limited, quantity, read_toml, without_unit
 
 OPTIONS = {  # option and its unit, for fields with another name
@@ -25,6 +25,8 @@ OPTIONS = {  # option and its unit, for fields with another name
     "axial_n": ("axial_kn", "kN"),
     "rate_hz": ("fs", "Hz"),
     "sensitivity_mv_per_g": ("sensitivity", ""),
+    "resample_hz": ("resample", "Hz"),
+    "skip_s": ("skip", "s"),
     "records": ("baseline", ""),
     "band_hz": ("band", "Hz"),
     "cage_slip_pct": ("cage_slip", ""),
@@ -54,7 +56,7 @@ class SetPoint(Limited):
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Limited):
-    """Channel, rate and unit of the samples; see `RecordingSettings`."""
+    """Channel, rate and unit of the samples, of a simulation too; see `RecordingSettings`."""
 
     channel: str | None = None
     rate_hz: float | None = quantity("frequency", above=0, default=None)
@@ -63,6 +65,12 @@ class Sensor(Limited):
     sensitivity_mv_per_g: float | None = limited(above=0, default=None)
     tacho: str | None = None
     pulses_per_rev: float | None = limited(above=0, default=None)
+    origin: Origin | None = None
+    resample_hz: float | None = quantity("frequency", above=0, default=None)
+    skip_s: float | None = quantity("time", least=0, default=None)
+    derivative: int | None = limited(least=1, most=2, default=None)
+    cage_channel: str | None = None
+    shaft_channel: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -186,7 +186,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
             raise DataError(f"{path}: {time.problem}; --fs would take them as even. Leave it out beside --resample.")
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
-    problem = "; ".join(filter(None, (reading.rate_problem, time and time.problem)))
+    problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
     if fs_hz is None and time is not None and not problem:
         fs_hz = time.rates_hz[0]
     if fs_hz is None and reading.channel is not None:

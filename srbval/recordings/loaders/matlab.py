@@ -92,8 +92,8 @@ def add_objects(path: Path, variables: dict[str, Value]) -> tuple[str, ...]:
     if any(isinstance(value, np.ndarray) and value.size >= LEAST for value in variables.values()):
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
-        f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), {why or f'with fewer than {LEAST} numbers each'}. Or "
-        "export a table, in MATLAB: writetable(timeseries2timetable(x), 'x.csv')"
+        f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), {why or 'too short'}. Or export a "
+        "table, in MATLAB: writetable(timeseries2timetable(x), 'x.csv')"
     )
 
 
