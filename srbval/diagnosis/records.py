@@ -24,7 +24,7 @@ from srbval.reading.features import ACCELERATION, Features, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels, subject_of
-from srbval.recordings.registry import listing, load_registered, registered_settings, settings_for
+from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.storage.content_store import ContentStore
@@ -260,7 +260,7 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one for each channel if none is stated; or its error."""
     try:
-        names = open_channels(Path(request.file), settings_for(request.file, request.settings, request.band_hz))
+        names = open_channels(Path(request.file), registered_settings(request.file, request.settings, request.band_hz))
         own = [replace(request, settings=replace(request.settings, channel=name)) for name in names] or [request]
         documents: list[dict[str, Any]] = to_json([read_record(one) for one in own])
     except SrbvalError as error:

@@ -222,9 +222,6 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
         reading = at_rate(path, reading, times_s, settings.resample_hz)
     if (shaft := turning.get("shaft_channel")) is not None:
         reading = with_tachometer(reading, shaft_speed(shaft, times_s, reading), pulses_per_rev=None, rpm=settings.rpm)
-        if reading.origin is Origin.SIMULATED and reading.speed is not None:
-            exact = dataclasses.replace(reading.speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
-            reading = dataclasses.replace(reading, speed=exact)
     if (cage := turning.get("cage_channel")) is not None:
         notes = (*reading.notes, f"cage speed from {cage.variable}")
         reading = dataclasses.replace(reading, cage_hz=mean_hz(cage, times_s), notes=notes)

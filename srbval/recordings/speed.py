@@ -8,7 +8,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.reading import SPEED_HZ, Channel, Reading
-from srbval.recordings.recording import ShaftSpeed, SpeedSignal, SpeedSource
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96
@@ -120,6 +120,8 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
     found = speed.value_hz * RPM_PER_HZ
     if rpm is not None and abs(found / rpm - 1) > AGREES:
         problem = f"tachometer {name} shows {found:.6g} rpm, stated are {rpm:g}: check --pulses-per-rev."
+    if reading.origin is Origin.SIMULATED:  # which turns the shaft exactly so
+        speed = dataclasses.replace(speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
     notes = (*reading.notes, f"speed from tachometer {name}, {said}")
     return dataclasses.replace(reading, speed=speed, speed_signal=signal, speed_problem=problem, notes=notes)
 

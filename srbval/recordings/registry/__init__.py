@@ -8,7 +8,6 @@ from srbval.recordings.registry.lookup import (
     registered_settings,
     rig_of,
     rig_recordings,
-    settings_for,
     unopened,
 )
 from srbval.recordings.registry.manifest import FileStatus, RegisteredRecording, without_copies

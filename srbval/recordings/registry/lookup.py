@@ -62,25 +62,18 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
     if recording.file is None or rpm is None:
         return None
     rig = rig_of(recording.dataset, os.path.abspath(recording.file))
-    conditions = (
-        recording.origin is Origin.SIMULATED,
-        recording.channel,
-        recording.fs_hz,
-        recording.radial_n,
-        recording.axial_n,
-    )
+    conditions = recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n
 
     def comparable(entry: RegisteredRecording) -> bool:
         loads_n = scaled(entry.radial_kn, N_PER_KN), scaled(entry.axial_kn, N_PER_KN)
-        if (entry.origin is Origin.SIMULATED, entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(
-            entry.dataset, entry.file
-        ) != rig:
+        if (entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(entry.dataset, entry.file) != rig:
             return False
         if recording.dataset is not None:
             return entry.nominal_rpm == rpm
         return entry.bearing == recording.bearing and abs((entry.rpm or 0.0) / rpm - 1) <= SAME_SPEED
 
     usable = (r for r in (*listing().recordings, *shipped_recordings()) if r.status is FileStatus.OK)
+    usable = (r for r in usable if (r.origin is Origin.SIMULATED) == (recording.origin is Origin.SIMULATED))
     healthy = (r for r in usable if r.state is Fault.HEALTHY and r.sha256 != recording.sha256 and comparable(r))
     return max(healthy, key=lambda entry: entry.seconds or 0.0, default=None)
 
@@ -101,22 +94,20 @@ def load_entry(entry: RegisteredRecording) -> Recording:
 def load_registered(
     path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
 ) -> Recording:
-    """`load_recording` with `settings_for` the file."""
-    return load_recording(path, settings_for(path, settings, band_hz))
+    """`load_recording` with `registered_settings`."""
+    return load_recording(path, registered_settings(path, settings, band_hz))
 
 
-def settings_for(
+def registered_settings(
     path: str | Path, settings: RecordingSettings | None = None, band_hz: tuple[float, float] | None = None
 ) -> RecordingSettings:
-    """`settings`, and the register's if these are not given; a signal is resampled for the band of its analysis."""
-    merged = (settings or RecordingSettings()).over(registered_settings(path))
-    return replace(merged, band_hz=band_hz, auto_band=None) if band_hz and merged.resample_hz else merged
+    """`settings`, and the register's for a file if these are not given and it can be read.
 
-
-def registered_settings(path: str | Path) -> RecordingSettings:
-    """The settings in the register for a file; none if it cannot be read."""
+    A signal that is resampled is resampled for the band of its analysis, `band_hz`.
+    """
     try:
         entry = read_manifest().get(os.path.abspath(path))
     except DataError:
         entry = None
-    return (entry and entry.settings) or RecordingSettings()
+    merged = (settings or RecordingSettings()).over((entry and entry.settings) or RecordingSettings())
+    return replace(merged, band_hz=band_hz, auto_band=None) if band_hz and merged.resample_hz else merged
