@@ -13,6 +13,7 @@ from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
 from srbval.diagnosis.records import RecordRequest, read_record, read_records
 from srbval.diagnosis.trend import record_times, trend_of
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
+from srbval.models.outside.signals import SimulatedSignals
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
@@ -55,6 +56,7 @@ __all__ = [
     "RunStatus",
     "Scene",
     "ShaftSpeed",
+    "SimulatedSignals",
     "Spectrum",
     "SpeedSource",
     "SrbvalError",

@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 from srbval import __version__
 from srbval.cli.output import export_file
 from srbval.errors import ConfigurationError, nearest
+from srbval.models.outside.names import COMMAND
 from srbval.storage.tables import parse_quantity
 
 Table = Mapping[str, Any]
@@ -163,7 +164,7 @@ def _tolerance(text: str) -> float:
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
 
-ALTERNATIVES = ("bearing", "band")  # groups of which one option may be given
+ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given
 TYPES = {
     "table": export_file,
     "elements": _inline("elements"),
@@ -174,5 +175,6 @@ TYPES = {
     "jobs": _between(int, 1, 1024),
     "seed": _between(int, 0, 2**62),
     "step": _step,
+    "command": COMMAND.__add__,
     "tolerance": _tolerance,
 }

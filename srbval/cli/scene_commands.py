@@ -108,8 +108,9 @@ def run_scene(options: argparse.Namespace) -> int:
             [_row(*one) for one in _one_level(shown) if one[1] is not None and not one[0].endswith("scatter_pct")],
         )
         print(f"\nnot validated: {'; '.join(result.not_validated)}")
-        lines = f"BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz"
-        print(f"{result.status}: {result.reason}. {lines}{f', written to {output}' if output else ''}.")
+        known = not math.isnan(result.cage_ratio)  # a model from outside need not have a cage
+        lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
+        print(f"{result.status}: {result.reason}{lines}{f', written to {output}' if output else ''}.")
 
     answer(options, summary | planned, show, status=result.status.value)
     if not works(result.status):

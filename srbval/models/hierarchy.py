@@ -7,13 +7,14 @@ the number of the first; the first `settle` of the `whole` are not recorded. It 
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
 from srbval.bearing import Bearing, SphericalRollerGeometry
 from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models import outputs as col
+from srbval.models.outside.names import is_outside
 from srbval.scene import Scene
 from srbval.storage.tables import read_toml
 
@@ -26,7 +27,7 @@ class FidelityLevel:
     `columns`: columns of `outputs` that it fills; the others are NaN. `own_solver`: its integrator if the scene does
     not choose it. `coarser`: number of the scene's steps that it takes in one, as far as the output interval allows.
     `lacks`: questions that it cannot answer in any scene, and why. `needs`: the least that must be known of a bearing,
-    one of `KNOWN_OF_BEARING`.
+    one of `KNOWN_OF_BEARING`. `outside`: it is not part of the package.
     """
 
     name: str
@@ -38,6 +39,7 @@ class FidelityLevel:
     coarser: int = 1
     lacks: Mapping[str, str] = field(default_factory=dict)
     needs: str = "geometry"
+    outside: bool = False
 
     def runs(self, bearing: Bearing) -> bool:
         """True if enough is known of the bearing."""
@@ -51,7 +53,7 @@ class FidelityLevel:
             (scene.oil is not None, SLICED, "[oil]", "knows no oil", "table"),
             (scene.bodies.free_rollers, SLICED, "bodies free_rollers = true", "holds its rollers", "key"),
         ):
-            if there and self.name not in models:
+            if there and self.name not in models and not self.outside:
                 use = f"use --model {' or '.join(models)}, or leave the {what} out"
                 raise ConfigurationError(f"{place}: the model {self.name} {lack}; {use}.")
 
@@ -77,7 +79,9 @@ class FidelityLevel:
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules that a run of this level needs, and none of another does."""
+        """Names of the modules that a run of this level needs, and none of another does; outside models may use all."""
+        if self.outside:
+            return (*(module for level in LEVELS for module in level.modules), self.place.split(":")[0])
         places = (self.place,) if self.parameters is None else (self.place, self.parameters, STEP_CHECK)
         return tuple(place.split(":")[0] for place in places)
 
@@ -104,11 +108,21 @@ LEVELS = tuple(
     for table in read_toml(Path(__file__).with_name("levels.toml"))["level"]
 )
 MODELS = tuple(level.name for level in LEVELS)
+OUTSIDE = FidelityLevel(
+    name="outside",
+    title="a model from outside",
+    place="srbval.models.outside.run:run",
+    columns=(col.ACCELERATION_X, col.ACCELERATION_Y),
+    needs="orders",
+    outside=True,
+)
 AUTO = "auto"  # no model: leave the choice to the planner, where there is one
 
 
 def level_of(name: str) -> FidelityLevel:
-    """The level of that name; `ConfigurationError` with the nearest one for an unknown name."""
+    """The level of that name, also of a model from outside; `ConfigurationError` with the nearest name if unknown."""
+    if name not in MODELS and is_outside(name):
+        return replace(OUTSIDE, name=name)
     check_known("model", name, MODELS)
     return LEVELS[MODELS.index(name)]
 

@@ -13,6 +13,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import NumericsError, SrbvalError
+from srbval.models.outside.names import is_outside
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ class RunStatus(enum.StrEnum):
 
     `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load bypasses the
     rollers, or there is none. `INACCURATE`: the step leaves errors beyond the tolerances of `step_error`; the run is
-    written with this status, but does not work. All other statuses are failures of the numerics.
+    written with this status, but does not work. All other statuses are failures of the numerics, the last six of a
+    model from outside.
     """
 
     OK = "ok"
@@ -39,6 +41,12 @@ class RunStatus(enum.StrEnum):
     LOAD_LOST = "load-lost"
     ENERGY_OPEN = "energy-open"
     STEP_TOO_LONG = "step-too-long"
+    RAISED = "raised"
+    UNUSABLE_SIGNALS = "unusable-signals"
+    SILENT = "silent"
+    OUT_OF_TIME = "out-of-time"
+    OUT_OF_MEMORY = "out-of-memory"
+    DIED = "died"
 
     @property
     def usable(self) -> bool:
@@ -234,6 +242,8 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     A bearing counts as validated if it has the geometry of the paper's, whatever its name.
     """
     found = ["amplitudes and the noise floor"]
+    if is_outside(scene.model):
+        found = [f"anything of the model {scene.model}, which is not part of srbval"]
     bearing = bearing_of_run(scene)
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")

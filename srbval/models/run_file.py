@@ -18,6 +18,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.estimates import Estimate, StepError
+from srbval.models.outside.names import content_of, is_outside
 from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
@@ -193,9 +194,10 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
 
 
 def scene_content(scene: Scene) -> str:
-    """A scene and its bearing's data as text, wherever the bearing's file is: the key of results of the scene."""
+    """A scene with the content of its bearing and its model from outside, wherever their files are: key of results."""
     name, content = _name_and_content(scene.bearing)
-    return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content
+    model = content_of(scene.model) if is_outside(scene.model) else scene.model
+    return json.dumps(scene_dict(scene) | {"bearing": name, "model": model}, sort_keys=True) + content
 
 
 @cache

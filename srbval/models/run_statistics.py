@@ -96,7 +96,10 @@ class MomentumBalance:
 
 @dataclass
 class RunStatistics:
-    """Running sums over a run's chunks; `figures`: further fields of its `RunSummary`, by name."""
+    """Running sums over a run's chunks.
+
+    `figures`: further fields of its `RunSummary`, by name. `ended`: status and reason, if the model itself states them.
+    """
 
     scene: Scene
     bearing: Bearing
@@ -110,6 +113,7 @@ class RunStatistics:
     drive_w: float = 0.0
     idle: int = 0
     figures: dict[str, Any] = field(default_factory=dict)
+    ended: tuple[RunStatus, str] | None = None
     course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
     energy: EnergyBalance = field(default_factory=EnergyBalance)
     momentum: MomentumBalance = field(default_factory=MomentumBalance)
@@ -178,7 +182,7 @@ class RunStatistics:
         if scene.oil is not None:
             power_w = {name: sum_w / n for name, sum_w in self.losses_w.items()} | {"seals": 0.0}
             run = replace(run, power_w=power_w | {"total": sum(power_w.values())})
-        status, reason = assess(run)
+        status, reason = assess(run) if self.ended is None else self.ended
         return replace(run, status=status, reason=reason)
 
 

@@ -36,6 +36,7 @@ from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.hdf5_files import HDF5
 from srbval.storage.sources import content_version
 
+OUTSIDE_SOLVER = "srbval.models.outside.run:with_own_solver"
 COPIES = 3  # copies of the signals in memory while they are joined
 RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
 DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # fields of a chunk beside its columns
@@ -85,15 +86,22 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
     """Compile what the scenes need, see `precompile`; `progress` shows it as a task, which takes half a minute."""
-    if is_compiled(*scenes):
+    own = [scene for scene in scenes if not level_of(scene.model).outside]
+    if is_compiled(*own):
         return 0.0
     with stage(progress, "Compile the models, once after installation"):
-        return precompile(*scenes, jobs=jobs)
+        return precompile(*own, jobs=jobs)
+
+
+def _with_its_solver(scene: Scene) -> Scene:
+    """The scene; with a model from outside, one that names a solver of that model."""
+    return imported(OUTSIDE_SOLVER)(scene) if level_of(scene.model).outside else scene
 
 
 def _begun(scene: Scene, step: Step, progress: Progress, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run about to begin: room checked, step chosen or its error estimated as `step` asks."""
-    stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
+    level, scene = level_of(scene.model), _with_its_solver(scene)
+    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     level.check_scene(scene)
     if level.parameters is not None:
         check_known("solver", scene.solver.name, tuple(METHODS))  # at once, before kernels are compiled
@@ -171,6 +179,7 @@ def run_content(scene: Scene, step: Step = Step.UNCHECKED) -> str:
 
 def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
     """Like `simulate`, but a stored run is read."""
+    scene = _with_its_solver(scene)
     content = run_content(scene, step)
     found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
     if found is None:
@@ -184,6 +193,7 @@ def stored_summary(
     scene: Scene, output: Path | None, *, step: Step = Step.CHECKED, progress: Progress = silent
 ) -> RunSummary:
     """The summary of a run, its signals in the file `output` if named: see `stored_run`, `simulate_to_file`."""
+    scene = _with_its_solver(scene)
     content = run_content(scene, step)
     found = RUNS.load(content, partial(read_summary, scene=scene))
     if output is None:

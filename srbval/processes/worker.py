@@ -52,18 +52,20 @@ class OverLimitError(DiedError):
 class WorkerProcess:
     """A process that runs ``python -m module``, which calls `serve_calls`.
 
-    `environment` is added to this process's own. Requests and answers are whatever `pickle` knows; not for code that
-    is not trusted.
+    `environment` is added to this process's own. With `own_group` the processes that it starts end with it. Requests
+    and answers are whatever `pickle` knows; not for code that is not trusted.
     """
 
-    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None) -> None:
+    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None, own_group: bool = False) -> None:
         """Start it; `OSError` if the system starts no more processes."""
+        self._leads = own_group and hasattr(os, "killpg")
         with without_ctrl_c():
             self._process = subprocess.Popen(
                 [sys.executable, "-P", "-m", module],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=os.environ | dict(environment or {}) | child_environment(),
+                process_group=0 if self._leads else None,
             )
 
     @property
@@ -106,7 +108,10 @@ class WorkerProcess:
         return f"exit code {code}"
 
     def kill(self) -> None:
-        """End it now."""
+        """End it now, and its group if it leads one, whose processes may outlive it."""
+        if self._leads:
+            with contextlib.suppress(OSError):  # nobody is left
+                os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
     def close(self) -> None:
@@ -165,4 +170,6 @@ def _read(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
         while True:
             requests.put(pickle.load(stream))
     finally:
+        if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+            os.killpg(os.getpid(), signal.SIGKILL)
         os._exit(0)

@@ -1,6 +1,5 @@
 """The process that reads one file after the other, ``python -m srbval.recordings.loaders.reader_process``."""
 
-import contextlib
 import importlib
 import os
 import time
@@ -8,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from srbval.errors import DataError
+from srbval.processes.limits import limit, limit_memory
 from srbval.processes.worker import serve_calls
 from srbval.recordings.raw import RawFile, first_line
 from srbval.storage.installation import pip_command
@@ -22,7 +22,7 @@ def load() -> Callable[[Request], RawFile | DataError]:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
-    _limit("RLIMIT_CORE", 0)
+    limit("RLIMIT_CORE", 0)
     return _read
 
 
@@ -38,10 +38,8 @@ def _read(request: Request) -> RawFile | DataError:
                 f"{path}: reading it needs the library {name}, which cannot be imported ({first_line(error)}). "
                 f"Install it: {pip_command(name)}"
             )
-    _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
-    with contextlib.suppress(OSError, IndexError):  # known on Linux only
-        held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])
-        _limit("RLIMIT_DATA", held_kb * 1024 + memory)
+    limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
+    limit_memory(memory)
     try:
         if folder is not None:
             os.chdir(folder)
@@ -54,15 +52,6 @@ def _read(request: Request) -> RawFile | DataError:
         return DataError(f"{path}: cannot be read ({error.strerror or error}).")
     except Exception as error:  # the one border where a hostile file meets foreign code
         return DataError(f"{path}: truncated or damaged {kind} ({first_line(error)}). Copy it again.")
-
-
-def _limit(name: str, most: int) -> None:
-    """Limit this process if the system can."""
-    with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):
-        import resource
-
-        kind = getattr(resource, name)
-        resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,130 @@
+"""Co-simulation units of the Functional Mock-up Interface (FMI 2 and 3), run by `fmpy`.
+
+A TOML file beside ``bearing.fmu``, ``bearing.toml``, names the unit's variables::
+
+    [scene]                                # key of a scene file, in SI = variable that is set before the run
+    shaft_speed_rad_s = "shaft_speed"
+    "load.radial_n" = { variable = "radial_load", unit = "kN" }
+    "defect.kind" = { variable = "defect", none = 0, outer = 1, inner = 2, roller = 3 }
+
+    [signals]                              # signal of `SimulatedSignals`, vectors by axis = variable that is read
+    acceleration_x_m_s2 = "housing.a_x"
+    acceleration_y_m_s2 = "housing.a_y"
+    cage_angle_rad = "cage.phi"
+
+A variable has the unit of the model description, or the one stated here if there is none. The communication step is the
+scene's solver step.
+"""
+
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from srbval.errors import ConfigurationError, DataError, UnknownNameError
+from srbval.models.outside.signals import NUMBERS, VECTORS
+from srbval.models.run_file import scene_dict
+from srbval.scene import Scene, paper_scene
+from srbval.storage.installation import MissingLibraryError
+from srbval.storage.tables import SI_SUFFIX, UNITS, read_toml
+
+SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
+SUFFIXES |= {suffix: UNITS[dimension] for dimension, suffix in SI_SUFFIX.items()}
+SIGNALS = (*VECTORS, *NUMBERS, *(of_axis.format(axis) for of_axis in VECTORS.values() for axis in "xyz"))
+
+
+class FmuVariable(NamedTuple):
+    """Variable of an FMU for a `key`, its unit in SI, and its numbers for the words that the key may have."""
+
+    key: str
+    name: str
+    unit: float
+    codes: Mapping[str, float]
+
+    def number(self, value: Any) -> float:
+        """Value of the key in the variable's unit; `ConfigurationError` for a word without a number."""
+        if isinstance(value, str) and value not in self.codes:
+            raise ConfigurationError(f"{self.key} = {value!r}: the FMU's table states no number for it.")
+        return float(self.codes.get(value, value)) / self.unit
+
+
+def load_fmu(path: Path) -> Any:
+    """A function of a scene that runs the FMU at `path`, of which nothing is run before.
+
+    Raises `ConfigurationError` for a missing library, no co-simulation, an unknown key or variable or a wrong unit;
+    `DataError` for a file that is missing or damaged.
+    """
+    fmpy, table = _library(), read_toml(path.with_suffix(".toml"))
+    try:
+        description = fmpy.read_model_description(str(path))
+    except Exception as error:  # a damaged archive or description fails in many ways
+        raise DataError(
+            f"{path}: this FMU cannot be read ({type(error).__name__}: {error}). Export it again."
+        ) from None
+    if description.coSimulation is None:
+        raise ConfigurationError(f"{path}: there is no co-simulation in it; export it as a co-simulation FMU.")
+    known = {variable.name: variable for variable in description.modelVariables}
+    keys = tuple(_flat(scene_dict(paper_scene())))
+    where = path.with_suffix(".toml")
+    given, read = (
+        [_variable(f"{where} [{part}]", key, entry, known, allowed) for key, entry in table.get(part, {}).items()]
+        for part, allowed in (("scene", keys), ("signals", SIGNALS))
+    )
+    if not any(one.key.startswith("acceleration") for one in read):
+        raise ConfigurationError(f"{where} [signals]: no acceleration, which is acceleration_m_s2 or x and y of it.")
+
+    def simulate(scene: Scene) -> Any:
+        values, step_s = _flat(scene_dict(scene)), scene.solver.step_s
+        steps = round((scene.settle_s + scene.duration_s) / step_s)
+        found = fmpy.simulate_fmu(
+            str(path),
+            start_time=0.0,
+            stop_time=steps * step_s,
+            output_interval=step_s,
+            fmi_type="CoSimulation",
+            start_values={one.name: one.number(values[one.key]) for one in given},
+            output=[one.name for one in read],
+        )
+        if len(found) < steps:
+            raise RuntimeError(f"the FMU stopped at {found['time'][-1]:.6g} of {steps * step_s:.6g} s")
+        signals = {one.key: np.asarray(found[one.name], np.float64) * one.unit for one in read}
+        return signals | {"time_s": found["time"]}
+
+    return simulate
+
+
+def _library() -> ModuleType:
+    try:
+        return importlib.import_module("fmpy")
+    except ImportError:
+        raise MissingLibraryError("a model in an FMU", "fmpy") from None
+
+
+def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:
+    """The variable that an entry of the table names; its unit must be one of the key's."""
+    if key not in allowed:
+        raise UnknownNameError.of(f"{place}: {key!r} is not known", key, allowed)
+    codes: dict[str, Any] = {"variable": entry} if isinstance(entry, str) else dict(entry)
+    name, stated = str(codes.pop("variable", "")), str(codes.pop("unit", ""))
+    if name not in known:
+        raise UnknownNameError.of(f"{place} {key}: the FMU has no variable {name!r}", name, tuple(known))
+    described = known[name].unit or getattr(known[name].declaredType, "unit", None) or ""
+    if stated and described and stated != described:
+        raise ConfigurationError(f"{place} {key}: its unit {stated!r} is {described!r} in the FMU's description.")
+    units = SUFFIXES.get(max((suffix for suffix in SUFFIXES if key.endswith(suffix)), key=len, default=""), {"": 1.0})
+    unit = stated or described
+    if unit not in units and (unit or len(units) > 1):
+        said = f"is in {unit!r}" if unit else "has no unit in the FMU's description; state it here"
+        raise ConfigurationError(f"{place} {key}: {name!r} {said}. Known: {', '.join(units)}.")
+    return FmuVariable(key, name, units.get(unit, 1.0), codes)
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Values of a table by dotted key."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        found |= _flat(value, f"{before}{key}.") if isinstance(value, Mapping) else {f"{before}{key}": value}
+    return found

@@ -1,0 +1,85 @@
+"""Names of models from outside, their sources, and the hash of these, under which results are kept.
+
+A scene's `model` may be ``FILE.py:NAME`` or ``package.module:NAME`` (a function, see `signals`), ``FILE.fmu``,
+``command TEXT`` (a program), or an entry point of the group ``srbval.models`` of an installed package.
+"""
+
+import ast
+import hashlib
+import importlib.metadata
+import importlib.util
+import shlex
+import shutil
+from functools import cache
+from modulefinder import ModuleFinder
+from pathlib import Path
+
+from srbval.errors import ConfigurationError, DataError
+
+COMMAND, FMU, SOLVERS = "command ", ".fmu", "SOLVERS"
+
+
+def is_outside(name: str) -> bool:
+    """True if `name` names a model from outside; `ConfigurationError` for a Python file without a function."""
+    if name.endswith(".py"):
+        raise ConfigurationError(f"model {name!r}: name its function too, for example {name}:simulate.")
+    return name.startswith(COMMAND) or name.endswith(FMU) or ":" in name or name in entry_points()
+
+
+@cache
+def entry_points() -> dict[str, str]:
+    """Installed models: ``package.module:NAME`` by the name of the entry point."""
+    return {point.name: point.value for point in importlib.metadata.entry_points(group="srbval.models")}
+
+
+def content_of(name: str) -> str:
+    """A model's name without its folder, and the hash of its sources; `DataError` if there are none."""
+    digest = hashlib.sha256()
+    for path in sources_of_model(name):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return f"{name if name.startswith(COMMAND) else Path(name).name} {digest.hexdigest()[:32]}"
+
+
+def solvers_of(name: str) -> tuple[str, ...]:
+    """Solvers that a Python model offers by a literal ``SOLVERS = (...)`` in its file, which is not run."""
+    try:
+        tree = ast.parse(sources_of_model(name)[0].read_text(encoding="utf-8"))
+        assigned = [node for node in tree.body if isinstance(node, ast.Assign)]
+        return next(tuple(ast.literal_eval(n.value)) for n in assigned if ast.unparse(n.targets[0]) == SOLVERS)
+    except (IndexError, StopIteration, SyntaxError, TypeError, ValueError):
+        return ()
+
+
+def sources_of_model(name: str) -> list[Path]:
+    """Files that a model consists of, its own first: what it imports from its folder, a package, words of a command."""
+    place = entry_points().get(name, name)
+    if place.startswith(COMMAND):
+        program, *words = shlex.split(place.removeprefix(COMMAND)) or [""]
+        return [path for word in (shutil.which(program) or program, *words) if (path := Path(word)).is_file()]
+    own = Path(place if place.endswith(FMU) else place.rpartition(":")[0])
+    if own.suffix not in (".py", FMU):
+        return _of_module(str(own))
+    if not own.is_file():
+        raise DataError(f"{own}: no such file. A model from outside is FILE.py:NAME, package.module:NAME or FILE.fmu.")
+    if own.suffix == FMU:
+        return [own, *(path for path in [own.with_suffix(".toml")] if path.is_file())]
+    finder = ModuleFinder(path=[str(own.parent)])
+    try:
+        finder.run_script(str(own))  # follows imports and runs none
+    except (SyntaxError, ValueError):  # the run reports it
+        return [own]
+    files = [getattr(module, "__file__", None) for module in finder.modules.values()]
+    beside = {Path(file) for file in files if file}
+    return [own, *sorted(beside - {own})]
+
+
+def _of_module(module: str) -> list[Path]:
+    """Python files of the module's whole package, the module first; finding it by its own name would run code."""
+    package, *inner = module.split(".")
+    spec = importlib.util.find_spec(package) if package else None
+    if spec is None or spec.origin is None:
+        raise DataError(f"model {module!r}: no Python package {package!r} is installed here, and no such file exists.")
+    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+    own = [folder.joinpath(*inner).with_suffix(".py") for folder in folders if inner] or [Path(spec.origin)]
+    rest = sorted(file for folder in folders for file in folder.rglob("*.py"))
+    return [file for file in (*own, *rest) if file.is_file()]

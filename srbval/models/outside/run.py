@@ -1,0 +1,109 @@
+"""Run a scene with a model from outside, in a process of its own with limits of time and memory."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from srbval.errors import ConfigurationError, SrbvalError
+from srbval.models import outputs as col
+from srbval.models.health import default_solver
+from srbval.models.hierarchy import check_known
+from srbval.models.outputs import Outputs, chunks
+from srbval.models.outside.names import COMMAND, FMU, content_of, solvers_of
+from srbval.models.outside.process import Answer
+from srbval.models.run import RunStatus
+from srbval.models.run_statistics import RunStatistics
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
+from srbval.scene import Scene
+
+SECONDS, GIGABYTES = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables: the limits of a run
+START_S, PER_SIMULATED_S = 60.0, 300.0  # usual limit of the wall time, and more for each simulated second
+USUAL_GB = 4.0
+OWN_SOLVER = "own"  # of a model that offers no choice
+
+_running: set[WorkerProcess] = set()
+
+
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """The model of the scene, see `srbval.models.hierarchy`; a failure is one row of NaN and the run's status."""
+    scene = stats.scene
+    if scene.solver.name == OWN_SOLVER:  # no name that the bundled models, which it may call, would know
+        scene = replace(scene, solver=replace(scene.solver, name=default_solver()))
+    _announce(scene.model)
+    found = ask(scene)
+    stats.wall_s, stats.cpu_s, stats.ended = found.wall_s, found.cpu_s, (found.status, found.reason)
+    if found.out is None:
+        yield settle, Outputs(out=np.full((1, col.COUNT), np.nan))
+        return
+    for first, count in chunks(0, whole - settle, 0, scene.output_rate_hz):
+        yield settle + first, Outputs(out=found.out[first : first + count])
+
+
+def with_own_solver(scene: Scene) -> Scene:
+    """The scene with a solver that its model offers, the first in place of the usual one; `ConfigurationError` if none.
+
+    Raises `DataError` for a model without a file.
+    """
+    content_of(scene.model)
+    offered = solvers_of(scene.model) or (OWN_SOLVER,)
+    name = offered[0] if scene.solver.name == default_solver() not in offered else scene.solver.name
+    check_known(f"{scene.model}: the solver", name, offered)
+    return replace(scene, solver=replace(scene.solver, name=name))
+
+
+def ask(scene: Scene) -> Answer:
+    """Run the scene's model in a process; raises a user's error, returns every other failure with its reason."""
+    limit_s = _limit(SECONDS, START_S + PER_SIMULATED_S * (scene.settle_s + scene.duration_s))
+    memory = 1e9 * _limit(GIGABYTES, USUAL_GB)
+    with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
+        own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # nothing is left in the user's folders
+        process = WorkerProcess("srbval.models.outside.process", environment=own, own_group=True)
+        _running.add(process)
+        try:
+            found: Answer | SrbvalError = process.call((scene, memory), limit_s=limit_s)
+        except OverLimitError:
+            reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} sets another limit"
+            found = Answer(RunStatus.OUT_OF_TIME, reason)
+        except DiedError:
+            if process not in _running:
+                raise KeyboardInterrupt from None
+            more = f"perhaps for lack of memory; the environment variable {GIGABYTES} sets its limit"
+            found = Answer(RunStatus.DIED, f"its process ended ({process.death()}), {more}")
+        finally:
+            _running.discard(process)
+            process.kill()
+            process.close()
+    if isinstance(found, SrbvalError):
+        raise found
+    return found
+
+
+def end_models() -> None:
+    """End the models that run in other threads, whose runs are interrupted."""
+    while _running:
+        _running.pop().kill()
+
+
+@cache
+def _announce(name: str) -> None:
+    """Say once that a binary is code."""
+    if name.startswith(COMMAND) or name.endswith(FMU):
+        what = name.removeprefix(COMMAND)
+        print(f"srbval: {what} is a program that may do all that you may; run only what you trust", file=sys.stderr)
+
+
+def _limit(variable: str, usual: float) -> float:
+    """A limit from the environment, or the usual one."""
+    text = os.environ.get(variable) or str(usual)
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not 0 < number < float("inf"):
+        raise ConfigurationError(f"environment variable {variable} = {text!r} must be a positive number.")
+    return number

@@ -1,0 +1,150 @@
+"""Signals that a model from outside returns: their forms, what is refused, and the columns of a run made of them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.models import outputs as col
+from srbval.models.run import RunStatus
+from srbval.scene import SENSOR_ANGLE_RAD, Scene
+
+UNEVEN = 0.02  # of a step, by which a time may be off an even grid, as in a column of few digits
+SAME_RATE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
+VECTORS = {"acceleration_m_s2": "acceleration_{}_m_s2", "ring_displacement_m": "ring_displacement_{}_m"}
+NUMBERS = ("cage_ratio", "cage_angle_rad", "drive_power_w")
+FIRST_COLUMN = {
+    "acceleration_m_s2": col.ACCELERATION_X,
+    "ring_displacement_m": col.DISPLACEMENT_X,
+    "cage_ratio": col.CAGE_SPEED,
+    "drive_power_w": col.DRIVE_POWER,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedSignals:
+    """Signals of a model from outside, in arrays or whatever NumPy makes arrays of.
+
+    `time_s` is even, [n], at the scene's output rate or a multiple of it, of which means are taken. The last
+    `Scene.duration_s` is recorded; earlier times are settling. `acceleration_m_s2` of the outer ring: [n] along the
+    sensor's axis, or [n, 2] or [n, 3] along x, y, z. Optional: `cage_ratio` (cage over shaft speed) and
+    `drive_power_w`, numbers or [n]; `cage_angle_rad` [n] in place of the ratio; `ring_displacement_m`, like the
+    acceleration; `wall_s`, the computing time by the model's own clock, without what it prepares.
+    """
+
+    time_s: Any
+    acceleration_m_s2: Any
+    cage_ratio: Any = None
+    cage_angle_rad: Any = None
+    ring_displacement_m: Any = None
+    drive_power_w: Any = None
+    wall_s: float | None = None
+
+
+class UnusableSignalsError(Exception):
+    """Signals of which no run can be made; its arguments are a `RunStatus` and the reason."""
+
+
+def signals_of(returned: Any) -> SimulatedSignals:
+    """Take the forms that a model may return: a pair, `SimulatedSignals`, or a mapping, table or dataset of its names.
+
+    In a mapping a vector may have one entry for each axis, such as ``acceleration_x_m_s2``, and ``time`` is ``time_s``.
+    """
+    if isinstance(returned, SimulatedSignals):
+        return returned
+    if isinstance(returned, tuple) and len(returned) == 2:
+        return SimulatedSignals(*returned)
+    if not hasattr(returned, "keys"):
+        raise _unusable(f"it returned {type(returned).__name__}; return (time_s, acceleration_m_s2)")
+    found = {name: returned[name] for name in (*VECTORS, *NUMBERS, "time_s", "wall_s") if name in returned}
+    for name, of_axis in VECTORS.items():
+        axes = "".join(axis for axis in "xyz" if of_axis.format(axis) in returned)
+        if axes not in ("", "xy", "xyz"):
+            raise _unusable(
+                f"of {name} it returned {axes} alone; x and y are needed, or {name} along the sensor's axis"
+            )
+        if axes:
+            found[name] = np.stack([np.asarray(returned[of_axis.format(axis)]) for axis in axes], axis=1)
+    found |= {"time_s": returned["time"]} if "time" in returned else {}
+    if not {"time_s", "acceleration_m_s2"} <= set(found):
+        raise _unusable(f"it returned {', '.join(map(str, returned))}; time_s and acceleration_m_s2 are needed")
+    return SimulatedSignals(**found)
+
+
+def recorded(signals: SimulatedSignals, scene: Scene) -> FloatArray:
+    """Columns of `outputs` at the scene's output rate, [samples, COUNT], NaN for what the model does not give.
+
+    Raises `UnusableSignalsError` for signals that are not finite, uneven, too short, of a wrong shape or rate, or
+    constant although the bearing has a defect.
+    """
+    time_s = _finite("time_s", signals.time_s, signals.time_s)
+    rate = _even_rate(time_s)
+    per = max(1, round(rate / scene.output_rate_hz))
+    if abs(rate / scene.output_rate_hz / per - 1) > SAME_RATE:
+        raise _unusable(
+            f"its rate of {rate:.8g} Hz is no multiple of the scene's output rate, {scene.output_rate_hz:.8g} Hz; "
+            "return the times np.arange(n) / scene.output_rate_hz"
+        )
+    if len(time_s) < scene.samples * per:
+        asked = f"{scene.duration_s:g} s are recorded, after {scene.settle_s:g} s of settling"
+        raise _unusable(f"it returned {len(time_s) / rate:.6g} s; {asked}")
+    out = np.full((scene.samples, col.COUNT), np.nan)
+    for first, values in _columns(signals, scene, time_s):
+        means = values[len(values) - scene.samples * per :].reshape(scene.samples, per, -1).mean(axis=1)
+        out[:, first : first + means.shape[1]] = means
+    if scene.defects and not np.ptp(out[:, : col.ACCELERATION_Z], axis=0).any():
+        raise UnusableSignalsError(RunStatus.SILENT, "its acceleration is constant although the bearing has a defect")
+    return out
+
+
+def _columns(signals: SimulatedSignals, scene: Scene, time_s: FloatArray) -> Iterator[tuple[int, FloatArray]]:
+    """First column of each signal that is given, with its values, [n, columns]."""
+    given = {name: value for name, value in vars(signals).items() if value is not None}
+    if "cage_ratio" not in given and "cage_angle_rad" in given:
+        angle = np.unwrap(_finite("cage_angle_rad", given["cage_angle_rad"], time_s))
+        given["cage_ratio"] = np.gradient(angle, time_s) / scene.mean_shaft_rad_s
+    for name, first in FIRST_COLUMN.items():
+        if name in given:
+            values = _finite(name, given[name], time_s)
+            values = values if values.ndim else np.full(time_s.shape, float(values))
+            columns = values if values.ndim > 1 else values[:, None]
+            if values.ndim > 2 or len(values) != len(time_s) or columns.shape[1] > (3 if name in VECTORS else 1):
+                raise _unusable(f"{name} has the shape {values.shape} at {len(time_s)} times")
+            if name in VECTORS and columns.shape[1] == 1:
+                columns = columns * [math.cos(SENSOR_ANGLE_RAD), math.sin(SENSOR_ANGLE_RAD)]
+            yield first, columns * (scene.mean_shaft_rad_s if name == "cage_ratio" else 1.0)
+
+
+def _even_rate(time_s: FloatArray) -> float:
+    """Rate of even times [Hz]."""
+    if time_s.ndim != 1 or len(time_s) < 2 or not time_s[-1] > time_s[0]:
+        raise _unusable(f"time_s of the shape {time_s.shape} does not rise")
+    rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
+    if np.abs((time_s - time_s[0]) * rate - np.arange(len(time_s))).max() > UNEVEN:
+        steps = np.diff(time_s)
+        raise _unusable(
+            f"its times are uneven, in steps of {steps.min():.3g} to {steps.max():.3g} s; return even ones, from "
+            "solve_ivp with t_eval = np.arange(n) / scene.output_rate_hz"
+        )
+    return rate
+
+
+def _finite(name: str, values: Any, time_s: Any) -> FloatArray:
+    """The values as an array of finite numbers."""
+    try:
+        found = np.asarray(values, np.float64)
+    except (TypeError, ValueError):
+        raise _unusable(f"{name} of the type {type(values).__name__} is no array of numbers") from None
+    wrong = ~np.isfinite(found)
+    if wrong.any():
+        first = int(np.argwhere(wrong)[0][0]) if found.ndim else 0
+        at = f", the first at {time_s[first]:.6g} s" if first < len(time_s) else ""
+        raise UnusableSignalsError(RunStatus.NOT_FINITE, f"{wrong.sum()} values of {name} are not finite{at}")
+    return found
+
+
+def _unusable(reason: str) -> UnusableSignalsError:
+    return UnusableSignalsError(RunStatus.UNUSABLE_SIGNALS, reason)

@@ -1,0 +1,236 @@
+"""Models from outside: a failure is a status with a reason and leaves no process; a good run is like any other."""
+
+import json
+import os
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.cli import main
+from srbval.errors import ConfigurationError, DataError
+from srbval.models.outside.names import content_of
+from srbval.models.outside.signals import SimulatedSignals, UnusableSignalsError, recorded, signals_of
+from srbval.models.run import RunStatus
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate, stored_run
+from srbval.recordings import Origin, load_recording, recording_from_run
+from srbval.scene import Scene, paper_scene
+from tests.marked import marked, until
+
+MODELS = """
+import os, subprocess, sys, time
+from dataclasses import replace
+import numpy as np
+import srbval
+
+SOLVERS = ("fine", "coarse")
+
+def bundled(scene):
+    run = srbval.simulate(replace(scene, model="impulse"))
+    return {"time_s": run.time_s, "acceleration_m_s2": run.acceleration_m_s2, "cage_ratio": run.cage_ratio}
+
+def times(scene):
+    return np.arange(round((scene.settle_s + scene.duration_s) * scene.output_rate_hz)) / scene.output_rate_hz
+
+def ring(scene):
+    time_s = times(scene)
+    return time_s, np.sin(5000 * time_s) * np.exp(-5 * ((97 * time_s) % 1))
+
+def raises(scene):
+    raise ValueError("not today")
+
+def exits(scene):
+    sys.exit("enough")
+
+def not_finite(scene):
+    time_s, signal = ring(scene)
+    signal[100:] = np.nan
+    return time_s, signal
+
+def uneven(scene):
+    time_s, signal = ring(scene)
+    return time_s**1.1, signal
+
+def constant(scene):
+    return times(scene), np.ones(len(times(scene)))
+
+def short(scene):
+    time_s, signal = ring(scene)
+    return time_s[:-500], signal[:-500]
+
+def text(scene):
+    return "nothing"
+
+def sleeps(scene):
+    subprocess.Popen(["sleep", "600"])
+    time.sleep(600)
+
+def allocates(scene):
+    return np.ones(int(2.5e9))
+
+def grows(scene):
+    held = []
+    while True:
+        held.append(bytes(1_000_000) + b"1")
+
+def dies(scene):
+    os._exit(7)
+"""
+FAILURES = {
+    "raises": (RunStatus.RAISED, r"ValueError: not today, in models\.py line \d+"),
+    "exits": (RunStatus.RAISED, "SystemExit: enough"),
+    "not_finite": (RunStatus.NOT_FINITE, "values of acceleration_m_s2 are not finite, the first at 0.0048"),
+    "uneven": (RunStatus.UNUSABLE_SIGNALS, "times are uneven, in steps of .* t_eval"),
+    "constant": (RunStatus.SILENT, "constant although the bearing has a defect"),
+    "short": (RunStatus.UNUSABLE_SIGNALS, r"it returned .* 0\.1 s are recorded, after 0\.02 s"),
+    "text": (RunStatus.UNUSABLE_SIGNALS, r"it returned str; return \(time_s"),
+    "sleeps": (RunStatus.OUT_OF_TIME, "did not end within 5 s; the environment variable SRBVAL_MODEL_SECONDS"),
+    "allocates": (RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
+    "grows": (RunStatus.OUT_OF_MEMORY, "more memory than 0.5 GB"),
+    "dies": (RunStatus.DIED, "its process ended .exit code 7"),
+}
+
+
+@pytest.fixture(autouse=True)
+def _model_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.chdir(tmp_path)
+    Path("models.py").write_text(MODELS, encoding="utf-8")
+    mark = {"SRBVAL_TEST": f"outside {os.getpid()}"}
+    monkeypatch.setenv("SRBVAL_TEST", mark["SRBVAL_TEST"])
+    yield
+    until(lambda: all("reader_process" in command for command in marked(mark).values()), within_s=2.0)
+
+
+def scene(function: str = "ring", **changes: Any) -> Scene:
+    return paper_scene(**{"model": f"models.py:{function}", "duration": "0.1 s", "defect": {"kind": "outer"}} | changes)
+
+
+@pytest.mark.parametrize("function", FAILURES)
+def test_a_failure_is_the_status_of_the_run(
+    function: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SRBVAL_MODEL_GB", "0.5")
+    monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "5" if function == "sleeps" else "120")
+    status, reason = FAILURES[function]
+    run = simulate(scene(function))
+    assert run.status is status
+    assert re.search(reason, run.reason), run.reason
+    assert "Traceback" not in "".join(capfd.readouterr())
+
+
+def test_a_model_that_calls_the_bundled_one_gives_its_numbers() -> None:
+    own, bundled = simulate(scene("bundled")), simulate(scene(model="impulse"))
+    assert np.array_equal(own.acceleration_m_s2, bundled.acceleration_m_s2)
+    assert own.band_rms_m_s2 == bundled.band_rms_m_s2
+    assert own.bpfo_hz == pytest.approx(bundled.bpfo_hz, rel=1e-12)  # a mean of equal numbers
+    assert own.status is RunStatus.OK
+    assert own.cpu_s > 0
+
+
+def test_a_run_is_written_and_read_like_any_other(tmp_path: Path) -> None:
+    run = simulate(scene())
+    write_run(run, tmp_path / "run.h5")
+    record, read = recording_from_run(run), load_recording(tmp_path / "run.h5")
+    for one in (record, read):
+        assert one.origin is Origin.SIMULATED
+        assert "models.py:ring" in one.name
+        assert any("models.py:ring, which is not part of srbval" in note for note in one.notes)
+    assert set(read.channels) == {"x", "y"}, "it gives no z"
+    assert np.isnan(run.cage_ratio)
+    assert np.isnan(run.drive_power_w)
+
+
+def test_results_are_kept_under_the_content_of_the_sources() -> None:
+    first = stored_run(scene())
+    assert stored_run(scene()).stored_utc is not None
+    Path("beside.py").write_text("FACTOR = 2\n", encoding="utf-8")
+    changed = MODELS.replace("import srbval\n", "import srbval\nimport beside\n").replace(
+        "np.sin(5000", "beside.FACTOR * np.sin(5000"
+    )
+    Path("models.py").write_text(changed, encoding="utf-8")
+    second = stored_run(scene())
+    assert second.stored_utc is None
+    assert np.array_equal(second.acceleration_m_s2[:, 0], 2 * first.acceleration_m_s2[:, 0])
+    before = content_of("models.py:ring")
+    Path("beside.py").write_text("FACTOR = 3\n", encoding="utf-8")
+    assert content_of("models.py:ring") != before
+
+
+def test_a_model_offers_its_own_solvers() -> None:
+    assert simulate(scene()).scene.solver.name == "fine"
+    assert simulate(scene(solver={"name": "coarse"})).scene.solver.name == "coarse"
+    with pytest.raises(ConfigurationError, match="solver 'ode4' is not known; known: coarse, fine"):
+        simulate(scene(solver={"name": "ode4"}))
+
+
+@pytest.mark.parametrize(
+    ("model", "error", "text"),
+    [
+        ("models.py:rings", ConfigurationError, "did you mean 'ring'"),
+        ("models.py", ConfigurationError, "name its function too"),
+        ("nowhere.py:ring", DataError, "no such file"),
+        ("no_such_package.module:ring", DataError, "no Python package 'no_such_package'"),
+        ("command ./nothing {out_csv}", ConfigurationError, "no program that may be executed"),
+        (f"command {sys.executable}", ConfigurationError, "name the file that it writes"),
+    ],
+)
+def test_a_wrong_name_is_an_error_with_its_remedy(model: str, error: type[Exception], text: str) -> None:
+    with pytest.raises(error, match=text):
+        simulate(scene(model=model))
+
+
+def test_a_program_reads_the_scene_and_writes_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("mysim.py").write_text(
+        "import json, sys\nimport numpy as np\n"
+        "scene = json.load(open(sys.argv[1]))\n"
+        "time_s = np.arange(4000) / scene['output_rate_hz']\n"
+        "signal = scene['load']['radial_n'] * np.sin(scene['orders']['bpfo'] * scene['shaft_speed_rad_s'] * time_s)\n"
+        "table = np.column_stack([time_s, signal, 2 * signal])\n"
+        "names = 'time_s,acceleration_x_m_s2,acceleration_y_m_s2'\n"
+        "np.savetxt(sys.argv[2], table, delimiter=',', header=names, comments='', fmt='%.9g')\n",
+        encoding="utf-8",
+    )
+    text = f"{sys.executable} mysim.py {{scene_json}} {{out_csv}}"
+    words = ["simulate", "--seconds", "0.1", "--defect", "outer", "--json", "-o", "run.h5"]
+    assert main([*words, "--model-command", text]) == 0
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert document["model"] == f"command {text}"
+    assert document["status"] == "ok"
+    assert document["cage_ratio"] is None
+    assert "run only what you trust" in captured.err
+    assert load_recording("run.h5").channels["y"].max() == pytest.approx(2 * 124.8e3, rel=0.01)
+    Path("mysim.py").write_text("raise SystemExit('no licence')", encoding="utf-8")
+    assert main([*words, "--model-command", text]) == 4
+    assert "exit code 1 and wrote no signals: no licence" in json.loads(capsys.readouterr().out)["message"]
+
+
+def test_forms_of_signals() -> None:
+    xarray = pytest.importorskip("xarray")
+    one = scene()
+    fine = np.arange(3 * (one.samples + 50)) / (3 * one.output_rate_hz)
+    angle = 0.43 * one.shaft_speed_rad_s * fine
+    signal = np.cos(300 * fine)
+    both = np.stack([signal, 2 * signal], axis=1)
+    data = xarray.Dataset({"acceleration_m_s2": (("time", "axis"), both)}, {"time": fine}).assign(
+        cage_angle_rad=("time", (angle + np.pi) % (2 * np.pi) - np.pi)
+    )
+    out = recorded(signals_of(data), one)
+    assert out[:, 0] == pytest.approx(signal[150:].reshape(-1, 3).mean(axis=1))
+    assert out[:, 1] == pytest.approx(2 * out[:, 0])
+    assert np.isnan(out[:, 2]).all()
+    assert out[:, 6] == pytest.approx(0.43 * one.shaft_speed_rad_s)
+    along = recorded(SimulatedSignals(fine, signal, drive_power_w=500.0), one)
+    assert (along[:, 0] + along[:, 1]) / np.sqrt(2) == pytest.approx(out[:, 0])
+    assert along[0, 13] == pytest.approx(500.0)
+    healthy = replace(one, defect=paper_scene().defect)
+    assert (recorded(SimulatedSignals(fine, 0 * signal), healthy)[:, 0] == 0).all(), "a healthy bearing may be silent"
+    with pytest.raises(UnusableSignalsError) as caught:
+        recorded(SimulatedSignals(np.linspace(0, 0.2, 5001), np.ones(5001)), one)
+    assert "its rate of 25000 Hz is no multiple" in caught.value.args[1]
