@@ -89,12 +89,14 @@ def pair_files(
                 f"{have}. Leave the file out, or state the pairs in a case (--write-case FILE shows its form)."
             )
         others = groups["measured"][partner]
-        pairs.append({
-            "state": key[0].value,
-            "simulated": [os.fspath(one.path) for one in files],
-            "measured": [os.fspath(one.path) for one in others],
-            "how": _how(key, partner, files[0], others[0]),
-        })  # fmt: skip
+        pairs.append(
+            {
+                "state": key[0].value,
+                "simulated": [os.fspath(one.path) for one in files],
+                "measured": [os.fspath(one.path) for one in others],
+                "how": _how(key, partner, files[0], others[0]),
+            }
+        )
     return pairs
 
 

@@ -95,6 +95,14 @@ def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
         return made.files["html"]
     (tmp_path / "fan").mkdir()
     monkeypatch.chdir(tmp_path / "fan")
+    if request.param == "case":
+        for name, seed in (("sim_outer", 1), ("rig_outer", 2)):
+            np.save(f"{name}.npy", record(shaft_hz=25.0, seed=seed).channels["x"])
+        settings = [f"--set={side}.fs_hz={FS_HZ:g}" for side in ("simulated", "measured")]
+        settings += ["--set=measured.rpm=1500", "--set=measured.unit=m/s2", "--set=uncertainty.cage_pct=0.1"]
+        files = ["--simulated", "sim_outer.npy", "--measured", "rig_outer.npy", "--rpm", "1500", "--no-pdf", "-o", ".."]
+        assert main(["validate", *files, "--bearing", "skf-6205", "--set=simulated.unit=m/s2", *settings]) == 0
+        return tmp_path / "report.html"
     for day in range(8):
         np.save(f"day{day:02}.npy", record(shaft_hz=25.0, seed=day, fault=day > 6).channels["x"])
     Path("broken.npy").write_bytes(b"")
@@ -103,7 +111,7 @@ def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
     return tmp_path / ("trend.html" if request.param == "trend" else "report.html")
 
 
-@pytest.mark.parametrize("document", ["default", *OWN], indirect=True)
+@pytest.mark.parametrize("document", ["default", "case", *OWN], indirect=True)
 def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium: Any, document: Path) -> None:
     """Wide and narrow, light and dark, before and after every chart is opened for zooming; the answer is the top."""
     with Visit(chromium, document) as visit:

@@ -23,8 +23,12 @@ FS_HZ, SECONDS, RPM = 20_480.0, 4.0, 860.0
 BEARING = load_bearing("skf-22240")
 SEEDS = 200  # of a right simulation with noise: at most 5 % may be called different
 SPREAD_PCT = 0.05  # standard deviation of a simulation that has an error and states it
-SIMULATED = {"simulated.rpm": RPM, "simulated.unit": "m/s2", "simulated.fs_hz": FS_HZ,
-             "simulated.band_hz": [1400, 2800]}  # fmt: skip
+SIMULATED = {
+    "simulated.rpm": RPM,
+    "simulated.unit": "m/s2",
+    "simulated.fs_hz": FS_HZ,
+    "simulated.band_hz": [1400, 2800],
+}
 
 
 def signal(state: Fault, seed: int, shift_pct: float, seconds: float) -> np.ndarray:

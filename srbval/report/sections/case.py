@@ -26,9 +26,13 @@ TEXTS, PAIRS = (Prose("srbval.report", f"texts/{name}.md") for name in ("case", 
 WIDELY_APART = 0.05  # relative difference of shaft speeds above which the operating points differ
 MOST_DRAWN = 40  # pairs whose figures are drawn; all are in the tables
 TONES = {
-    Verdict.MISSED: Tone.BAD, Verdict.DIFFERS: Tone.WARNING, Verdict.INSUFFICIENT: Tone.NEUTRAL,
-    Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD, Verdict.AGREES: Tone.GOOD,
-}  # the worst first  # fmt: skip
+    Verdict.MISSED: Tone.BAD,
+    Verdict.DIFFERS: Tone.WARNING,
+    Verdict.INSUFFICIENT: Tone.NEUTRAL,
+    Verdict.NOT_RESOLVED: Tone.NEUTRAL,
+    Verdict.MET: Tone.GOOD,
+    Verdict.AGREES: Tone.GOOD,
+}  # the worst first
 SCHEMA_VERSION = 1
 
 
@@ -97,11 +101,22 @@ def _speed(result: Validation) -> Section | None:
         return None
     rollers = result.case.bearing.rolling_elements
     rows = [
-        {name: getattr(one, name) for name in ("source", "bpfo_order", "bpfi_order", "total", "difference_pct",
-                                               "stated_rpm", "implied_rpm", "closed")}
+        {
+            name: getattr(one, name)
+            for name in (
+                "source",
+                "bpfo_order",
+                "bpfi_order",
+                "total",
+                "difference_pct",
+                "stated_rpm",
+                "implied_rpm",
+                "closed",
+            )
+        }
         | {"source_badge": one.origin, "total_ci95": one.ci95}
         for one in result.sums
-    ]  # fmt: skip
+    ]
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
         SPEED.table("sum-rule-table", rows, rollers=rollers),

@@ -42,9 +42,13 @@ TEXTS = Prose("srbval.report", "texts/pairs.md")
 LINE_SHARE = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
 BARS = 40  # rows in the picture of errors
 VERDICT_LOOK = {
-    "differs": (style.VERMILION, "s"), "missed": (style.VERMILION, "X"), "agrees": (style.GREEN, "o"),
-    "met": (style.GREEN, "D"), "not resolved": (style.SOFT, "v"), "insufficient data": (style.ORANGE, "^"),
-}  # fmt: skip
+    "differs": (style.VERMILION, "s"),
+    "missed": (style.VERMILION, "X"),
+    "agrees": (style.GREEN, "o"),
+    "met": (style.GREEN, "D"),
+    "not resolved": (style.SOFT, "v"),
+    "insufficient data": (style.ORANGE, "^"),
+}
 
 
 def drawn_now(draw: Drawing, folder: Path, name: str) -> Drawing:
