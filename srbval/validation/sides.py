@@ -15,10 +15,10 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import RIG_BEARING, declared_band
-from srbval.recordings import Origin, Recording, SpeedSource, load_recording
+from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import LeftOpenError
 from srbval.recordings.registry import load_registered
-from srbval.recordings.speed import prescribed_speed
+from srbval.recordings.settings import BEARING_QUESTION
 from srbval.validation.case import Case, Source, files_of_source
 
 QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
@@ -53,34 +53,27 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
     """Recordings of one side, all of them of that side's origin.
 
     A measured file that states that it is simulated is a `ConfigurationError`: nothing simulated passes as measured.
-    A speed stated for a simulated file is the prescribed one, without uncertainty.
     """
     found = []
     for path in files_of_source(source, folder, side):
         try:
-            recording = (load_registered if side == "measured" else load_recording)(path, source.settings)
+            if side == "measured":
+                recording = load_registered(path, source.settings)
+            else:
+                recording = load_recording(path, dataclasses.replace(source.settings, origin=Origin.SIMULATED))
         except LeftOpenError as error:
-            asked = "; ".join(str(question) for question in error.questions)
+            asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
                 f"{side} side, {error.subject} leaves open: {asked}. Put the key into [{side}] of the case, or give "
                 f"--set {side}.KEY=VALUE, such as --set {side}.channel=NAME."
             ) from None
-        found.append(_of_side(recording, side))
-    return tuple(found)
-
-
-def _of_side(recording: Recording, side: str) -> Recording:
-    if side == "measured":
-        if recording.origin is not Origin.MEASURED:
+        if side == "measured" and recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
-                f"{recording.file}: states that it is {recording.origin}, and is given as measured. Name a measured "
-                "file, or give it with --simulated."
+                f"{path}: states that it is {recording.origin}, and is given as measured. Give it with --simulated, or "
+                "name a measured file."
             )
-        return recording
-    speed = recording.speed
-    if speed is not None and speed.source is SpeedSource.STATED:
-        speed = prescribed_speed(speed.value_hz)
-    return dataclasses.replace(recording, origin=Origin.SIMULATED, speed=speed)
+        found.append(recording)
+    return tuple(found)
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
@@ -88,7 +81,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
     analyses, values, ratios = list[Analysis](), list[dict[str, QuantityValue]](), list[float]()
     for recording in recordings:
         analysis = analyse(recording, bearing=bearing, choose_on_record=_has_no_band(recording, source, bearing))
-        ratio = getattr(recording, "cage_ratio", None)
+        ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)
         values.append(values_of_model(analysis, state, order, QUANTITIES))

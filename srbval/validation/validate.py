@@ -134,6 +134,7 @@ def validate(
         except SrbvalError as error:
             return error
 
+    progress("compare the pairs", 0.0)
     rows, pairs, failed = list[Row](), list[Row](), list[tuple[int, SrbvalError]]()
     for (number, _), one in zip(numbered, _in_order(compared, numbered, jobs or os.cpu_count() or 1), strict=True):
         if isinstance(one, SrbvalError):
