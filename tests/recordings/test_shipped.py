@@ -23,6 +23,8 @@ POINTS = {(state, rpm) for state in Fault for rpm in (353.0, 877.0)}
 MOST_BYTES = 2_000_000
 SINGLE = 2.0**-24  # relative error of rounding to single precision
 MEAN_SPEED = 1e-6  # relative: of the mean of every 32nd value
+PUBLISHED_RPM = 6e-4  # the author's means are rounded to 0.001 rpm
+SPEED_CI = 0.001  # a tachometer's mean over 2 s is known to better than a per mille
 LINES = 2e-6  # relative: of a line's frequency, with the mean speed
 
 
@@ -74,7 +76,8 @@ def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
 
 @pytest.mark.recordings
 def test_they_are_the_originals(recordings_dir):
-    bearing = load_bearing("skf-22240")
+    bearing, published = load_bearing("skf-22240"), dataset("torino-excerpts").published_speeds
+    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published.means}
     for path in sorted(FOLDER.glob("*.h5")):
         compact, original = load_recording(path), load_recording(recordings_dir / "torino" / f"{path.stem}.mat")
         for fact in ("state", "bearing", "fs_hz", "unit", "radial_n", "axial_n", "nominal_rpm", "channel", "band_hz"):
@@ -84,6 +87,9 @@ def test_they_are_the_originals(recordings_dir):
         speed, every = compact.speed_signal, round(original.speed_signal.rate_hz / compact.speed_signal.rate_hz)
         assert speed.rate_hz == 640.0
         np.testing.assert_allclose(speed.values_hz, original.speed_signal.values_hz[::every], rtol=2 * SINGLE)
+        mean_rpm = means[original.state, original.nominal_rpm]
+        assert original.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=PUBLISHED_RPM)
+        assert 0 < original.speed.ci95_hz * 60 < SPEED_CI * mean_rpm
         assert compact.speed.value_hz == pytest.approx(original.speed.value_hz, rel=MEAN_SPEED)
         assert compact.speed.ci95_hz == pytest.approx(original.speed.ci95_hz, rel=0.05)
         if path.stem.startswith(("OR_", "IR_")):

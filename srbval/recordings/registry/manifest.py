@@ -219,7 +219,10 @@ def manifest_path() -> Path:
 
 
 def read_manifest() -> Entries:
-    """Entries by the paths of their files, none without a manifest; `DataError` for one that cannot be read."""
+    """Entries by the paths of their files, none without a manifest; `DataError` for one that cannot be read.
+
+    Files that are not registered and have changed since they were read are left out.
+    """
     path = manifest_path()
     try:
         document = parse_json(path.read_bytes()) if os.path.exists(path) else NO_RECORDINGS
@@ -230,7 +233,7 @@ def read_manifest() -> Entries:
         raise DataError(
             f"{path}: not a readable manifest of srbval ({error}). Move it away and register your folders again."
         ) from None
-    return {entry.file: entry for entry in entries}
+    return {entry.file: entry for entry in entries if entry.registered or is_unchanged(entry)}
 
 
 def update_manifest(change: Callable[[Entries], Entries]) -> None:

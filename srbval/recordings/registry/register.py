@@ -75,7 +75,7 @@ def add(
     else:
         stated = label_table(Path(table), Path(folder), settings or NO_SETTINGS)
     files = {str(path): _with_bearing(given) for path, given in stated.items()}
-    known = {} if repin else _known()
+    known = {} if repin else read_manifest()
     gone = {entry.sha256: entry for entry in known.values() if entry.sha256 and not os.path.exists(entry.file)}
     for file in set(files) - set(known) if gone else ():
         with contextlib.suppress(DataError):  # a file that cannot be read has no hash
@@ -129,7 +129,7 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
     that cannot be read counts as empty, and the listing has the reason in `unreadable`.
     """
     try:
-        known, unreadable = _known(), ""
+        known, unreadable = read_manifest(), ""
     except DataError as error:
         if not or_none:
             raise
@@ -151,7 +151,7 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
     try:
-        known = _known()
+        known = read_manifest()
     except DataError:  # the shipped files do not depend on it
         known = {}
     return RegisterListing(_looked_at(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
@@ -210,24 +210,15 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
     return replace(settings, bearing=kept)
 
 
-def _known() -> Entries:
-    """The manifest without the files that are not registered and have changed since they were read."""
-    return {file: entry for file, entry in read_manifest().items() if entry.registered or is_unchanged(entry)}
-
-
 def _looked_at(
     files: Iterable[Path], known: Entries, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
     """Entries of `files` as these are now; the manifest keeps new ones as not registered, to read them once only."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
     new = {entry.file: entry for entry in found if entry.sha256 and entry.file not in known}
-
-    def change(entries: Entries) -> Entries:
-        return new | {file: e for file, e in entries.items() if e.registered or (file not in new and is_unchanged(e))}
-
     if new:
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-            update_manifest(change)
+            update_manifest(lambda entries: new | entries)
     return found
 
 
