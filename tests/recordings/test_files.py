@@ -1,4 +1,8 @@
-"""Files of no known data set, the structures of MATLAB, and runs that srbval wrote, all through the same loader."""
+"""One record in every format, files of no known data set, the structures of MATLAB, and runs that srbval wrote."""
+
+import re
+import shlex
+import sys
 
 import h5py
 import numpy as np
@@ -8,13 +12,59 @@ from scipy.sparse import eye_array
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import Origin, SpeedSource, load_recording
-from srbval.recordings.loaders import detect_format
+from srbval.reading.analyse import analyse
+from srbval.recordings import Origin, Recording, RecordingSettings, SpeedSource, load_recording
+from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings.speed import stated_speed
 
 from . import files
+from .formats import BEARING, FS_HZ, SHAFT_HZ, WRITERS, G, record, whole
 
+DIGITS = 2e-6  # relative, of the largest sample: seven digits, or 24 bits
+LINE_DIGITS = 1e-5  # relative, of a line: six digits of a time step, and those of the samples
 TIME_DIGITS = 1e-6  # times written with six decimals
 SAMPLE_DIGITS = 1e-8  # samples written with ten digits
+
+
+@pytest.fixture(scope="module")
+def direct():
+    """The same samples without any file."""
+    facts = {"origin": Origin.MEASURED, "unit": "m/s2", "fs_hz": FS_HZ, "speed": stated_speed(SHAFT_HZ * 60, 1.0)}
+    made = Recording(name="x", channels={"a": record()[1] * G}, channel="a", **facts)
+    return analyse(made, bearing=BEARING, band_hz=(1400.0, 2800.0))
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_the_same_lines_from_every_format(kind, tmp_path, direct):
+    path = tmp_path / "record.dat"  # its name says nothing
+    path.write_bytes(whole(kind))
+    settings = RecordingSettings(**{"channel": "acc DE", "rpm": SHAFT_HZ * 60, **WRITERS[kind][1]})
+    recording = load_recording(path, settings)
+    assert recording.unit == "m/s2"
+    assert recording.fs_hz == pytest.approx(FS_HZ, rel=LINE_DIGITS)
+    samples = recording.channels[recording.channel or ""]
+    np.testing.assert_allclose(samples, record()[1] * G, atol=DIGITS * G * np.abs(record()[1]).max())
+    found = analyse(recording, bearing=BEARING, band_hz=(1400.0, 2800.0))
+    assert [line.detected for line in found.lines] == [line.detected for line in direct.lines]
+    assert found.line("BPFO").detected
+    for line, same in zip(found.lines, direct.lines, strict=True):
+        if line.detected:
+            assert line.found_hz == pytest.approx(same.found_hz, rel=LINE_DIGITS)
+
+
+@pytest.mark.parametrize("kind", ["wav", "parquet"])
+def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
+    path = tmp_path / "x.dat"
+    path.write_bytes(whole(kind))
+    limited.end_readers()
+    (tmp_path / "broken").mkdir()
+    module, name = detect_format(path).library or ("", "")
+    (tmp_path / "broken" / f"{module.split('.')[0]}.py").write_text("raise ImportError('none here')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "broken"))
+    command = f"{shlex.quote(sys.executable)} -m pip install {name}"
+    with pytest.raises(DataError, match=rf"library {name}, .* Install it: {re.escape(command)}$"):
+        load_recording(path)
+    limited.end_readers()
 
 
 def test_csv_with_time_column_and_settings(tmp_path):
@@ -23,14 +73,14 @@ def test_csv_with_time_column_and_settings(tmp_path):
     path.write_text("# unit = g\n# rpm = 1200\ntime_s,acc\n" + "\n".join(f"{t:.6f},{x:.9e}" for t, x in table))
     r = load_recording(path)
     assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=TIME_DIGITS), "acc", "m/s2")
-    np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=SAMPLE_DIGITS)
+    np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * G, rtol=SAMPLE_DIGITS)
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
 
 
 def test_matrix_columns_are_channels(tmp_path):
     np.save(tmp_path / "m.npy", np.stack([files.vibration(seed=i) for i in range(3)]))
     r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000, unit="g")
-    np.testing.assert_allclose(r.channels["data[3]"], files.vibration(seed=2) * 9.80665)
+    np.testing.assert_allclose(r.channels["data[3]"], files.vibration(seed=2) * G)
 
 
 def test_a_unit_that_is_not_known(tmp_path):
