@@ -89,6 +89,9 @@ def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:
     from srbval.validation.case import case_of_pairs
     from srbval.validation.pairing import pair_files
 
+    if options.model and options.measured and not options.simulated:
+        side = {"scene": options.scene or "paper", "model": options.model}
+        return case_of_pairs([{"measured": file, "simulated": side} for file in options.measured], changes)
     if not (options.simulated and options.measured):
         raise ConfigurationError(
             "name a case (a TOML file, or one of data_manifest/cases), or files with --simulated and --measured."

@@ -110,14 +110,15 @@ def run_counterpart(
     band_hz: tuple[float, float] | None = None,
     quantities: Iterable[ComparedQuantity] = COMPARED,
     *,
+    model: str = "",
     bearing_name: str = DEFAULT_BEARING,
     progress: Progress = silent,
 ) -> AnalysedRun:
     """`TURNS` turns, at most `LONGEST_S`, of the scene `base` at the recording's own speed and load, with its defect.
 
-    `bearing_name` is the name or file of the recording's bearing. A load that the recording does not state is the
-    scene's own. The speed is rounded so that the last digits of its reading, which differ between machines, do not make
-    another scene. Raises what simulating and analysing raise.
+    `model` takes the place of the scene's own. `bearing_name` is the name or file of the recording's bearing. A load
+    that the recording does not state is the scene's own. The speed is rounded so that the last digits of its reading,
+    which differ between machines, do not make another scene. Raises what simulating and analysing raise.
     """
     recording, bearing = rig.recording, rig.bearing
     shaft_hz = round(rig.speed.value_hz, 6)
@@ -131,6 +132,8 @@ def run_counterpart(
     }
     if bearing.geometry is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         changes["bearing"] = bearing_name
+    if model:
+        changes["model"] = model
     name, purpose = f"counterpart-{recording.name}", "at the recording's own speed and load"
     scene = converged(load_scene(base, changes))
     case = SimulationCase(id=name, purpose=purpose, state=state, scene=scene)
@@ -157,10 +160,10 @@ def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
     """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller.
 
     A defect on a roller strikes both races once per revolution of the roller relative to its slot, which turns with the
-    cage and is inclined by the bearing's tilt. None for a healthy bearing, and if the run recorded no roller speeds.
+    cage and is inclined by the bearing's tilt. None for a healthy bearing, and if the run recorded no such speeds.
     """
     if state is not Fault.ROLLER:
-        return state.passing_order(run.rolling_elements, run.cage_ratio)
+        return None if math.isnan(run.cage_ratio) else state.passing_order(run.rolling_elements, run.cage_ratio)
     if not run.spin_rad_s.size or bearing.geometry is None:
         return None
     defect = run.scene.defect

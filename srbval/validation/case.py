@@ -55,13 +55,14 @@ class Source(RecordingSettings):
     """Signals of one side and how they are read; None if not stated.
 
     `file` contains paths or patterns, repeats if they are several; ``registered = "torino"`` stands for every record of
-    that rig in the register. `scene` is a scene of the bundled model (a name or a TOML file) that is run at the
-    measured speed and load.
+    that rig in the register. `scene` (a name or a TOML file) is run at the measured speed and load, by `model` if it
+    is stated, such as ``mine.py:simulate``, else by the scene's own.
     """
 
     file: tuple[str, ...] | None = None
     registered: str | None = None
     scene: str | None = None
+    model: str | None = None
 
     @property
     def settings(self) -> RecordingSettings:

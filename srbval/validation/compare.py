@@ -71,7 +71,7 @@ def compare_pair(
         theirs, _ = ensemble(_values(measured, name))
         if own is MISSING and theirs is MISSING:
             continue
-        studied = effects.get((state.value, name)) if base == "paper" else None
+        studied = _effects(quantity, state, effects, case) if base == "paper" else None
         if studied is not None and own is not MISSING:
             own = replace(own, value=own.value + studied["shift"])
         if quantity is PRESENCE:
@@ -96,6 +96,19 @@ def compare_pair(
         ]
         speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
+
+
+def _effects(quantity: ComparedQuantity, state: Fault, effects: Effects, case: Case) -> Mapping[str, Any] | None:
+    """Effects on a quantity; on a race line those on the cage ratio c, since its order is Z c or Z (1 - c)."""
+    found = effects.get((state.value, quantity.name_of(state)))
+    if quantity is not RACE_LINE:
+        return found
+    of_cage, rollers = effects.get((state.value, CAGE_RATIO.name)), case.bearing.rolling_elements
+    if of_cage is None:
+        return None
+    sign = 1 if state is Fault.OUTER else -1
+    sizes = {name: rollers * of_cage[name] for name in ("inputs_ci95", "grid_ci95")}
+    return sizes | {"shift": sign * rollers * of_cage["shift"]}
 
 
 def _values(side: SideReading | None, name: str) -> list[QuantityValue]:

@@ -108,17 +108,21 @@ def run_scene(
     """Run a scene of the bundled model beside the measured side, with its defect, and read it (`run_counterpart`)."""
     base = source.scene or ""
     beside, bearing_file = case.folder / base, case.folder / case.bearing_name
+    own_model = case.folder / (source.model or "").rpartition(":")[0]
+    model = str(case.folder / source.model) if source.model and own_model.is_file() else source.model or ""
     found = run_counterpart(
         against.analyses[0],
         state,
         str(beside) if base.endswith(".toml") and beside.is_file() else base,
         source.band_hz,
         QUANTITIES,
+        model=model,
         bearing_name=str(bearing_file) if bearing_file.suffix == ".toml" else case.bearing_name,
         progress=progress,
     )
     read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}
-    return SideReading(**read, cage_ratios=(found.run.cage_ratio,), scene=base, model=found)
+    scene = None if source.model else base  # what is known of the scene's inputs is known of its own model alone
+    return SideReading(**read, cage_ratios=(found.run.cage_ratio,), scene=scene, model=found)
 
 
 def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:

@@ -161,6 +161,14 @@ def test_a_stated_uncertainty_of_the_cage_widens_the_inner_race_line_by_less():
     assert parts.isna()["harmonic 2"]
 
 
+def test_effects_on_the_cage_ratio_are_effects_on_the_lines_of_both_races():
+    """The order of BPFI is Z (1 - c): a shift of c by 0.002 lowers it by 0.038."""
+    found = rows(analysis(), analysis(), (CAGE | {"shift": 0.002},))
+    line, cage = found["BPFI"], found["cage ratio"]
+    assert line["model"] == pytest.approx(10.82 - 19 * 0.002)
+    assert line["parts"][INPUTS] / cage["parts"][INPUTS] == pytest.approx((1 - 10.82 / 19) / (10.82 / 19))
+
+
 def test_repeats_scatter_about_their_mean_by_student_s_t():
     table = outside([analysis(found_hz=hz) for hz in (108.1, 108.2, 108.3)], [analysis()])
     half_hz = 4.302653 * 0.1 / math.sqrt(3)  # Student's t of two degrees of freedom

@@ -146,6 +146,24 @@ def test_a_file_whose_state_is_not_known_is_refused(tmp_path: Path) -> None:
     assert pair_files([file], [file], settings, Fault.OUTER)[0]["state"] == "outer"
 
 
+OUTSIDE = """
+import numpy as np
+def simulate(scene):
+    time_s = np.arange(int(scene.output_rate_hz * scene.duration_s)) / scene.output_rate_hz
+    since_s = np.mod(time_s, 1 / (19 * 0.4312 * scene.shaft_hz))
+    return time_s, np.exp(-400 * since_s) * np.sin(2 * np.pi * 900 * since_s)
+"""
+
+
+def test_a_model_from_outside_is_run_beside_the_record(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(OUTSIDE)
+    record = measured(tmp_path / "OR_877rpm_made.mat", Fault.OUTER, seed=3)
+    side = {"scene": "paper", "model": f"{tmp_path}/mine.py:simulate"}
+    found = validate(case_of_pairs([{"simulated": side, "measured": record}])).table.set_index("quantity")
+    assert found.loc["cage ratio", "simulated"] == pytest.approx(0.4312, rel=1e-4)
+    assert found.loc["cage ratio", "verdict"] == "insufficient data"  # the paper's scene says nothing about it
+
+
 def verdict_of(case: Case) -> pd.Series:
     found: pd.Series = validate(case).table.set_index("quantity").loc["BPFO", ["error", "uncertainty", "verdict"]]
     return found
