@@ -1,5 +1,6 @@
 """From a campaign to its table of cases: scenes checked, models chosen, results named, costs estimated."""
 
+import functools
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -7,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.campaign.quantities import Output
-from srbval.campaign.settings import Campaign, nested
-from srbval.campaign.worker import COMPUTED_BY
+from srbval.campaign.results import COMPUTED_BY
+from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of
 from srbval.models.run_file import scene_content
@@ -38,7 +39,6 @@ class CampaignCase:
     key: str
     point: Mapping[str, Any]
     model: str = ""
-    solver: str = ""
     expected_s: float | None = None
     planned_s: float = 0.0
     expected_bytes: int = FILE_BYTES
@@ -58,32 +58,28 @@ def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """The scene of a point, its model still as the campaign states it; raises all that reading a scene raises, and
     `UnknownNameError` for an unknown model or solver.
     """
-    scene = paper_scene(**merge(campaign.scene, nested(point)))
+    table: Mapping[str, Any] = campaign.scene
+    for key, value in point.items():
+        table = merge(table, functools.reduce(lambda inner, name: {name: inner}, reversed(key.split(".")), value))
+    scene = paper_scene(**table)
     if scene.model != AUTO:
         level_of(scene.model)
     check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
 
 
-def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
-    """The scene that a planned case runs."""
-    return replace(scene_of(campaign, case.point), model=case.model)
-
-
 def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
-    """Sums over a plan; cases of the same content count once in `different`, time and disk.
+    """Sums over a plan; cases of the same content count once in time and disk.
 
     `expected_s` is wall time on one core of the machine that the models were measured on, None if unknown.
     """
-    unique = {case.key: case for case in cases}.values()
-    known = [case.expected_s for case in unique if not case.refused]
+    good = {case.key: case for case in cases if case.refused is None}.values()
     return {
         "cases": len(cases),
-        "different": len(unique),
-        "models": dict(Counter(case.model for case in cases if not case.refused)),
+        "models": dict(Counter(case.model for case in cases if case.refused is None)),
         "refused": sum(case.refused is not None for case in cases),
-        "expected_s": None if None in known else sum(e for e in known if e is not None),
-        "expected_bytes": sum(case.expected_bytes for case in unique),
+        "expected_s": None if any(case.expected_s is None for case in good) else sum(c.expected_s or 0 for c in good),
+        "expected_bytes": sum(case.expected_bytes for case in good),
     }
 
 
@@ -93,43 +89,24 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
         if scene.model == AUTO:
             plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
             scene = replace(scene, model=plan.chosen)
-        key = content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
     except UnknownNameError as error:
-        raise _misspelt(campaign, point, error) from None
+        known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
+        raise ConfigurationError(f"campaign {campaign.name}, case {index}: {error}{known} Nothing was run.") from None
     except DataError:
         raise
     except SrbvalError as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
     guessed_s, expected_s = _cost(scene)
-    columns = max(COLUMNS.get(output, 0) for output in campaign.outputs)
     return CampaignCase(
         index=index,
-        key=key,
+        key=content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY),
         point=point,
         model=scene.model,
-        solver=scene.solver.name,
         expected_s=expected_s,
         planned_s=guessed_s if expected_s is None else expected_s,
-        expected_bytes=FILE_BYTES + 8 * columns * scene.samples,
+        expected_bytes=FILE_BYTES + 8 * max(COLUMNS.get(output, 0) for output in campaign.outputs) * scene.samples,
     )
-
-
-def _misspelt(campaign: Campaign, point: Mapping[str, Any], error: UnknownNameError) -> ConfigurationError:
-    """The `error` of a point with the axis that causes it, or with the table `scene` that all points share."""
-
-    place = "scene"
-    for name, part in {"scene": {}, **{f"axis {key!r}": {key: value} for key, value in point.items()}}.items():
-        try:
-            scene_of(campaign, part)
-        except UnknownNameError:
-            place = name
-            break
-        except SrbvalError:
-            continue
-    known = f" Known: {', '.join(sorted(error.known))}." if error.known else ""
-    said = str(error).removeprefix("scene: ")
-    return ConfigurationError(f"campaign {campaign.name}, {place}: {said}{known} Nothing was run.")
 
 
 def _cost(scene: Scene) -> tuple[float, float | None]:

@@ -2,30 +2,30 @@
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.campaign.folder import read_cases, result_path
+from srbval.campaign.folder import read_table, result_path
 from srbval.campaign.results import read_result
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.registry import load_registered
+from srbval.signal import power_density, with_noise
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 WHITE = "white"
 SEGMENT = 2048  # samples per Welch segment: smears the recording's lines, keeps the shape of its spectrum
-# Labels of a segment: unit, what they are, type. Without a defect height and extent are 0; without added noise the
-# ratio is infinite.
-LABELS: dict[str, tuple[str, str, type]] = {
+# Columns of the set: unit, what they are, type. Without a defect height and extent are 0; without added noise the ratio
+# is infinite.
+COLUMNS: dict[str, tuple[str, str, type]] = {
+    "segments": ("m s-2", "acceleration of the outer ring, one segment per row", np.float32),
     "state": ("1", "0 healthy, 1 outer race, 2 inner race, 3 roller", np.int32),
     "shaft_speed_hz": ("Hz", "mean shaft speed", float),
     "radial_n": ("N", "radial load", float),
@@ -36,15 +36,7 @@ LABELS: dict[str, tuple[str, str, type]] = {
     "case": ("1", "number of the case in the campaign's plan; split training and test by this", np.int32),
     "start_s": ("s", "start of the segment in the case's record", float),
 }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class NoiseSpectrum:
-    """Power spectral density of a noise over frequency, white without a density; `name` states its origin."""
-
-    name: str
-    frequency_hz: FloatArray | None = None
-    density: FloatArray | None = None
+Density = tuple[FloatArray, FloatArray]  # frequencies [Hz] and power of a noise
 
 
 def export_campaign(
@@ -62,155 +54,111 @@ def export_campaign(
     """
     if noise != WHITE and not snr_db:
         raise ConfigurationError("a noise spectrum is given, but no ratio: add --snr-db, such as --snr-db 10 0.")
-    table = read_cases(path)
-    spectrum = noise_spectrum(noise)
-    left_out, fs_hz, count = 0, None, 0
+    table, (origin, density) = read_table(path), _noise(noise)
+    left_out, fs_hz, length = 0, None, 0
     with new_hdf5(file) as out:
         for case in table.cases:
             found = _signal(result_path(path, case.key))
             if found is None:
                 left_out += 1
                 continue
-            samples, attributes = found
-            rate = float(attributes["fs_hz"])
+            samples, labels = found
+            rate = labels.pop("fs_hz")
             if fs_hz not in (None, rate):
                 raise DataError(f"{path}: cases differ in output_rate ({fs_hz:g} and {rate:g} Hz); export one.")
-            fs_hz = rate
-            segments, labels = _segments(
-                samples, fs_hz, segment_s, snr_db, spectrum, seeds=(seed, int(case.key[:16], 16))
-            )
-            count += len(segments)
-            _append(out, segments, labels | _case_labels(attributes) | {"case": case.index})
-        if not count or fs_hz is None:
+            fs_hz, length, random = rate, max(1, round(segment_s * rate)), (seed, int(case.key[:16], 16))
+            segments = _segments(samples, fs_hz, length, snr_db, density, random)
+            if rows := [labels | {"case": case.index} | segment for segment in segments]:
+                _append(out, rows)
+        if fs_hz is None or "segments" not in out:
             raise DataError(
                 f"{path}: no case holds {segment_s:g} s of signal ({left_out} hold none at all). "
                 'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
             )
-        length = out["segments"].shape[1]
-        about = {"name": table.campaign.name, "title": table.campaign.title, "version": table.version}
-        counts = {"cases": len(table.cases) - left_out, "segments": count, "fs_hz": fs_hz, "segment_s": segment_s}
+        made = {"segments": len(out["segments"]), "samples": length, "fs_hz": fs_hz, "left_out": left_out}
+        about = {"name": table.campaign.name, "title": table.campaign.title or "no title", "version": table.version}
+        about |= {"cases": len(table.cases) - left_out, "segment_s": segment_s, "program": __version__}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
-        out.attrs.update({"version": table.version, "data_card": _data_card(snr_db, seed, spectrum, about | counts)})
-    return {"file": file, "segments": count, "samples": length, "fs_hz": fs_hz, "left_out": left_out}
+        card = _data_card(snr_db, seed, origin, about | made)
+        out.attrs.update({"version": table.version, "data_card": card})
+    return {"file": file} | made
 
 
 def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
-    """Vertical acceleration of a case and the attributes of its file; None if it has none, `DataError` if damaged."""
+    """Vertical acceleration of a case, its labels and `fs_hz`; None if it has none, `DataError` if damaged."""
     try:
-        if not os.path.lexists(path) or not read_result(path).ending.usable:
+        if not os.path.lexists(path) or not read_result(path).usable:
             return None
     except DataError as error:
         raise DataError(f"{error} Run the campaign again first.") from None
     raw = detect_format(path).load(path)
-    samples = raw.array("acceleration_y_m_s2")
-    return None if samples is None else (samples, dict(raw.attributes))
+    samples, own = raw.array("acceleration_y_m_s2"), dict(raw.attributes)
+    if samples is None:
+        return None
+    defect = json.loads(str(own["scene"]))["defect"]
+    fault = Fault(defect["kind"])
+    size = (0.0, 0.0) if fault is Fault.HEALTHY else (defect["height_m"], defect["extent_m"] or 0.0)
+    labels = {name: float(own[name]) for name in ("fs_hz", "shaft_speed_hz", "radial_n", "axial_n")}
+    labels |= {"state": list(Fault).index(fault), "defect_height_m": size[0], "defect_extent_m": size[1]}
+    return samples, labels
 
 
 def _segments(
     samples: FloatArray,
     fs_hz: float,
-    segment_s: float,
+    length: int,
     snr_db: Sequence[float],
-    spectrum: NoiseSpectrum,
+    density: Density | None,
     seeds: tuple[int, int],
-) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """Segments, shape [k, length], without noise and at each ratio, and the labels that differ between them, [k]."""
-    length = max(1, round(segment_s * fs_hz))
-    pieces = samples[: samples.size // length * length].reshape(-1, length)
-    rows = []
-    for number, piece in enumerate(pieces):
-        rows.append(piece)
+) -> Iterator[dict[str, Any]]:
+    """Segments without noise and at each ratio, and the labels that differ between them."""
+    for number, piece in enumerate(samples[: samples.size // length * length].reshape(-1, length)):
+        start_s = number * length / fs_hz
+        yield {"segments": piece, "snr_db": np.inf, "start_s": start_s}
         for ratio in snr_db:
             # noise of its own for every segment and ratio, the same whatever else is exported
             random = np.random.default_rng([*seeds, number, round((ratio + 1000) * 1000)])
-            rows.append(add_noise(piece, fs_hz, snr_db=ratio, spectrum=spectrum, random=random))
-    ratios = [np.inf, *snr_db]
-    labels = {
-        "snr_db": np.tile(ratios, len(pieces)),
-        "start_s": np.repeat(np.arange(len(pieces)) * length / fs_hz, len(ratios)),
-    }
-    return np.array(rows, dtype=np.float32).reshape(len(rows), length), labels
+            noisy = with_noise(piece, fs_hz, snr_db=ratio, random=random, density=density)
+            yield {"segments": noisy, "snr_db": ratio, "start_s": start_s}
 
 
-def _case_labels(attributes: dict[str, Any]) -> dict[str, float]:
-    defect = json.loads(str(attributes["scene"]))["defect"]
-    fault = Fault(defect["kind"])
-    healthy = fault is Fault.HEALTHY
-    return {
-        "state": list(Fault).index(fault),
-        **{name: float(attributes[name]) for name in ("shaft_speed_hz", "radial_n", "axial_n")},
-        "defect_height_m": 0.0 if healthy else defect["height_m"],
-        "defect_extent_m": 0.0 if healthy else (defect["extent_m"] or 0.0),
-    }
-
-
-def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, Any]) -> None:
-    if not len(segments):
-        return
-    columns: dict[str, Any] = {"segments": segments}
-    columns |= {name: np.full(len(segments), labels[name], dtype=kind) for name, (_, _, kind) in LABELS.items()}
-    for name, values in columns.items():
+def _append(out: Any, rows: Sequence[dict[str, Any]]) -> None:
+    """Append rows to the columns of the set, which the first ones make."""
+    for name, (units, text, kind) in COLUMNS.items():
+        values = np.array([row[name] for row in rows], dtype=kind)
         if name in out:
             out[name].resize(len(out[name]) + len(values), axis=0)
             out[name][-len(values) :] = values
         else:
             made = out.create_dataset(name, data=values, maxshape=(None, *values.shape[1:]), **CHECKED)
-            units, text, _ = LABELS.get(name, ("m s-2", "acceleration of the outer ring, one segment per row", float))
             made.attrs.update({"units": units, "long_name": text})
 
 
-def _data_card(snr_db: Sequence[float], seed: int, spectrum: NoiseSpectrum, facts: dict[str, Any]) -> str:
+def _data_card(snr_db: Sequence[float], seed: int, origin: str, facts: dict[str, Any]) -> str:
     """The data card: origin and limits of the set, as Markdown (`data_card.md`)."""
-    noise, origin = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
-    of_recording = spectrum.frequency_hz is not None
+    noise, of_noise = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
     if snr_db:
         noise = (
-            f"each segment comes without noise (`snr_db` infinite) and with {'coloured' if of_recording else 'white'} "
-            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in snr_db)} dB, seed {seed}. The "
-            "ratio is that of the variances of the whole segment, over all frequencies."
+            f"each segment comes without noise (`snr_db` infinite) and with {'coloured' if origin else 'white'} "
+            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in snr_db)} dB, seed {seed}. The ratio is that of "
+            "the variances of the whole segment, over all frequencies."
         )
-    if of_recording:
-        origin = f"only the spectrum of the added noise was taken from {spectrum.name}."
+    if origin:
+        of_noise = f"only the spectrum of the added noise was taken from {origin}."
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
-    facts |= {"title": facts["title"] or "no title", "program": __version__}
-    return template.format(**facts, noise=noise, noise_origin=origin)
+    return template.format(**facts, noise=noise, noise_origin=of_noise)
 
 
-def noise_spectrum(noise: str) -> NoiseSpectrum:
-    """``white``, or the spectrum of the recording at that path.
+def _noise(noise: str) -> tuple[str, Density | None]:
+    """Origin and density of a noise like the recording at that path, nothing for ``white``.
 
-    A recording's is its averaged spectrum (Welch) with all it contains: its machine's lines too, smeared. Above its
-    Nyquist frequency it is zero. Raises what reading a recording raises.
+    It is the averaged spectrum (Welch) of all that the recording contains: its machine's lines too, smeared. Above the
+    recording's Nyquist frequency it is zero. Raises what reading a recording raises.
     """
     if noise == WHITE:
-        return NoiseSpectrum(name=WHITE)
-    from srbval.signal import power_density
-
+        return "", None
     recording = load_registered(noise)
     name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
     samples = recording.channels[name]
-    frequency, density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
-    return NoiseSpectrum(
-        name=f"{recording.name}, channel {name} ({recording.origin.value})", frequency_hz=frequency, density=density
-    )
-
-
-def add_noise(
-    samples: FloatArray, fs_hz: float, *, snr_db: float, spectrum: NoiseSpectrum, random: np.random.Generator
-) -> FloatArray:
-    """`samples`, shape [n], with Gaussian noise of `spectrum`; `snr_db` is the ratio of the variances [dB].
-
-    Raises `ConfigurationError` if the spectrum is zero at all frequencies of this sampling rate.
-    """
-    noise = random.standard_normal(samples.size)
-    if spectrum.frequency_hz is not None and spectrum.density is not None:
-        lines = np.fft.rfft(noise)
-        frequency_hz = np.arange(lines.size) * fs_hz / samples.size
-        gain = np.interp(frequency_hz, spectrum.frequency_hz, np.sqrt(spectrum.density), right=0.0)
-        gain[0] = 0.0
-        noise = np.fft.irfft(lines * gain, samples.size)
-    power = float(np.var(noise))
-    if power == 0:
-        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; use white noise.")
-    scale = np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20)
-    return np.asarray(samples + scale * noise)
+    density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
+    return f"{recording.name}, channel {name} ({recording.origin.value})", density

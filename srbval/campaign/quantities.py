@@ -12,6 +12,7 @@ from srbval.models.run import Run
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
 Row = tuple[str, float | None, str]
+SUMMARY = {"cage_ratio": "1", "bpfo_hz": "Hz", "bpfi_hz": "Hz", "roller_load_share": "1", "energy_imbalance": "1"}
 LEAST_REVOLUTIONS = 12  # of a record whose lines are read, without its ends
 ENDS_S = 0.1  # of a record, disturbed by the filter's transients
 
@@ -34,11 +35,7 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> Quantities:
 
 
 def _summary(run: Run) -> Iterator[Row]:
-    yield "cage_ratio", run.cage_ratio, "1"
-    yield "bpfo_hz", run.bpfo_hz, "Hz"
-    yield "bpfi_hz", run.bpfi_hz, "Hz"
-    yield "roller_load_share", run.roller_load_share, "1"
-    yield "energy_imbalance", run.energy_imbalance, "1"
+    return ((name, getattr(run, name), unit) for name, unit in SUMMARY.items())
 
 
 def _statistics(run: Run) -> Iterator[Row]:
@@ -52,9 +49,8 @@ def _statistics(run: Run) -> Iterator[Row]:
     rms = math.sqrt(float(np.mean(deviation * deviation)))
     yield "rms_m_s2", rms, "m s-2"
     yield "band_rms_m_s2", band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"
-    if rms:
-        yield "crest_factor", float(np.max(np.abs(deviation))) / rms, "1"
-        yield "kurtosis", kurtosis(deviation), "1"
+    yield "crest_factor", float(np.max(np.abs(deviation))) / rms if rms else None, "1"
+    yield "kurtosis", kurtosis(deviation), "1"
     yield "deepest_m", float(np.max(run.depth_m)), "m"
     yield "sag_m", float(np.mean(run.displacement_m[:, 1])), "m"
 

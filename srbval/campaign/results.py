@@ -1,60 +1,40 @@
-"""The ending of a case, and the file of its result.
+"""The result of a case and its file.
 
 A result is one HDF5 file, readable by xarray and named by its content; the same case gives the same bytes wherever it
-is run. A result with signals is also a run file, which every command that reads runs accepts. The ending, the reason
-and the numbers are a line of JSON behind the HDF5 part, beside the checksum of the file, so HDF5 is not needed to read
-them.
+is run. A result with signals is also a run file, which every command that reads runs accepts. Status, reason and
+numbers are a line of JSON behind the HDF5 part, beside the checksum of the file, so HDF5 is not needed to read them.
 """
 
-import enum
 import json
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from srbval.campaign.quantities import Output, Quantities
 from srbval.errors import DataError
 from srbval.models.run import USABLE, Run
-from srbval.models.run_file import RunWriter, scene_dict
+from srbval.models.run_file import RunWriter
 from srbval.scene import Scene
-from srbval.storage.hdf5_files import CHECKED, checked_summary, new_hdf5
+from srbval.storage.hdf5_files import checked_summary, new_hdf5
 from srbval.storage.json_files import from_json, parse_json, to_json
+from srbval.storage.sources import content_version
 
-KIND = "campaign-case"
-ACCELERATION_SIGNALS = ("acceleration_m_s2", "spin_rad_s", "load_n")  # of output `acceleration`; the last two empty
-
-
-class Ending(enum.StrEnum):
-    """Ending of a case."""
-
-    OK = "ok"
-    INACCURATE = "inaccurate"  # this status and the next two, as in `RunStatus`, come with a result
-    SKIDDING = "skidding"
-    ROLLERS_UNLOADED = "rollers-unloaded"
-    FAILED = "failed"  # the numerics failed; the reason begins with the status of the run
-    REFUSED = "refused"  # no run could be started
-    CRASHED = "crashed"  # the process died, or the program has a bug
-    TIMED_OUT = "timed-out"  # the case exceeded its time limit, so its process was ended
-    UNWRITTEN = "unwritten"  # the result could not be written
-
-    @property
-    def usable(self) -> bool:
-        """True if the result may be read as the vibration of the scene's bearing."""
-        return self.value in USABLE
-
-    @property
-    def final(self) -> bool:
-        """True if another try would end the same; the next run of the campaign tries the other cases again."""
-        return self not in (Ending.CRASHED, Ending.TIMED_OUT, Ending.UNWRITTEN)
+COMPUTED_BY = "srbval.campaign.worker"
+REFUSED = "refused"  # no run could be started
+CRASHED = "crashed"  # the process died, or the program has a bug
+TIMED_OUT = "timed-out"  # the case exceeded its time limit, so its process was ended
+SIGNALS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTask:
-    """All that a worker needs to run a case; `limit_s` limits the wall time, None for no limit."""
+    """All that a worker needs to run a case; `limit_s` limits the wall time, None for no limit.
+
+    `version` is that of the code that must run it, see `version()`.
+    """
 
     key: str
+    version: str
     scene: Scene
     outputs: tuple[Output, ...]
     path: Path
@@ -63,41 +43,47 @@ class CaseTask:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Ending of a case, and its numbers. `simulation_s` is the wall time of the simulation, 0 if read from a file."""
+    """Result of a case: its numbers, and how it ended, the status of its run or one of the three above."""
 
     key: str
-    ending: Ending
+    status: str
     reason: str
     quantities: Quantities = field(default_factory=dict)
-    simulation_s: float = 0.0
+
+    @property
+    def usable(self) -> bool:
+        """True if the result may be read as the vibration of the scene's bearing."""
+        return self.status in USABLE
+
+    @property
+    def final(self) -> bool:
+        """True if another try would end the same; the next run of the campaign tries the other cases again."""
+        return self.status not in (CRASHED, TIMED_OUT)
 
 
-def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: Run | None = None) -> None:
-    """Write the numbers of a case, or the reason why it has none, and the `signals` of its run; whole or not at all.
+def version() -> str:
+    """Version of all code that runs a case and measures it."""
+    return content_version(COMPUTED_BY)
 
-    `scene` is None if no scene could be made. Raises `DataError` if the file cannot be written.
+
+def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs: Collection[Output] = ()) -> None:
+    """Write a result, and signals of its run if the `outputs` ask for them; whole or not at all.
+
+    Raises `DataError` if it cannot be written.
     """
     with new_hdf5(path) as file:
-        if signals is None:
-            content = {} if scene is None else scene_dict(scene)
-            file.attrs.update({"srbval_kind": KIND, "scene": json.dumps(content)})
-            file.attrs.update({"ending": result.ending.value, "reason": result.reason})
+        if run is None or not SIGNALS.intersection(outputs):
+            file.attrs["srbval_kind"] = "campaign-case"
         else:
-            writer = RunWriter(file, signals.scene, check_written=file.check_written)
-            writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
+            one = Output.SIGNALS not in outputs
+            writer = RunWriter(file, run.scene, check_written=file.check_written, acceleration_only=one)
+            writer.append(vars(run))
             # zero, because a deleted attribute leaves its bytes in the file
-            writer.finish(replace(signals, wall_s=0.0, compile_s=0.0))
+            writer.finish(replace(run, wall_s=0.0, compile_s=0.0))
             del file.attrs["wall_s"]
-            file.attrs["ending"] = result.ending.value
-        if result.quantities:
-            values, units = zip(*result.quantities.values(), strict=True)
-            table = {"quantity": np.array([*result.quantities], dtype="S"), "value": np.array(values)}
-            table |= {"unit": np.array(units, dtype="S")}
-            scale, *columns = (file.create_dataset(name, data=data, **CHECKED) for name, data in table.items())
-            scale.make_scale("quantity")
-            for column in columns:
-                column.dims[0].attach_scale(scale)
-        file.summary = json.dumps(to_json(replace(result, simulation_s=0.0))).encode()
+        numbers = {name: value for name, (value, _) in result.quantities.items()}
+        file.attrs.update({"status": result.status, "reason": result.reason} | numbers)
+        file.summary = json.dumps(to_json(result)).encode()
 
 
 def read_result(path: Path) -> CaseResult:
@@ -114,20 +100,9 @@ def read_result(path: Path) -> CaseResult:
         raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
 
 
-def final_result(path: Path) -> CaseResult | None:
-    """The result in a file if it is intact and final, so that its case need not be run."""
+def intact_result(path: Path) -> CaseResult | None:
+    """The result in a file as `read_result` reads it, None if it is missing or damaged."""
     try:
-        result = read_result(path)
+        return read_result(path)
     except DataError:
         return None
-    return result if result.ending.final else None
-
-
-def acceleration_only(run: Run) -> Run:
-    """The run with NaN for its other signals, which are then not written."""
-
-    def blank(part: Any, *kept: str) -> dict[str, Any]:
-        found = {f.name: getattr(part, f.name) for f in fields(part) if f.name not in kept}
-        return {n: np.broadcast_to(np.nan, v.shape) for n, v in found.items() if isinstance(v, np.ndarray)}
-
-    return replace(run, **blank(run, *ACCELERATION_SIGNALS), energy=replace(run.energy, **blank(run.energy)))

@@ -6,7 +6,7 @@ A point is the change of the base scene by one case, by dotted key of a scene fi
 import enum
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
@@ -21,6 +21,7 @@ from srbval.storage.tables import Limited, build, limited, number_and_unit, quan
 MOST_CASES = 2_000_000  # planned in memory, each with a file of its own
 MOST = 1e12  # finite, and beyond whatever makes sense
 MOST_RANGES = 100  # a scene has fewer numbers
+Point = dict[str, Any]
 
 
 class Sampling(enum.StrEnum):
@@ -37,7 +38,7 @@ NEEDS = {Sampling.GRID: {"values"}, Sampling.ZIP: {"values"}, Sampling.LIST: {"c
 
 
 @dataclass(frozen=True, kw_only=True)
-class Axes:
+class Axes(Limited):
     """A block of axes. Keys are those of a scene file, of a table as ``"load.radial"`` or as a table.
 
     `values`: choices by key; `cases`: whole points; `ranges`: least and largest value by key, in one unit.
@@ -47,43 +48,34 @@ class Axes:
     values: dict = field(default_factory=dict)
     cases: tuple[dict, ...] = ()
     ranges: dict = field(default_factory=dict)
-    samples: int = 0
+    samples: int = limited(least=0, most=MOST_CASES, default=0)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         given = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}
         needed = NEEDS.get(self.kind, {"ranges", "samples"})
         if given != needed:
             wrong = sorted(needed - given) or sorted(given - needed)
             verb = "needs" if needed - given else "does not use"
             raise ConfigurationError(f"axes of kind {self.kind.value!r}: it {verb} {', '.join(wrong)}.")
-        if self.samples < 0:
-            raise ConfigurationError(f"axes: samples = {self.samples} must be above zero.")
 
-    def points(self, seed: int) -> Iterator[dict[str, Any]]:
-        """The points of this block; `seed` is for random ones."""
+    def factors(self, seed: int) -> list[list[Point]]:
+        """Lists of points, whose combinations are the points of this block; `seed` is for random ones."""
         if self.kind is Sampling.LIST:
-            yield from map(flat, self.cases)
-            return
+            return [[flat(case) for case in self.cases]]
         if self.kind not in (Sampling.GRID, Sampling.ZIP):
-            yield from self._space_filling(seed)
-            return
-        values = flat(self.values)
-        for key, choices in values.items():
+            return [self._space_filling(seed)]
+        for key, choices in (values := flat(self.values)).items():
             if not isinstance(choices, list) or not choices:
                 raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {shown(choices)}.")
-        if self.kind is Sampling.ZIP and len({len(v) for v in values.values()}) > 1:
+        if self.kind is Sampling.GRID:
+            return [[{key: choice} for choice in choices] for key, choices in values.items()]
+        if len({len(v) for v in values.values()}) > 1:
             lengths = ", ".join(f"{k} {len(v)}" for k, v in values.items())
             raise ConfigurationError(f"axes of kind 'zip': all lists must be equally long; they have {lengths}.")
-        combine = zip if self.kind is Sampling.ZIP else itertools.product
-        for choice in combine(*values.values()):
-            yield dict(zip(values, choice, strict=True))
+        return [[dict(zip(values, choice, strict=True)) for choice in zip(*values.values(), strict=True)]]
 
-    def most_points(self) -> int:
-        """Upper limit of the number of points, without making them."""
-        lengths = [len(choices) for choices in flat(self.values).values() if isinstance(choices, list)]
-        return math.prod(lengths) if self.kind is Sampling.GRID else len(self.cases) + self.samples + sum(lengths[:1])
-
-    def _space_filling(self, seed: int) -> Iterator[dict[str, Any]]:
+    def _space_filling(self, seed: int) -> list[Point]:
         """Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
         from scipy.stats import qmc
 
@@ -96,12 +88,8 @@ class Axes:
                 f"such as {1 << (self.samples - 1).bit_length()}; others lose the sequence's balance."
             )
         method = qmc.LatinHypercube if self.kind is Sampling.LATIN_HYPERCUBE else qmc.Sobol
-        for row in method(d=len(ranges), rng=seed).random(self.samples):
-            point: dict[str, Any] = {}
-            for share, (key, (low, high, text)) in zip(row, ranges.items(), strict=True):
-                value = low + float(share) * (high - low)
-                point[key] = f"{value!r} {text}" if text else value
-            yield point
+        shares = method(d=len(ranges), rng=seed).random(self.samples).tolist()
+        return [{key: place(share) for share, (key, place) in zip(row, ranges.items(), strict=True)} for row in shares]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,21 +125,17 @@ class Campaign(Limited):
         """Limit of the wall time [s] of a case that is expected to take `expected_s`; None if there is no limit."""
         return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
 
-    def points(self) -> Iterator[dict[str, Any]]:
+    def points(self) -> Iterator[Point]:
         """The points of all blocks multiplied, each with its repeats' seeds; the first block changes slowest."""
-        cases = self.repeats * math.prod(block.most_points() for block in self.axes)
-        if cases > MOST_CASES:
-            raise ConfigurationError(f"{cases:.3g} cases; the limit is {MOST_CASES}: split the campaign.")
-        for parts in itertools.product(*(list(b.points(self.seed + number)) for number, b in enumerate(self.axes))):
-            point: dict[str, Any] = {}
-            for part in parts:
-                twice = sorted(set(point) & set(part))
-                if twice:
-                    raise ConfigurationError(f"axes: {twice[0]!r} is set by two blocks of axes.")
-                point |= part
+        factors = [factor for number, block in enumerate(self.axes) for factor in block.factors(self.seed + number)]
+        count = self.repeats * math.prod(map(len, factors))
+        if count > MOST_CASES:
+            raise ConfigurationError(f"{count:.3g} cases; the limit is {MOST_CASES}: split the campaign.")
+        for parts in itertools.product(*factors):
+            point = joined(parts)
+            seeded = "seed" not in point and (self.repeats > 1 or self.seed)
             for repeat in range(self.repeats):
-                seed = {} if "seed" in point else {"seed": self.seed + repeat}
-                yield point | (seed if self.repeats > 1 or self.seed else {})
+                yield point | ({"seed": self.seed + repeat} if seeded else {})
 
 
 def load_campaign(name: str) -> Campaign:
@@ -177,38 +161,31 @@ def presets() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(table: Mapping[str, Any], prefix: str = "") -> Point:
     """Nested tables as dotted keys."""
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        inner = flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-        twice = [name for name in inner if name in found]
-        if twice:
-            raise ConfigurationError(f"{min(twice)!r} is given twice.")
-        found |= inner
+    return joined(
+        flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+        for key, value in table.items()
+    )
+
+
+def joined(parts: Iterable[Point]) -> Point:
+    """One point of several; `ConfigurationError` if two of them set the same key."""
+    found: Point = {}
+    for part in parts:
+        if twice := sorted(found.keys() & part):
+            raise ConfigurationError(f"axes: {twice[0]!r} is set twice.")
+        found |= part
     return found
 
 
-def nested(point: Mapping[str, Any]) -> dict[str, Any]:
-    """Dotted keys as nested tables."""
-    table: dict[str, Any] = {}
-    for key, value in point.items():
-        *outer, last = key.split(".")
-        inner = table
-        for name in outer:
-            inner = inner.setdefault(name, {})
-            if not isinstance(inner, dict):
-                raise ConfigurationError(f"axes: {key!r} and {name!r} cannot both be set.")
-        inner[last] = value
-    return table
-
-
-def _range(key: str, ends: object) -> tuple[float, float, str]:
-    """Least value, largest value and their unit, empty for plain numbers."""
-    if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
+def _range(key: str, ends: object) -> Callable[[float], float | str]:
+    """Function from a share of the range to a value in it: a number, or text with the unit of both ends."""
+    if isinstance(ends, list) and len(ends) == 2:
         first, second = (number_and_unit(str(end)) for end in ends)
         if first and second and first[1] == second[1] and 0 < second[0] - first[0] < math.inf:
-            return first[0], second[0], first[1]
+            low, size, unit = first[0], second[0] - first[0], first[1]
+            return lambda share: f"{low + share * size!r} {unit}" if unit else low + share * size
     raise ConfigurationError(
         f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
         f"found {shown(ends)}."

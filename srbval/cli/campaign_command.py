@@ -9,8 +9,7 @@ from typing import Any
 from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import export_campaign
-from srbval.campaign.folder import Damage, campaign_status, verify_campaign
-from srbval.campaign.run import run_campaign
+from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
@@ -74,28 +73,23 @@ def _status(options: argparse.Namespace) -> int:
         f"{found['name']}: {found['done']} of {found['cases']} cases have a result, {len(found['failed'])} failed; "
         f"{running}. Results: {found['table'] or 'cannot be written here'}"
     )
-    text = "\n".join([text, *_reasons(found["failed"]), *_damage(found["damaged"])])
-    return answer(options, found, text, code=DAMAGED if found["damaged"] else DONE)
+    return answer(options, found, "\n".join([text, *_reasons(found["failed"])]))
 
 
 def _verify(options: argparse.Namespace) -> int:
     found = verify_campaign(Path(options.folder))
-    text = f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"
-    text = "\n".join([text, *_damage(found["damaged"])])
-    return answer(options, found, text, code=DONE if found["ok"] else DAMAGED)
-
-
-def _damage(damaged: Sequence[Damage]) -> Iterator[str]:
-    yield from (f"{found['file']}: {found['why']}" for found in damaged)
-    if damaged:
-        yield "The same srbval campaign run repairs it: damaged results are run again."
+    lines = [f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"]
+    lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
+    if found["damaged"]:
+        lines.append("The same srbval campaign run repairs it: damaged results are run again.")
+    return answer(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED)
 
 
 def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Failures by reason, the most frequent first."""
     reasons: dict[str, list[int]] = {}
     for entry in failed:
-        reasons.setdefault(f"{entry['ending']}: {printable(entry['reason'], LONGEST_REASON)}", []).append(entry["case"])
+        reasons.setdefault(f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}", []).append(entry["case"])
     for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
         which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")
         yield f"{len(cases)} x {reason} (case {which})"

@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.folder import TABLE, read_cases, result_path
+from srbval.campaign.folder import TABLE, read_table, result_path
 from srbval.cli.analyse_command import read_many, report_failed
 from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries
@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     cases: dict[str, datetime | float] = {}
     if len(options.files) == 1 and (Path(options.files[0]) / TABLE).is_file():
         folder = Path(options.files[0])
-        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_cases(folder).cases}
+        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_table(folder).cases}
         options.files = list(cases)
     documents, failed, other = read_many(options)
     files = list(dict.fromkeys(one["file"] for one in documents))

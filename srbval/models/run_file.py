@@ -32,17 +32,29 @@ VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))
 
 
 class RunWriter:
-    """Writes a run into an open HDF5 file as it goes: `append` each chunk, `finish` once."""
+    """Writes a run into an open HDF5 file as it goes: `append` each chunk, `finish` once.
 
-    def __init__(self, file: Any, scene: Scene, *, check_written: Callable[[], None] = lambda: None) -> None:
+    With `acceleration_only` the accelerations of ring and sensor are the only signals.
+    """
+
+    def __init__(
+        self,
+        file: Any,
+        scene: Scene,
+        *,
+        check_written: Callable[[], None] = lambda: None,
+        acceleration_only: bool = False,
+    ) -> None:
         self._file, self._scene, self._check_written = file, scene, check_written
+        self._names = [name for name in VARIABLES if not acceleration_only or name.startswith("acceleration")]
         self.finished = False
 
     def append(self, signals: Mapping[str, Any]) -> None:
         """Add a chunk: the arrays of a `Run` by their names there, `energy` among them; `DataError` for a full disk."""
         self._check_written()
         arrays = {**signals, **vars(signals["energy"])}
-        for name, variable in VARIABLES.items():
+        for name in self._names:
+            variable = VARIABLES[name]
             values = arrays[variable.get("array", name)]
             values = values[:, variable["column"]] if "column" in variable else values
             if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # the model has it

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import IO, Any
 
@@ -42,7 +43,7 @@ def without_ctrl_c() -> Iterator[None]:
 
 
 class DiedError(Exception):
-    """The process died before it answered, or was killed."""
+    """The process died before it answered, or was killed; a `RestartingProcess` states how."""
 
 
 class OverLimitError(DiedError):
@@ -122,6 +123,43 @@ class WorkerProcess:
                     stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(END_S)
+
+
+class RestartingProcess:
+    """A `WorkerProcess` that starts with the first call, and again after it has died."""
+
+    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None) -> None:
+        self._module, self._environment = module, environment
+        self._lock, self._stopped = threading.Lock(), False
+        self._process: WorkerProcess | None = None
+
+    def call(self, request: Any, *, limit_s: float | None = None) -> Any:
+        """The answer to a request, see `WorkerProcess`; `CancelledError` after `stop`."""
+        with self._lock:
+            if self._stopped:
+                raise CancelledError
+            process = self._process = self._process or WorkerProcess(self._module, environment=self._environment)
+        try:
+            return process.call(request, limit_s=limit_s)
+        except DiedError as error:
+            how = process.death()
+            self.close()
+            raise type(error)(how) from None
+
+    def stop(self) -> None:
+        """Kill the process and start no other."""
+        with self._lock:
+            self._stopped = True
+            if self._process is not None:
+                self._process.kill()
+
+    def close(self) -> None:
+        """Let the process end."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+    __del__ = close
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:

@@ -28,4 +28,5 @@ from srbval.signal.spectrum import (
     phase_randomised,
     power_density,
     prewhitened,
+    with_noise,
 )

@@ -123,6 +123,31 @@ def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
     return np.asarray(scipy.fft.irfft(turned, n=samples.size))
 
 
+def with_noise(
+    samples: FloatArray,
+    fs_hz: float,
+    *,
+    snr_db: float,
+    random: np.random.Generator,
+    density: tuple[FloatArray, FloatArray] | None = None,
+) -> FloatArray:
+    """`samples` [n] with Gaussian noise, whose variance is `snr_db` [dB] below that of the samples.
+
+    The noise is white, or has a power `density` by frequency [Hz], see `power_density`, and none beyond its last
+    frequency. Raises `ConfigurationError` if that leaves nothing at this sampling rate.
+    """
+    noise = random.standard_normal(samples.size)
+    if density is not None:
+        lines = scipy.fft.rfft(noise)
+        gain = np.interp(np.arange(lines.size) * fs_hz / samples.size, density[0], np.sqrt(density[1]), right=0.0)
+        gain[0] = 0.0
+        noise = scipy.fft.irfft(lines * gain, n=samples.size)
+    power = float(np.var(noise))
+    if power == 0:
+        raise ConfigurationError(f"nothing of the noise's spectrum is left at {fs_hz:g} Hz; use white noise.")
+    return np.asarray(samples + noise * np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Kurtogram:
     """`kurtosis` [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.

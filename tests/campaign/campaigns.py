@@ -1,14 +1,13 @@
 """Small campaigns of a few milliseconds of simulated time, run within the test's own process, and their folders."""
 
 import hashlib
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.folder import RESULTS, verify_campaign
-from srbval.campaign.local import Job
-from srbval.campaign.results import CaseResult
-from srbval.campaign.run import run_campaign
+from srbval.campaign.folder import RESULTS
+from srbval.campaign.results import CaseResult, CaseTask
+from srbval.campaign.run import run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import prepare, run_case
 from srbval.storage.tables import build
@@ -45,13 +44,13 @@ def small(**changes: Any) -> Campaign:
 
 
 class InProcess:
-    """An engine: compile, then one case after the other, without limits and without a process."""
+    """An engine that runs one case after the other in this process, without limits."""
 
-    name, workers = "in-process", 1
+    name = "in-process"
 
-    def run(self, job: Job) -> Generator[CaseResult]:
-        prepare(job.precompiled)
-        for task in job.tasks:
+    def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
+        for task in tasks:
+            prepare(task.scene)
             yield run_case(task)
 
 
@@ -59,10 +58,9 @@ def run_small(campaign: Campaign, folder: Path, **options: Any) -> dict[str, Any
     return run_campaign(campaign, folder, engine=InProcess(), **options)
 
 
-def resume(folder: Path, **changes: Any) -> tuple[dict[str, Any], list[str]]:
-    """Run the campaign `MIXED` again; returns its summary and messages."""
-    said: list[str] = []
-    return run_small(small(axes=MIXED, **changes), folder, message=said.append), said
+def resume(folder: Path, **changes: Any) -> dict[str, Any]:
+    """Run the campaign `MIXED` again; returns its summary."""
+    return run_small(small(axes=MIXED, **changes), folder)
 
 
 def content(folder: Path) -> dict[str, str]:

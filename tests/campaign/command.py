@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.local import ATTEMPTS
+from srbval.campaign.case_process import ATTEMPTS
 
 MANY = """\
 name = "many"
@@ -39,10 +39,11 @@ def start(
     stderr: int = subprocess.DEVNULL,
     environment: Mapping[str, str] | None = None,
 ) -> subprocess.Popen[bytes]:
-    """Start the command in a process group of its own."""
+    """Start the command in a process group of its own, in the folder of the file."""
     return subprocess.Popen(
         [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), *options],
         start_new_session=True,
+        cwd=file.parent,
         stdout=subprocess.DEVNULL,
         stderr=stderr,
         env=os.environ | dict(environment or {}),

@@ -11,9 +11,8 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign import local
+from srbval.campaign import case_process
 from srbval.campaign.engines import DaskEngine, choose_engine
-from srbval.campaign.local import Job, LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, small
@@ -24,10 +23,7 @@ TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"k
 
 
 def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) -> None:
-    """They are also used if no scheduler is named."""
-    engines = [choose_engine(name, jobs=2) for name in ("serial", "auto", "dask", "local")]
-    assert [(engine.name, engine.workers) for engine in engines] == [("serial", 1), *[("local", 2)] * 3]
-    run_campaign(small(axes=MIXED), tmp_path, engine=engines[-1])
+    run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(jobs=2))
     assert content(tmp_path) == content(whole)
 
 
@@ -56,7 +52,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
         thread = threading.Thread(target=lose_all, daemon=True)
         thread.start()
         engine = choose_engine("dask", address=cluster.scheduler_address, wait_s=2.0)
-        with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command resumes"):
+        with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command runs the rest"):
             run_campaign(campaign, tmp_path, engine=engine)
         thread.join()
     kept = len(list(tmp_path.glob("cases/*.h5")))
@@ -67,22 +63,21 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
 
 BAD_CASES = """\
 import os, signal, time
-import srbval.campaign.worker as worker
-good = worker._simulate
-def simulate(scene):
+import srbval.campaign.results as results, srbval.sweep.pool as pool
+good, good_write = pool.attempt, results.write_result
+def attempt(scene, **options):
     if scene.seed == 666:
         os.kill(os.getpid(), signal.SIGKILL)
     if scene.seed == 667:
         time.sleep(1e6)
     if scene.seed == 668:
         sum(iter(int, 1))  # lets no other thread of Python run
-    return good(scene)
-def write(path, result, scene, *rest):
-    if scene.seed == 669:
+    return good(scene, **options)
+def write(path, result, run=None, *rest):
+    if run is not None and run.scene.seed == 669:
         time.sleep(1e6)
-    return good_write(path, result, scene, *rest)
-good_write = worker.write_result
-worker._simulate, worker.write_result = simulate, write
+    return good_write(path, result, run, *rest)
+pool.attempt, results.write_result = attempt, write
 """
 
 
@@ -102,15 +97,15 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
     if name == "local":
         with monkeypatch.context() as patched:
             patched.setenv("PYTHONPATH", paths)
-            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
+            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(jobs=2))
     else:
         with dask_cluster({"PYTHONPATH": paths}) as cluster:
             found = run_campaign(campaign, tmp_path / "run", engine=DaskEngine(cluster))
     assert (found["cases"], found["done"]) == (6, 6)
-    endings = ["crashed", "timed-out", "timed-out", "timed-out"]
-    assert [(entry["case"], entry["ending"]) for entry in found["failed"]] == list(
-        zip((1, 3, 4, 5), endings, strict=True)
-    )
+    assert [(entry["case"], entry["status"]) for entry in found["failed"]] == [
+        (1, "crashed"),
+        *((case, "timed-out") for case in (3, 4, 5)),
+    ]
     crash, timeout, *_ = (entry["reason"] for entry in found["failed"])
     assert "its process died 3 times (signal SIGKILL)" in crash
     assert f"longer than its limit of {LIMIT}" in timeout
@@ -123,11 +118,11 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
     ("options", "message"),
     [
         ({"name": "threads"}, "'threads' is not known"),
-        ({"jobs": 0}, "at least 1"),
-        ({"name": "local", "address": "tcp://x:1"}, "needs --engine dask"),
+        ({"name": "dask"}, "needs --address"),
+        ({"name": "local", "address": "tcp://x:1"}, "no other engine has one"),
         ({"name": "local", "adapt": True}, "--adapt needs the engine of a batch system"),
         ({"name": "slurm"}, "needs dask.*-m pip install .*dask-jobqueue"),
-        ({"name": "dask", "address": "tcp://x:1"}, "needs dask.*-m pip install .*distributed"),
+        ({"address": "tcp://x:1"}, "needs dask.*-m pip install .*distributed"),
     ],
 )
 def test_engines_that_cannot_be(options: dict[str, Any], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,98 +134,56 @@ def test_engines_that_cannot_be(options: dict[str, Any], message: str, monkeypat
 def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.CONNECT_S", "1 s")
-    with pytest.raises(DataError, match="no Dask scheduler answers"):
+    with pytest.raises(DataError, match=r"dask at tcp://127.0.0.1:9 failed \(.*0 of 6 cases"):
         run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
 
 
 @pytest.mark.parametrize(
     ("sbatch", "said"),
     [
-        ('#!/bin/sh\necho "Submitted batch job 1"\n', "no worker of slurm for 0.5 s"),
+        ('#!/bin/sh\ncp "$1" job.sh\necho "Submitted batch job 1"\n', "no worker of slurm for 0.5 s"),
         ("nothing\n", "slurm failed ("),
     ],
     ids=["whose jobs never come", "that cannot be run"],
 )
 def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
-    environment = stand_in_for_slurm(tmp_path, sbatch=sbatch)
+    """One core and one thread a job; the user's own settings are kept."""
+    environment = stand_in_for_slurm(tmp_path, sbatch=sbatch) | {
+        "DASK_JOBQUEUE__SLURM__QUEUE": "long",
+        "DASK_JOBQUEUE__SLURM__JOB_SCRIPT_PROLOGUE": "['module load python']",
+        "DASK_JOBQUEUE__SLURM__WORKER_EXTRA_ARGS": "['--lifetime', '1h']",
+    }
     options = ("--engine", "slurm", "--jobs", "1", "--wait", "0.5")
-    file = _many(tmp_path, "0.1 s")
-    process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE, environment=environment)
-    (line,) = _said(process)
+    (tmp_path / "many.toml").write_text(MANY)
+    process = start(tmp_path / "many.toml", tmp_path / "run", *options, stderr=subprocess.PIPE, environment=environment)
+    text = process.communicate()[1].decode()
+    assert "Traceback" not in text
+    (line,) = (line for line in text.splitlines() if not line.startswith("campaign many"))
     assert process.returncode == 3
     assert said in line
-    assert "--wait" in line or "resumes" in line
-
-
-@pytest.mark.parametrize(
-    ("name", "class_name", "wanted"),
-    [
-        ("slurm", "SLURMCluster", ("#SBATCH -p long", "#SBATCH -A bearings", "#SBATCH -t 02:00:00", "#SBATCH -n 1")),
-        ("pbs", "PBSCluster", ("#PBS -q long", "#PBS -A bearings", "#PBS -l walltime=02:00:00")),
-    ],
-)
-def test_the_script_of_a_job(
-    name: str, class_name: str, wanted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As dask-jobqueue submits it: one core and one thread a job, the user's own settings kept."""
-    pytest.importorskip("dask_jobqueue")
-    import dask
-    import dask_jobqueue
-
-    made: list[tuple[str, int]] = []
-
-    def record(cluster: Any, *_: int, jobs: int = 0) -> None:
-        made.append((cluster.job_script(), jobs))
-        if jobs:
-            assert cluster.scheduler_address.startswith("tcp://127.0.0.1:")
-            raise InterruptedError("here")
-
-    monkeypatch.setattr(getattr(dask_jobqueue, class_name), "scale", record)
-    own: dict[str, Any] = {"queue": "long", "account": "bearings", "walltime": "02:00:00"}
-    own |= {"job-script-prologue": ["module load python"]}
-    own |= {"worker-extra-args": ["--lifetime", "1h"], "scheduler-options": {"host": "127.0.0.1"}}
-    with (
-        dask.config.set({f"jobqueue.{name}.{k}": v for k, v in own.items()}),
-        pytest.raises(DataError, match="InterruptedError: here"),
-    ):
-        list(choose_engine(name, jobs=3).run(Job(folder=Path(), precompiled=(), tasks=[], count=0)))
-    script, jobs = made[0]
-    lines = script.splitlines()
-    assert jobs == 3
-    assert all(line in lines for line in wanted), script
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        assert lines.index("module load python") < lines.index(f"export {variable}=1")
-    for option in ("dask", "--nthreads 1", "--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"):
-        assert option in lines[-1]
-
-
-def _many(folder: Path, seconds: str) -> Path:
-    (folder / "many.toml").write_text(MANY.replace("1 s", seconds))
-    return folder / "many.toml"
-
-
-def _said(process: subprocess.Popen[bytes]) -> list[str]:
-    """The messages of the command without its progress."""
-    text = process.communicate()[1].decode()
-    assert "Traceback" not in text, text
-    return [line for line in text.splitlines() if not line.startswith("campaign many")]
+    assert "the same command runs the rest" in line
+    if "cp" in sbatch:
+        script = (tmp_path / "job.sh").read_text()
+        assert {"#SBATCH -p long", "#SBATCH -n 1", "module load python"} <= {*script.splitlines()}, script
+        for option in ("--nthreads 1", "--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"):
+            assert option in script
 
 
 def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any, **__: Any) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr(local, "WorkerProcess", refuse)
+    monkeypatch.setattr("srbval.processes.worker.WorkerProcess", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
-        run_campaign(small(), tmp_path, engine=LocalProcesses(2))
+        run_campaign(small(), tmp_path, engine=choose_engine(jobs=2))
 
 
 DIES = "import os, sys\nif 'srbval.campaign.worker' in sys.orig_argv:\n    os.kill(os.getpid(), 9)\n"
 HANGS = """\
 import sys, time
 if "srbval.campaign.worker" in sys.orig_argv:
-    import srbval.campaign.worker as worker
-    worker.prepare = lambda scenes: time.sleep(1e6)
+    import srbval.models.simulate as models
+    models.simulate = lambda *_, **__: time.sleep(1e6)
 """
 
 
@@ -239,7 +192,7 @@ def test_processes_that_never_get_ready(
     code: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
-    monkeypatch.setattr(local, "PREPARE_LIMIT_S", 3.0)
+    monkeypatch.setattr(case_process, "PREPARE_LIMIT_S", 3.0)
     with pytest.raises(NumericsError, match=said):
-        run_campaign(small(), tmp_path / "run", engine=LocalProcesses(2))
+        run_campaign(small(), tmp_path / "run", engine=choose_engine(jobs=2))
     assert "Traceback" not in capfd.readouterr().err

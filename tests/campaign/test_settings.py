@@ -58,7 +58,7 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
         ({"name": "a/b"}, "must be letters"),
         ({"tolerance_pct": -1.0}, "above 0"),
         ({"axes": [{"kind": "zip", "values": {"a": [1], "b": [1, 2]}}]}, "equally long; they have a 1, b 2"),
-        ({"axes": [{"kind": "grid", "values": {"a": [n]}} for n in (1, 2)]}, "set by two blocks"),
+        ({"axes": [{"kind": "grid", "values": {"a": [n]}} for n in (1, 2)]}, "'a' is set twice"),
         ({"axes": [{"kind": "sobol", "samples": 12, "ranges": {"a": [0, 1]}}]}, "power of two, such as 16"),
         ({"axes": [{"kind": "sobol", "samples": 8, "ranges": {"a": ["1 rpm", "2 Hz"]}}]}, "in one unit"),
         ({"axes": [{"kind": "sobol", "samples": 8, "ranges": {"a": [2, 1]}}]}, "least and the largest"),
@@ -72,10 +72,10 @@ def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
 @pytest.mark.parametrize(
     ("axis", "message"),
     [
-        ('shaft_sped = ["1 rpm"]', r"axis 'shaft_sped': .*'shaft_speed'\? Known: bearing, .*shaft_speed, "),
-        ('"load.radal" = ["1 kN"]', r"axis 'load.radal': scene.load: .*'radial'\? Known: axial, "),
-        ('"solver.name" = ["imex"]', r"axis 'solver.name': .*'imex2'\? Known: imex1, "),
-        ('seed = [1]\n[scene]\nmodl = "planar"', r"c, scene: unknown key 'modl'"),
+        ('shaft_sped = ["1 rpm"]', r"c, case 0: .*'shaft_speed'\? Known: bearing, .*shaft_speed, "),
+        ('"load.radal" = ["1 kN"]', r"case 0: scene.load: .*'radial'\? Known: axial, "),
+        ('"solver.name" = ["imex"]', r"case 0: .*'imex2'\? Known: imex1, "),
+        ('seed = [1]\n[scene]\nmodl = "planar"', r"case 0: .*unknown key 'modl'"),
     ],
 )
 def test_a_typo_ends_before_anything_runs(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
-from srbval.campaign.folder import folder_lock, write_cases
+from srbval.campaign.folder import CampaignTable, folder_lock, write_table
 from srbval.errors import DataError
 from srbval.recordings import Origin, RecordingSettings
 from srbval.recordings.registry import (
@@ -203,7 +203,7 @@ def test_what_srbval_wrote_itself_is_no_recording(folder):
     report = Report(title="a", generated_utc=datetime.now(UTC), sections=(), data={}, verdict=tone)
     write_report(report, folder / "report", ("html", "json"))
     with folder_lock(folder / "below" / "runs"):
-        write_cases(folder / "below" / "runs", small(), ())
+        write_table(folder / "below" / "runs", CampaignTable(campaign=small(), version="", cases=()))
     for name in ("report/figures/a.csv", "below/runs/results.csv", "below/runs/cases/a.h5"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(folder / "s.h5", folder / name)
