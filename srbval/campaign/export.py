@@ -15,7 +15,6 @@ from srbval.bearing import Fault
 from srbval.campaign.folder import read_table, result_path
 from srbval.campaign.results import read_result
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.loaders import detect_format
 from srbval.recordings.registry import load_registered
 from srbval.signal import power_density, with_noise
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
@@ -79,28 +78,34 @@ def export_campaign(
         about = {"name": table.campaign.name, "title": table.campaign.title or "no title", "version": table.version}
         about |= {"cases": len(table.cases) - left_out, "segment_s": segment_s, "program": __version__}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
-        card = _data_card(snr_db, seed, origin, about | made)
-        out.attrs.update({"version": table.version, "data_card": card})
+        ratios = ", ".join(f"{ratio:g}" for ratio in snr_db)
+        about["noise"] = f"{origin} Gaussian noise at {ratios} dB, seed {seed}" if snr_db else "none"
+        card = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
+        out.attrs.update({"version": table.version, "data_card": card.format(**about | made)})
     return {"file": file} | made
 
 
 def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
     """Vertical acceleration of a case, its labels and `fs_hz`; None if it has none, `DataError` if damaged."""
+    import h5py
+
     try:
         if not os.path.lexists(path) or not read_result(path).usable:
             return None
     except DataError as error:
         raise DataError(f"{error} Run the campaign again first.") from None
-    raw = detect_format(path).load(path)
-    samples, own = raw.array("acceleration_y_m_s2"), dict(raw.attributes)
-    if samples is None:
-        return None
-    defect = json.loads(str(own["scene"]))["defect"]
-    fault = Fault(defect["kind"])
+    with h5py.File(path) as file:
+        if "acceleration_y_m_s2" not in file:
+            return None
+        samples, scene = file["acceleration_y_m_s2"][:], json.loads(file.attrs["scene"])
+        labels = {name: float(file.attrs[name]) for name in ("fs_hz", "shaft_speed_hz", "radial_n", "axial_n")}
+    defect, fault = scene["defect"], Fault(scene["defect"]["kind"])
     size = (0.0, 0.0) if fault is Fault.HEALTHY else (defect["height_m"], defect["extent_m"] or 0.0)
-    labels = {name: float(own[name]) for name in ("fs_hz", "shaft_speed_hz", "radial_n", "axial_n")}
-    labels |= {"state": list(Fault).index(fault), "defect_height_m": size[0], "defect_extent_m": size[1]}
-    return samples, labels
+    return samples, labels | {
+        "state": list(Fault).index(fault),
+        "defect_height_m": size[0],
+        "defect_extent_m": size[1],
+    }
 
 
 def _segments(
@@ -134,31 +139,16 @@ def _append(out: Any, rows: Sequence[dict[str, Any]]) -> None:
             made.attrs.update({"units": units, "long_name": text})
 
 
-def _data_card(snr_db: Sequence[float], seed: int, origin: str, facts: dict[str, Any]) -> str:
-    """The data card: origin and limits of the set, as Markdown (`data_card.md`)."""
-    noise, of_noise = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
-    if snr_db:
-        noise = (
-            f"each segment comes without noise (`snr_db` infinite) and with {'coloured' if origin else 'white'} "
-            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in snr_db)} dB, seed {seed}. The ratio is that of "
-            "the variances of the whole segment, over all frequencies."
-        )
-    if origin:
-        of_noise = f"only the spectrum of the added noise was taken from {origin}."
-    template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
-    return template.format(**facts, noise=noise, noise_origin=of_noise)
-
-
 def _noise(noise: str) -> tuple[str, Density | None]:
-    """Origin and density of a noise like the recording at that path, nothing for ``white``.
+    """Description and density of a noise: ``white``, without one, or that of the recording at that path.
 
     It is the averaged spectrum (Welch) of all that the recording contains: its machine's lines too, smeared. Above the
     recording's Nyquist frequency it is zero. Raises what reading a recording raises.
     """
     if noise == WHITE:
-        return "", None
+        return noise, None
     recording = load_registered(noise)
     name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
     samples = recording.channels[name]
     density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
-    return f"{recording.name}, channel {name} ({recording.origin.value})", density
+    return f"with the spectrum of {recording.name}, channel {name} ({recording.origin.value}),", density

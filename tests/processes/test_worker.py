@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from srbval.processes import worker
 from srbval.processes.machine import one_thread
-from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, without_ctrl_c
+from srbval.processes.worker import DiedError, OverLimitError, RestartingProcess, WorkerProcess, without_ctrl_c
 from tests.marked import marked, until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -52,6 +53,17 @@ def test_it_takes_too_long(request_: str, process: WorkerProcess) -> None:
     with pytest.raises(OverLimitError):
         process.call(request_, limit_s=0.2)
     assert process.death() == "signal SIGKILL"
+
+
+def test_it_starts_again_until_it_is_stopped() -> None:
+    process = RestartingProcess(ANSWERER)
+    for _ in range(2):
+        assert process.call(1) == 1
+        with pytest.raises(DiedError, match="signal SIGKILL"):
+            process.call("die")
+    process.stop()
+    with pytest.raises(CancelledError):
+        process.call(1)
 
 
 PARENT = f"""
