@@ -135,20 +135,20 @@ class DaskEngine:
             with contextlib.ExitStack() as opened:
                 cluster = opened.enter_context(self.cluster()) if callable(self.cluster) else self.cluster
                 yield opened.enter_context(Client(cluster, timeout=CONNECT_S))
-        except SrbvalError:
-            raise
         except Exception as error:  # of the network, of a worker that lacks packages, of Dask's own configuration
-            why = (
-                "its scheduler is gone" if isinstance(error, CancelledError) else str(error).strip().partition("\n")[0]
-            )
-            raise DataError(f"{self.name} failed ({type(error).__name__}: {why}).") from None
+            # Closing a cluster whose jobs were refused fails with an error of its own.
+            first = (isinstance(error, AssertionError) and error.__context__) or error
+            if isinstance(first, SrbvalError):
+                raise first from None
+            why = "its scheduler is gone" if isinstance(first, CancelledError) else " ".join(str(first).split())
+            raise DataError(f"{self.name} failed ({type(first).__name__}: {why}).") from None
         finally:
             logging.disable(before)
 
     def _wait_for_worker(self, client: Any) -> None:
         """Return if there is a worker, or as soon as there is one; `DataError` if none comes."""
         try:
-            client.wait_for_workers(1, timeout=self.wait_s)  # raises the errors of a batch system
+            client.wait_for_workers(1, timeout=self.wait_s)
         except TimeoutError:
             raise DataError(
                 f"no worker of {self.name} for {self.wait_s:g} s. Its own log says why: a full queue (wait "
@@ -169,18 +169,23 @@ def queued_jobs(name: str, workers: int, *, adapt: bool = False) -> Iterator[Any
 
     with without_ctrl_c():
         import dask_jobqueue
-    own = dask.config.get(f"jobqueue.{name}", {})
+    own = functools.partial(dask.config.get, default=None)
     settings = {
-        "memory": own.get("memory") or JOB_MEMORY,
-        "worker_extra_args": [*NO_DASHBOARD, *(own.get("worker-extra-args") or [])],
-        "scheduler_options": HIDDEN | (own.get("scheduler-options") or {}),
+        "memory": own(f"jobqueue.{name}.memory") or JOB_MEMORY,
+        "worker_extra_args": [*NO_DASHBOARD, *(own(f"jobqueue.{name}.worker-extra-args") or [])],
+        "scheduler_options": HIDDEN | (own(f"jobqueue.{name}.scheduler-options") or {}),
     }
     with getattr(dask_jobqueue, QUEUES[name])(cores=1, processes=1, **settings) as cluster:
+        cluster.sync(_submit, cluster, 1 if adapt else workers)
         if adapt:
             cluster.adapt(maximum_jobs=workers)
-        else:
-            cluster.scale(jobs=workers)
         yield cluster
+
+
+async def _submit(cluster: Any, jobs: int) -> None:
+    """Submit jobs and wait for that: it raises the errors of the batch system, which Dask would only log."""
+    cluster.scale(jobs=jobs)
+    await cluster
 
 
 def choose_engine(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval import __version__
 from srbval.arrays import FloatArray
@@ -75,7 +76,11 @@ def export_campaign(
                 'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
             )
         made = {"segments": len(out["segments"]), "samples": length, "fs_hz": fs_hz, "left_out": left_out}
-        about = {"name": table.campaign.name, "title": table.campaign.title or "no title", "version": table.version}
+        about: dict[str, Any] = {
+            "name": table.campaign.name,
+            "title": table.campaign.title or "no title",
+            "version": table.version,
+        }
         about |= {"cases": len(table.cases) - left_out, "segment_s": segment_s, "program": __version__}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
         ratios = ", ".join(f"{ratio:g}" for ratio in snr_db)
@@ -130,7 +135,7 @@ def _segments(
 def _append(out: Any, rows: Sequence[dict[str, Any]]) -> None:
     """Append rows to the columns of the set, which the first ones make."""
     for name, (units, text, kind) in COLUMNS.items():
-        values = np.array([row[name] for row in rows], dtype=kind)
+        values: NDArray[Any] = np.array([row[name] for row in rows], dtype=kind)
         if name in out:
             out[name].resize(len(out[name]) + len(values), axis=0)
             out[name][-len(values) :] = values
