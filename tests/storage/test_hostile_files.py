@@ -127,8 +127,8 @@ def test_a_shaft_that_hardly_turns_and_one_that_spins() -> None:
 @pytest.mark.parametrize(
     ("axes", "message"),
     [
-        ({"kind": "sobol", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "between 0 and 2000000"),
-        ({"kind": "latin-hypercube", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "between 0 and 2000000"),
+        ({"kind": "sobol", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "must be between 0"),
+        ({"kind": "latin-hypercube", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "must be between 0"),
         ({"kind": "grid", "values": {str(i): list(range(100)) for i in range(9)}}, "cases; the limit"),
         ({"kind": "sobol", "ranges": {"load.radial_n": ["0 N", "1e400 N"]}, "samples": 2}, "least and the largest"),
         ({"kind": "sobol", "ranges": {f"k{i}": [1, 2] for i in range(30_000)}, "samples": 2}, "30000 keys"),
