@@ -88,7 +88,8 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
         whole = values.dtype.kind != "f" or values.size == 0
         sound = whole or (float(values.min()) > -LARGEST and float(values.max()) < LARGEST)
     if not sound:
-        wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
+        with np.errstate(invalid="ignore"):
+            wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
         bad = int(np.flatnonzero(wrong)[0])
         raise DataError(
             f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite and below "

@@ -127,8 +127,10 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
 
 
 def _times_of(raw: RawFile, name: str) -> TimeColumn:
-    match, shown, times = _TIME.fullmatch(name.lower()), printable(name), np.array(raw.array(name), np.float64).ravel()
+    match, shown = _TIME.fullmatch(name.lower()), printable(name)
     assert match, "only times are read"
+    with np.errstate(invalid="ignore"):  # damaged numbers, which are counted below
+        times = np.array(raw.array(name), np.float64).ravel()
     if wrong := np.count_nonzero(~(np.abs(times) < LARGEST_TIME)):
         return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
     unit = raw.units.get(name, match[1] or match[2] or "").strip().lower()

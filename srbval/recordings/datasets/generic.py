@@ -87,7 +87,8 @@ def _after_times(value: Value) -> NDArray[np.generic] | None:
     columns = samples_down(value).T
     if not 2 <= len(columns) <= MAX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
         return None
-    steps = np.diff(columns[0].astype(np.float64))
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(columns[0].astype(np.float64))
     are_times = (steps >= 0).all() and np.mean(steps > 0) > 0.5 and (steps != 1).any()
     return columns if are_times else None
 
@@ -95,7 +96,8 @@ def _after_times(value: Value) -> NDArray[np.generic] | None:
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
         values = column.ravel()
-        is_number_of_sample = values[0] in (0, 1) and (np.diff(values) == 1).all()
+        with np.errstate(invalid="ignore"):  # infinities, which are refused below
+            is_number_of_sample = values[0] in (0, 1) and (np.diff(values) == 1).all()
         if is_time(name) or is_number_of_sample:
             continue
         samples, fs_hz = as_signal(column, f"{raw.path}: {name}"), raw.rates_hz.get(variable)
