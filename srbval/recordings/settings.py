@@ -20,7 +20,7 @@ from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_m
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import DERIVATIVES, N_PER_KN, UNITS, Channel, Reading, split_unit
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, shaft_speed, without_settling
+from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, without_settling
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
 from srbval.storage.files import read_limited
 from srbval.storage.tables import build
@@ -196,36 +196,33 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]) -> Reading:
     """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed."""
-    turning = {key: as_rotation(path, reading.channels[name]) for key, name in rotations.items() if key != "tacho"}
-    names = {name for key, name in rotations.items() if key in turning}
-    channels = {name: c for name, c in reading.channels.items() if name not in names}
-    if not channels or reading.channel in names:
-        raise DataError(f"{path}: no vibration beside {' and '.join(names)}; choose another --channel.")
-    reading = dataclasses.replace(reading, channels=channels)
+    cage, shaft = (rotations.get(key) for key in ROTATIONS[1:])
+    turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
+    reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
+    if reading.channel in turning or not set(reading.channels) - set(turning):
+        raise DataError(f"{path}: no vibration beside {' and '.join(turning)}; choose another --channel.")
     wanted, unit, time = settings.derivative, reading.main.recording_unit, reading.time
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
         raise DataError(f"{path}: derivative {wanted} of samples in {unit}; it must be {fitting}. State --unit.")
     times_s = time.times_s if time is not None and settings.resample_hz else None
-    resample = times_s is not None or settings.resample_hz != reading.fs_hz
+    is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz
     if times_s is None:
         if reading.fs_hz is None:  # which is asked for
             return reading
         times_s = np.arange(reading.main.samples.size) / reading.fs_hz
-    if wrong := [c.variable for c in turning.values() if c.samples.size != times_s.size]:
-        raise DataError(f"{path}: {' and '.join(map(str, wrong))}: another number of samples than the vibration.")
     if settings.skip_s:
         reading = without_settling(path, reading, times_s, settings.skip_s)
         times_s = times_s[-reading.main.samples.size :]
-    turning = {key: dataclasses.replace(c, samples=c.samples[-times_s.size :]) for key, c in turning.items()}
-    if settings.resample_hz and resample:
+    if cage is not None:
+        cage_hz, notes = mean_hz(path, reading.channels[cage], times_s), (*reading.notes, f"cage speed from {cage}")
+        reading = dataclasses.replace(reading, cage_hz=cage_hz, notes=notes)
+    if settings.resample_hz and is_other_rate:
         reading = at_rate(path, reading, times_s, settings.resample_hz)
-    if (shaft := turning.get("shaft_channel")) is not None:
-        reading = with_tachometer(reading, shaft_speed(shaft, times_s, reading), pulses_per_rev=None, rpm=settings.rpm)
-    if (cage := turning.get("cage_channel")) is not None:
-        notes = (*reading.notes, f"cage speed from {cage.variable}")
-        reading = dataclasses.replace(reading, cage_hz=mean_hz(cage, times_s), notes=notes)
-    return as_accelerations(reading)
+    if shaft is not None:
+        reading = with_tachometer(reading, reading.channels[shaft], pulses_per_rev=None, rpm=settings.rpm)
+    vibrations = {name: channel for name, channel in reading.channels.items() if name not in turning}
+    return as_accelerations(dataclasses.replace(reading, channels=vibrations))
 
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:

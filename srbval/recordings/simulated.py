@@ -67,20 +67,13 @@ def as_rotation(path: Path, channel: Channel) -> Channel:
     )
 
 
-def mean_hz(rotation: Channel, times_s: FloatArray) -> float:
+def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
     """Mean of a speed over time, or the slope of the least-squares line through an angle; positive."""
+    if (count := rotation.samples.size) != times_s.size:
+        raise DataError(f"{path}: {rotation.variable} has {count} samples, the vibration {times_s.size}.")
     if rotation.unit == "Hz":
         return abs(float(np.trapezoid(rotation.samples, times_s) / (times_s[-1] - times_s[0])))
     return abs(float(np.polynomial.polynomial.polyfit(times_s - np.mean(times_s), rotation.samples, 1)[1]))
-
-
-def shaft_speed(rotation: Channel, times_s: FloatArray, reading: Reading) -> Channel:
-    """The speed in Hz of a speed or an angle, at the samples of the channel to analyse."""
-    at_s = times_s[0] + np.arange(reading.main.samples.size) / (reading.fs_hz or 1.0)
-    samples = np.interp(at_s, times_s, rotation.samples)
-    if rotation.unit != "Hz":
-        samples = np.gradient(samples, at_s)
-    return replace(rotation, samples=samples, unit="Hz", fs_hz=None)
 
 
 def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float) -> Reading:

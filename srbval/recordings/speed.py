@@ -7,7 +7,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-from srbval.recordings.reading import SPEED_HZ, Channel, Reading
+from srbval.recordings.reading import REVOLUTIONS, SPEED_HZ, Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
 
 RPM_PER_HZ = 60.0
@@ -95,8 +95,8 @@ def stated_speed(rpm: float, ci95_rpm: float, source: SpeedSource = SpeedSource.
 def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float | None, rpm: float | None) -> Reading:
     """`reading` with the speed that `channel` shows, or the reason why it has none as its `speed_problem`.
 
-    A channel in rpm, Hz or rad/s is a speed, any other one pulses. Its rate is the record's if both have as many
-    samples, unless the file states another one. `rpm` is the mean that the user states.
+    A channel in rpm, Hz or rad/s is a speed, in rad, deg or rev an angle, any other one pulses. Its rate is the
+    record's if both have as many samples, unless the file states another one. `rpm` is the mean that the user states.
     """
     name, factor, problem = channel.variable or "", SPEED_HZ.get(channel.unit or ""), None
     main = reading.channels[reading.channel] if reading.channel is not None else channel
@@ -107,8 +107,13 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
     try:
         if fs_hz is None:
             raise DataError("its sampling rate is not known.")
-        if factor is not None:
-            signal, said = SpeedSignal(values_hz=channel.samples * factor, rate_hz=fs_hz), "a speed signal"
+        if channel.rotates:
+            if factor is not None:
+                values_hz = channel.samples * factor
+            else:
+                turns = np.unwrap(channel.samples * REVOLUTIONS[channel.unit or ""], period=1.0)
+                values_hz = np.gradient(turns) * fs_hz
+            signal, said = SpeedSignal(values_hz=values_hz, rate_hz=fs_hz), "a speed signal"
             speed = tachometer_speed(signal.values_hz, signal.rate_hz)
         elif pulses_per_rev is None:
             raise DataError("pulses per revolution of the shaft: --pulses-per-rev N.")
@@ -120,7 +125,7 @@ def with_tachometer(reading: Reading, channel: Channel, *, pulses_per_rev: float
     found = speed.value_hz * RPM_PER_HZ
     if rpm is not None and abs(found / rpm - 1) > AGREES:
         problem = f"tachometer {name} shows {found:.6g} rpm, stated are {rpm:g}: check --pulses-per-rev."
-    if reading.origin is Origin.SIMULATED:  # which turns the shaft exactly so
+    if reading.origin is Origin.SIMULATED and channel.rotates:  # exact
         speed = dataclasses.replace(speed, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
     notes = (*reading.notes, f"speed from tachometer {name}, {said}")
     return dataclasses.replace(reading, speed=speed, speed_signal=signal, speed_problem=problem, notes=notes)

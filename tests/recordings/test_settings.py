@@ -72,9 +72,18 @@ def test_a_set_point_is_not_a_measured_speed(folder):
     assert again.speed.source is SpeedSource.STATED  # the stored tolerance belongs to the stored speed
 
 
-@pytest.mark.parametrize("wrong", [{"rpm_tolerance_pct": 1.0}, {"rpm": 1500.0, "rpm_tolerance_pct": 11.0}])
-def test_a_tolerance_needs_its_speed_and_has_a_limit(wrong):
-    with pytest.raises(ConfigurationError, match=r"--rpm.*at most 10 %"):
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"rpm_tolerance_pct": 1.0}, "--rpm.*at most 10 %"),
+        ({"rpm": 1500.0, "rpm_tolerance_pct": 11.0}, "--rpm.*at most 10 %"),
+        ({"derivative": 3}, "derivative 3 must be 1, of a velocity, or 2, of a position"),
+        ({"resample_hz": 0.0}, "rate to resample to 0.0 must be a positive number"),
+        ({"skip_s": -1.0}, "time to skip -1.0 must be a positive number"),
+    ],
+)
+def test_impossible_settings(wrong, said):
+    with pytest.raises(ConfigurationError, match=said):
         RecordingSettings(**wrong)
 
 

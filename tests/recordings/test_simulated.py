@@ -1,20 +1,15 @@
 """Signals as solvers write them: even times, accelerations, cage and shaft; what does not fit is refused."""
 
-import json
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.reading.analyse import analyse
-from srbval.recordings import Origin, Recording, RecordingSettings, SpeedSource, load_recording
+from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording
 from srbval.recordings.registry import add, load_registered
 from srbval.recordings.simulated import differentiated, resampled
 
@@ -30,31 +25,31 @@ AT_ENDS = 0.02  # of it, five samples from the ends, where the mirror image bend
 RATIO = 1e-5  # of a cage ratio, read without noise
 
 
-def uneven_times(step_s: float = STEP_S, seconds: float = 0.5) -> np.ndarray:
+def uneven_times(step_s=STEP_S, seconds=0.5):
     """Steps of 0.6 to 1.4 times the mean one."""
     steps = np.random.default_rng(0).uniform(0.6, 1.4, round(seconds / step_s)) * step_s
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
-def tones(times_s: np.ndarray, hz: tuple[float, ...] = (700.0, 1000.0)) -> np.ndarray:
+def tones(times_s, hz=(700.0, 1000.0)):
     return np.sum([np.sin(2 * np.pi * f * times_s + i) for i, f in enumerate(hz)], axis=0)
 
 
-def table(path: Path, columns: dict[str, np.ndarray], comment: str = "# made up") -> Path:
+def table(path, columns, comment="# made up"):
     rows = [",".join(f"{x:.17g}" for x in row) for row in zip(*columns.values(), strict=True)]
     path.write_text("\n".join([comment, ",".join(columns), *rows, ""]))
     return path
 
 
-def load(path: Path, **settings: Any) -> Recording:
+def load(path, **settings):
     return load_recording(path, RecordingSettings(**settings))
 
 
-def signal(recording: Recording) -> np.ndarray:
+def signal(recording):
     return recording.channels[recording.channel or ""]
 
 
-def test_uneven_times_become_even(tmp_path: Path) -> None:
+def test_uneven_times_become_even(tmp_path):
     times = uneven_times()
     path = table(tmp_path / "a.csv", {"time": times, "acc [m/s2]": tones(times)})
     with pytest.raises(DataError, match=r"no even times \(the times of time are uneven.*\): --resample HZ"):
@@ -69,13 +64,13 @@ def test_uneven_times_become_even(tmp_path: Path) -> None:
     assert 1 / 3 < found.resampling_error / (np.std(off) / np.std(true)) < 3  # the estimate, without the truth
 
 
-def test_what_the_new_rate_does_not_hold_is_removed() -> None:
+def test_what_the_new_rate_does_not_hold_is_removed():
     """A tone above half of the new rate would appear at the difference of both."""
     times = uneven_times(1e-5)
     assert np.abs(resampled(times, tones(times, (4500.0,)), FS_HZ)[ENDS:-ENDS]).max() < STOPPED
 
 
-def test_events_are_written_twice(tmp_path: Path) -> None:
+def test_events_are_written_twice(tmp_path):
     """A solver writes both sides of an event; the rounding of two values a nanosecond apart is no slope."""
     times = np.sort(np.concatenate([uneven_times(), [0.1, 0.1, 0.2, 0.2 + 1e-9]]))
     rounding = 1e-4 * (np.arange(times.size) % 2)
@@ -84,7 +79,7 @@ def test_events_are_written_twice(tmp_path: Path) -> None:
     assert np.abs(signal(found) - tones(np.arange(found.samples) / FS_HZ))[ENDS:-ENDS].max() < SPLINE + rounding.max()
 
 
-def test_even_samples_are_resampled_too(tmp_path: Path) -> None:
+def test_even_samples_are_resampled_too(tmp_path):
     np.save(tmp_path / "a.npy", tones(np.arange(20_000) / 40_000))
     found = load(tmp_path / "a.npy", fs_hz=40_000.0, unit="m/s2", resample_hz=FS_HZ, band_hz=BAND_HZ)
     assert np.abs(signal(found) - tones(np.arange(found.samples) / FS_HZ))[ENDS:-ENDS].max() < SPLINE
@@ -113,7 +108,7 @@ GAP[200:] += 1e-3  # after about 10 ms
         (EVEN.round(6) + 0.5, {"band_hz": BAND_HZ}, ""),  # rounded digits are not uneven
     ],
 )
-def test_steps_that_do_not_carry_the_band(tmp_path: Path, times: np.ndarray, settings: dict, said: str) -> None:
+def test_steps_that_do_not_carry_the_band(tmp_path, times, settings, said):
     path, given = table(tmp_path / "a.csv", {"time": times, "a [m/s2]": tones(times)}), {"resample_hz": FS_HZ}
     if said and not said.startswith("caution"):
         with pytest.raises(DataError, match=said) as refused:
@@ -139,7 +134,7 @@ def test_steps_that_do_not_carry_the_band(tmp_path: Path, times: np.ndarray, set
     ],
 )
 @pytest.mark.parametrize("drift", [0.0, 3.0])
-def test_accelerations(tmp_path: Path, unit: str, per_m: float, stated: dict, drift: float) -> None:
+def test_accelerations(tmp_path, unit, per_m, stated, drift):
     """A tone of 123.4 Hz, no whole number of periods in the record: sign, (2 pi f)^n, and no step at the ends."""
     rate = 2 * np.pi * 123.4
     acceleration, samples = np.cos(rate * EVEN), drift * EVEN - np.cos(rate * EVEN) / rate**2
@@ -153,7 +148,7 @@ def test_accelerations(tmp_path: Path, unit: str, per_m: float, stated: dict, dr
     assert off[5:-5].max() < AT_ENDS
 
 
-def test_noise_above_every_band_is_not_amplified() -> None:
+def test_noise_above_every_band_is_not_amplified():
     power = np.abs(np.fft.rfft(differentiated(np.random.default_rng(0).normal(size=20_000), 1.0, 2))) ** 2
     assert power[-100:].mean() < 1e-3 * power[7900:8000].mean()
 
@@ -162,15 +157,9 @@ def test_noise_above_every_band_is_not_amplified() -> None:
     ("unit", "derivative", "said"),
     [("m/s2", 1, "in m/s2; it must be 1 for m/s or 2 for m"), ("mm", 1, "samples in m;"), ("m/s", 2, "in m/s;")],
 )
-def test_a_derivative_that_contradicts_the_unit(tmp_path: Path, unit: str, derivative: int, said: str) -> None:
+def test_a_derivative_that_contradicts_the_unit(tmp_path, unit, derivative, said):
     with pytest.raises(DataError, match=said):
         load(table(tmp_path / "a.csv", {"time [s]": EVEN, f"x [{unit}]": EVEN}), derivative=derivative)
-
-
-@pytest.mark.parametrize("wrong", [{"derivative": 3}, {"resample_hz": 0.0}, {"skip_s": -1.0}])
-def test_settings_that_are_impossible(wrong: dict) -> None:
-    with pytest.raises(ConfigurationError, match="must be"):
-        RecordingSettings(**wrong)
 
 
 SHAFT_HZ, CAGE = 12.0, 0.4315
@@ -187,7 +176,7 @@ SHAFT_HZ, CAGE = 12.0, 0.4315
     ],
 )
 @pytest.mark.parametrize("resample_hz", [None, FS_HZ])
-def test_cage_and_shaft(tmp_path: Path, name: str, of_turns: Callable, resample_hz: float | None) -> None:
+def test_cage_and_shaft(tmp_path, name, of_turns, resample_hz):
     """The settling, in which the cage slips, is cut."""
     times = uneven_times() if resample_hz else EVEN
     turns = CAGE * SHAFT_HZ * times + 0.3 * np.clip(0.1 - times, 0, None)
@@ -212,28 +201,22 @@ def test_cage_and_shaft(tmp_path: Path, name: str, of_turns: Callable, resample_
         ("kage", "no channel 'kage'; it has a"),
     ],
 )
-def test_a_rotation_needs_its_unit(tmp_path: Path, cage: str, said: str) -> None:
+def test_a_rotation_needs_its_unit(tmp_path, cage, said):
     path = table(tmp_path / "a.csv", {"time [s]": EVEN, "a [rad]": EVEN, "b": EVEN})
     with pytest.raises(DataError, match=said):
         load(path, channel="a", cage_channel=cage, derivative=2)
 
 
-def write_csv(path: Path, said: str) -> None:
+def write_csv(path, said):
     table(path, {"time [s]": EVEN, "a [m/s2]": tones(EVEN)}, f"# origin = {said}")
 
 
-def write_hdf5(path: Path, said: str) -> None:
-    with h5py.File(path, "w") as file:
-        file["a"] = tones(EVEN)
-        file.attrs.update({"fs": 1 / STEP_S, "unit": "m/s2", "origin": said})
-
-
-def write_matlab(path: Path, said: str) -> None:
+def write_matlab(path, said):
     savemat(path, {"a": tones(EVEN), "fs": 1 / STEP_S, "unit": "m/s2", "origin": said}, appendmat=False)
 
 
-@pytest.mark.parametrize("write", [write_csv, write_hdf5, write_matlab])
-def test_nothing_simulated_is_declared_measured(tmp_path: Path, write: Callable[[Path, str], None]) -> None:
+@pytest.mark.parametrize("write", [write_csv, write_matlab])
+def test_nothing_simulated_is_declared_measured(tmp_path, write):
     write(tmp_path / "sim", "Simulated by a multibody code")
     write(tmp_path / "rig", "test bench")
     assert [load(tmp_path / name).origin for name in ("sim", "rig")] == [Origin.SIMULATED, Origin.MEASURED]
@@ -244,28 +227,38 @@ def test_nothing_simulated_is_declared_measured(tmp_path: Path, write: Callable[
     assert (found.origin, found.speed.ci95_hz, found.samples) == (Origin.SIMULATED, 0.0, 8000)
 
 
-def test_options_and_a_table_of_labels_state_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
     times = uneven_times(seconds=2.0)
     columns = {"time [s]": times, "x [mm]": tones(times), "cage [rad]": 2 * np.pi * CAGE * 25 * times}
-    file = str(table(tmp_path / "a.csv", columns))
-    given = ["--resample", "8000", "--derivative", "2", "--skip", "0.25", "--cage-channel", "cage"]
-    record = ["--bearing", "skf-6205", "--rpm", "1500", "--json"]
-    assert main(["analyse", file, "--band", "500", "1500", *given, "--origin", "simulated", *record]) == 0
-    document = json.loads(capsys.readouterr().out)
+    file, labels = table(tmp_path / "a.csv", columns), tmp_path / "labels.csv"
+    given = [
+        "--resample",
+        "8000",
+        "--derivative",
+        "2",
+        "--skip",
+        "0.25",
+        "--cage-channel",
+        "cage",
+        "--origin",
+        "simulated",
+        "--band",
+        "500",
+        "1500",
+    ]
+    document = srbval_json("analyse", file, *given, "--bearing", "skf-6205", "--rpm", "1500")
     assert (document["origin"], document["fs_hz"]) == ("simulated", FS_HZ)
     assert document["cage_ratio"] == pytest.approx(CAGE, rel=RATIO)
     assert 0 < document["resampling_error"] < SPLINE
-    labels = tmp_path / "labels.csv"
-    header = "file;resample;derivative;skip;cage_channel;origin;band"
-    labels.write_text(f"{header}\na.csv;8000;2;0,25;cage;simulated;500 1500")
-    assert main(["data", "add", str(tmp_path), "--table", str(labels), *record]) == 0
-    (entry,) = json.loads(capsys.readouterr().out)["recordings"]
+    header = "file;resample;derivative;skip;cage_channel;origin;band;bearing;rpm"
+    labels.write_text(f"{header}\na.csv;8000;2;0,25;cage;simulated;500 1500;skf-6205;1500")
+    (entry,) = srbval_json("data", "add", tmp_path, "--table", labels)["recordings"]
     assert (entry["origin"], entry["fs_hz"], entry["reason"]) == ("simulated", FS_HZ, None)
     assert load_registered(file).cage_ratio == document["cage_ratio"]
 
 
 @pytest.mark.parametrize("name", ["variable_step", "uniform_step", "mujoco_outer", "mujoco_inner"])
-def test_the_handed_simulations(name: str) -> None:
+def test_the_handed_simulations(name):
     """Lines and cage ratios that the makers of the files state."""
     if not (path := HANDED / f"{name}.csv").is_file():
         pytest.skip("no folder of handed simulations beside SRBVAL_RECORDINGS")
