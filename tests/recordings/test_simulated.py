@@ -246,7 +246,7 @@ def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
         "500",
         "1500",
     ]
-    document = srbval_json("analyse", file, *given, "--bearing", "skf-6205", "--rpm", "1500")
+    document = srbval_json("analyse", file, *given.split(), "--bearing", "skf-6205", "--rpm", "1500")
     assert (document["origin"], document["fs_hz"]) == ("simulated", FS_HZ)
     assert document["cage_ratio"] == pytest.approx(CAGE, rel=RATIO)
     assert 0 < document["resampling_error"] < SPLINE
