@@ -95,6 +95,7 @@ def recording_from_run(run: Run) -> Recording:
         state=scene.defect.kind,
         radial_n=scene.load.radial_n,
         axial_n=scene.load.axial_n,
+        cage_hz=run.cage_ratio * scene.shaft_hz,
         interval_means=True,
         notes=(*ended(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
     )

@@ -119,8 +119,7 @@ class Recording(SourceFacts):
     @property
     def cage_ratio(self) -> float | None:
         """Mean speed of the cage over that of the shaft, None if either is not known."""
-        known = self.cage_hz is not None and self.speed is not None
-        return self.cage_hz / self.speed.value_hz if known else None
+        return None if self.cage_hz is None or self.speed is None else self.cage_hz / self.speed.value_hz
 
     @property
     def samples(self) -> int:

@@ -124,10 +124,10 @@ def run_file(path, **attributes):
 
 
 def test_run_becomes_a_simulated_recording_with_two_axes(tmp_path):
-    r = load_recording(run_file(tmp_path / "run.h5"))
+    r = load_recording(run_file(tmp_path / "run.h5", cage_ratio=0.43))
     assert (r.origin, r.axes, r.channel, r.unit) == (Origin.SIMULATED, ("x", "y"), None, "m/s2")
     assert (r.fs_hz, r.state, r.bearing, r.radial_n) == (61440.0, Fault.OUTER, "skf-22240", 124800.0)
-    assert (r.speed.value_hz, r.speed.source) == (11.8333, SpeedSource.PRESCRIBED)
+    assert (r.speed.value_hz, r.speed.source, r.cage_ratio) == (11.8333, SpeedSource.PRESCRIBED, pytest.approx(0.43))
     np.testing.assert_array_equal(r.channels["z"], files.vibration(seed=2))
     assert load_recording(tmp_path / "run.h5", channel="y").axes is None
 

@@ -8,7 +8,7 @@ from srbval.bearing import Bearing, Fault, FaultOrders
 from srbval.errors import ConfigurationError, DataError, NoRecordingError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.reading import Channel, Reading, scaled
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import prescribed_speed, profile_signal
 from srbval.storage.hdf5_files import CHECKSUM
@@ -60,6 +60,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         own_bearing=_own_bearing(raw),
+        cage_hz=None if speed_hz is None else scaled(raw.number("cage_ratio"), speed_hz),
         interval_means=kind == "run",
         name=printable(raw.text("name") or "") or None,
         notes=(
