@@ -125,7 +125,7 @@ def remove(name: str | Path) -> RegisterListing:
 def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress = silent) -> RegisterListing:
     """All registered files, and those in SRBVAL_RECORDINGS, compared with their entries.
 
-    Only files of another size or time of change are read, or all of them with `hash_all`. With `or_none` a register
+    Only files of another size or time of change are hashed, or all of them with `hash_all`. With `or_none` a register
     that cannot be read counts as empty, and the listing has the reason in `unreadable`.
     """
     try:
@@ -144,7 +144,7 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
-    """All registered files, each read and hashed again and compared with its entry."""
+    """All registered files, each hashed again and compared with its entry."""
     return listing(hash_all=True, progress=progress)
 
 
