@@ -7,12 +7,11 @@ localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise
 """
 
 import math
-from pathlib import Path
 
 import numpy as np
+from scipy.signal import fftconvolve
 
-from srbval.arrays import FloatArray
-from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 FS_HZ = 20480.0  # the rig's
@@ -27,37 +26,23 @@ NOISE_M_S2 = 0.8
 LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
 
 
-def write_synthetic_record(
-    path: Path, *, state: Fault = Fault.OUTER, shaft_hz: float = 14.3, seconds: float, seed: int = 1
-) -> None:
+def write_synthetic_record(path, *, state=Fault.OUTER, shaft_hz=14.3, seconds, seed=1):
     """Write a record at a steady speed to `path` as srbval writes its own files, of origin `Origin.STAND_IN`."""
     turns = np.arange(round(seconds * FS_HZ)) / FS_HZ * shaft_hz
     signal = vibration(state, load_bearing(DEFAULT_BEARING).orders, turns, np.random.default_rng(seed))
+    facts = {"srbval_kind": "stand-in", "name": "SYNTHETIC", "fs_hz": FS_HZ, "unit": "m/s2", "state": state.value}
+    facts |= {"bearing": DEFAULT_BEARING, "shaft_speed_hz": shaft_hz, "band_low_hz": 1400.0, "band_high_hz": 2800.0}
     with new_hdf5(path) as file:
-        file.attrs.update(
-            {
-                "srbval_kind": "stand-in",
-                "name": "SYNTHETIC",
-                "fs_hz": FS_HZ,
-                "unit": "m/s2",
-                "bearing": DEFAULT_BEARING,
-                "state": state.value,
-                "shaft_speed_hz": shaft_hz,
-                "band_low_hz": 1400.0,
-                "band_high_hz": 2800.0,
-            }
-        )
+        file.attrs.update(facts)
         file.create_dataset("acceleration_m_s2", data=signal, **CHECKED)
 
 
-def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
+def vibration(state, orders, turns, rng):
     """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
-    from scipy.signal import fftconvolve
-
     ring = np.arange(math.ceil(RING_S * FS_HZ))
     noise = rng.normal(0, NOISE_M_S2, len(turns))
     rattle = fftconvolve(rng.normal(0, 1, len(turns)), _response(ring / FS_HZ))[: len(turns)]
-    signal: FloatArray = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
+    signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
     if state is Fault.HEALTHY:
         return signal
     order, carrier = state.line_order(orders), state.sideband_order(orders)
@@ -75,7 +60,7 @@ def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.rand
     return signal
 
 
-def _response(seconds: FloatArray) -> FloatArray:
+def _response(seconds):
     """Impulse response of the resonance, amplitude about 1, zero before the impact."""
     omega = 2 * math.pi * RESONANCE_HZ
     return np.where(seconds > 0, np.exp(-DAMPING_RATIO * omega * seconds) * np.sin(omega * seconds), 0.0)
