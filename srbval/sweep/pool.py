@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from srbval.errors import ConfigurationError, NumericsError
+from srbval.models.outside.run import end_models
 from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import Step, compile_for, simulate
 from srbval.models.solvers import METHODS
@@ -131,6 +132,7 @@ def side_by_side(
             results = {key: futures[key].result() for key in scenes}
         except BaseException:
             stop.set()
+            end_models()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     progress(task, 1.0)

@@ -1,0 +1,106 @@
+"""A model from outside in the chart and in the map: its own errors, its cost in turns, failures never fast, Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.cli import main
+from tests.marked import marked, until
+
+MODELS = '''
+import time
+import numpy as np
+from srbval import load_bearing
+
+SOLVERS = ("euler",)
+
+def simulate(scene):
+    """A ring on a spring, pushed at every passage, by semi-implicit Euler at the scene's step."""
+    orders, dt = load_bearing(scene.bearing).orders, scene.solver.step_s
+    every = 1 / orders.at(scene.shaft_hz).bpfo_hz
+    time_s = np.arange(round((scene.settle_s + scene.duration_s) / dt)) * dt
+    x = v = 0.0
+    acceleration = np.empty(len(time_s))
+    for i, push in enumerate(np.where(time_s % every < 1e-3, 1e3, 0.0)):
+        acceleration[i] = (push - 9e9 * x - 2e4 * v) / 75
+        v += dt * acceleration[i]
+        x += dt * v
+    return {"time_s": time_s, "acceleration_m_s2": acceleration, "cage_ratio": orders.ftf}
+
+def at_any_step(scene):
+    time_s = np.arange(round((scene.settle_s + scene.duration_s) * scene.output_rate_hz)) / scene.output_rate_hz
+    return time_s, np.cos(6000 * time_s)
+
+def raises(scene):
+    raise ValueError("no licence")
+
+def sleeps(scene):
+    time.sleep(600)
+'''
+LIMIT_S = 2 / (9e9 / 75) ** 0.5  # of semi-implicit Euler without damping, with which it is longer
+
+
+@pytest.fixture(autouse=True)
+def _model_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("models.py").write_text(MODELS, encoding="utf-8")
+
+
+def asked(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    assert main([*words, "--quick", "--json"]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_the_chart_has_the_cost_in_turns_and_both_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    found = asked(capsys, "bench", "--model", "models.py:simulate")
+    own, usual = (next(row for row in found["runs"] if row["solver"] == name) for name in ("euler", "imex2"))
+    assert found["model"] == own["model"] == "models.py:simulate"
+    assert own["status"] == "ok"
+    assert own["dt_s"] == pytest.approx(1 / 61440)
+    low, high = own["cpu_ratio_range"]
+    assert 0 < low <= own["cpu_ratio"] <= high
+    assert usual["cpu_ratio"] == pytest.approx(1, abs=0.5)
+    assert own["cage_error"] == 0
+    assert own["band_rms_error"] < 0.05 < own["bundled_band_rms_error"]
+    assert own["ok"]
+    assert own["pareto"] or usual["pareto"]
+    assert found["seconds_planned"] > 0
+    again = asked(capsys, "bench", "--model", "models.py:simulate")
+    assert again["runs"] == found["runs"], "what was run is read, so that an interrupted bench goes on"
+
+
+def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(capsys: pytest.CaptureFixture[str]) -> None:
+    found = asked(capsys, "bench", "--model", "models.py:raises")
+    own = next(row for row in found["runs"] if row["model"] == "models.py:raises")
+    assert own["status"] == "raised"
+    assert "no licence" in own["reason"]
+    assert not own["pareto"]
+    assert own.get("cpu_per_simulated_s") is None
+    assert any(row["ok"] for row in found["runs"] if row["model"] == "")
+
+
+def test_the_map_finds_the_largest_step_of_the_model_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    (limit,) = asked(capsys, "stability", "--model", "models.py:simulate")["limits"]
+    assert limit["solver"] == "euler"
+    assert limit["rpm"] == 710.0
+    assert 1 / 61440 <= limit["largest_stable_dt_s"] < LIMIT_S
+    assert limit["predicted_limit_dt_s"] is None
+    assert main(["stability", "--model", "models.py:at_any_step", "--quick"]) == 0
+    assert "does the model use scene.solver.step_s?" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_the_model_too() -> None:
+    mark = {"SRBVAL_TEST": f"bench {os.getpid()}"}
+    words = [sys.executable, "-m", "srbval", "stability", "--model", "models.py:sleeps", "--quick"]
+    process = subprocess.Popen(words, env=os.environ | mark, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    until(lambda: len(marked(mark)) == 2)
+    process.send_signal(signal.SIGINT)
+    assert "interrupted" in process.communicate(timeout=30)[1].decode()
+    until(lambda: not marked(mark), within_s=2.0)
