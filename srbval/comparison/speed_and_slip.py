@@ -1,18 +1,14 @@
 """What part of a line's deviation is the shaft's speed and what part the cage's slip."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
+from srbval.comparison.compared_quantities import RACE_LINE
 from srbval.comparison.comparison import Row, deviation_pct
 from srbval.comparison.table6 import Table6
-from srbval.recordings import Origin
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
 PRINTED_CI95_HZ = 0.05
@@ -59,14 +55,21 @@ def cage_factor(line: str, bearing: Bearing) -> float:
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
-def matrix_rows(records: "pd.DataFrame", bearing: Bearing) -> Iterator[Row]:
-    """The race line of each record of `Matrix.records` that shows it, counted from the record's nominal speed."""
-    shown = records[records["state"].isin(RACE_DEFECTS) & records["detected"].astype(bool)]
-    for one in shown.to_dict("records"):
-        found, shaft = (one["found_hz"], one["ci95_hz"]), (one["shaft_rpm"], one["speed_ci95_rpm"])
-        source = {"record": Path(one["file"]).stem, "origin": Origin.MEASURED.value}
-        source |= {"speed_source": one["speed_source"]}
-        yield split_speed_and_slip(one["line"], bearing, found, shaft, reference_rpm=one["nominal_rpm"], **source)
+def record_rows(pairs: Iterable[Row], comparisons: Iterable[Row], bearing: Bearing) -> Iterator[Row]:
+    """The race line of each measured record that shows it, counted from the record's nominal speed.
+
+    `pairs` and `comparisons` are those of a validation.
+    """
+    facts = {one["pair"]: one["measured_facts"] | {"shaft_hz": one["shaft_hz"]["measured"]} for one in pairs}
+    for row in comparisons:
+        if row["kind"] != RACE_LINE.kind or not row["rig_present"]:
+            continue
+        of = facts[row["pair"]]
+        found = (row["measured_hz"], row["rig_ci95"] * of["shaft_hz"])
+        shaft = (60 * of["shaft_hz"], 60 * of["shaft_ci95_hz"])
+        source = {"record": Path(row["record"]).stem, "origin": of["origin"], "speed_source": of["shaft_from"]}
+        line = Fault(row["state"]).line or ""
+        yield split_speed_and_slip(line, bearing, found, shaft, reference_rpm=of["nominal_rpm"], **source)
 
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[Row]:

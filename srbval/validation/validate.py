@@ -220,6 +220,10 @@ def _facts(reading: SideReading) -> Row:
         "band_hz": list(first.processed.band_hz),
         "band_why": first.band.why,
         "shaft_from": first.speed.source.value,
+        "shaft_ci95_hz": first.speed.ci95_hz,
+        "nominal_rpm": first.recording.nominal_rpm,
+        "radial_n": first.recording.radial_n,
+        "axial_n": first.recording.axial_n,
         "cage_ratio_stated": next((one for one in reading.cage_ratios if not math.isnan(one)), None),
         "cautions": list(dict.fromkeys(c for one in reading.analyses for c in one.recording.cautions)),
     }

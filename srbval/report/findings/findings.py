@@ -11,11 +11,11 @@ from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import DatasetDescription
-from srbval.report.findings.matrix import Matrix
 from srbval.report.findings.records import RecordView
 from srbval.report.pages import StoredResults
 from srbval.signal import Scalogram
 from srbval.storage.json_files import to_json
+from srbval.validation.validate import Validation
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,9 +27,9 @@ Side = Mapping[Fault, Analysis]
 class Findings:
     """Content of ``report.json`` (`data`), and the runs, analyses and arrays behind the sections and figures.
 
-    `matrix` covers every recording of the rig, the rest one speed. The sides of `analyses` are ``paper`` (the model at
-    710 rpm), ``model`` (at each recording's speed) and ``rig``; `views` and `scalograms` have the last two. `runs` are
-    by the id of their case.
+    `validation` covers every recording of the rig, the rest one speed. The sides of `analyses` are ``paper`` (the model
+    at 710 rpm), ``model`` (at each recording's speed) and ``rig``; `views` and `scalograms` have the last two. `runs`
+    are by the id of their case.
     """
 
     data: Mapping[str, Any]
@@ -41,7 +41,7 @@ class Findings:
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
     known: Effects
-    matrix: Matrix
+    validation: Validation
     cage_readings: tuple[CageReading, ...]
     datasets: tuple[DatasetDescription, ...]
     results: StoredResults

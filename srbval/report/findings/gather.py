@@ -7,23 +7,21 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import cage_readings
 from srbval.comparison.compared_quantities import effects_of
-from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases
+from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, Table6, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
-from srbval.reading.analyse import analyse
+from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, listing, load_entry, rig_recordings
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.matrix import Matrix, MatrixRows, Sides
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.records import envelope_scalogram, record_view
 from srbval.report.findings.rows import compared_rows
 from srbval.report.pages import Page, results_of
-from srbval.validation.pairing import operating_point
-from srbval.validation.validate import validate
+from srbval.validation.validate import PairReading, validate
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 
@@ -51,16 +49,31 @@ def gather(
     facts = [run_facts(case, runs[case.id]) for case in cases]
     stored = results.content("inputs")
     known = effects_of(stored)
-    points = {state: point for state, entry in chosen.items() if (point := operating_point(entry)) is not None}
-    rows = MatrixRows(set(points.values()), progress)
-    result = validate(PAPER_CASE, found=rows.add, jobs=jobs, progress=progress)
-    matrix = rows.matrix((f"pair {one['pair']}", one["reason"]) for one in result.failed)
+    sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
+
+    def keep(one: PairReading) -> None:
+        """Keep both sides of the records that figures show."""
+        rig, entry = one.sides["measured"].analyses[0], chosen.get(one.state)
+        if entry is None or rig.recording.file != entry.file:
+            return
+        if one.problem:
+            raise NumericsError(f"the model's run at the speed of the {one.state} recording failed: {one.problem}")
+        shown = one.sides["simulated"].model if "simulated" in one.sides else None
+        sides[one.state] = rig, shown or run_counterpart(rig, one.state, progress=progress)
+
+    validation = validate(PAPER_CASE, found=keep, jobs=jobs, progress=progress)
+    if missing := [state.label for state in PAPER_STATES if state not in sides]:
+        unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in validation.failed)
+        raise DataError(
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
+            f"install it again, and see what `srbval data verify` names.{unusable}"
+        )
+    sides = {state: sides[state] for state in PAPER_STATES}
+    models = {state: model for state, (_, model) in sides.items()}
     with stage(progress, "Read the cage ratio of every record"):
         readings = cage_readings([load_entry(one) for one in at_drawn_points(of_rig, printed, stored)], bearing)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
-    sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
-    models = _models(sides, matrix)
     analyses = {
         "paper": paper,
         "model": {state: side.analysis for state, side in models.items()},
@@ -82,7 +95,7 @@ def gather(
         views=views,
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
         known=known,
-        matrix=matrix,
+        validation=validation,
         cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),
         results=results,
@@ -90,22 +103,6 @@ def gather(
     )
     data = compared_rows(found, models, register, registered)
     return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
-
-
-def _models(found: Mapping[Fault, Sides], matrix: Matrix) -> dict[Fault, AnalysedRun]:
-    """The run at the speed of the rig's recording of each state; figures cannot do without a recording or a run."""
-    if missing := [state.label for state in PAPER_STATES if state not in found]:
-        unusable = "".join(f"\n{file}: {why}" for file, why in matrix.unusable)
-        raise DataError(
-            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
-            f"install it again, and see what `srbval data verify` names.{unusable}"
-        )
-    models = dict[Fault, AnalysedRun]()
-    for state, (_, model) in found.items():
-        if isinstance(model, str):
-            raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
-        models[state] = model
-    return models
 
 
 def at_drawn_points(
@@ -122,7 +119,7 @@ def choose_rig_recordings(
 ) -> dict[Fault, RegisteredRecording]:
     """Recordings of the rig at the paper's load, at the speed with most states and then nearest to 727 rpm.
 
-    Of several records of a state the longest is chosen, as in the matrix.
+    Of several records of a state the longest is chosen, as in the case.
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from srbval.bearing import Fault
 from srbval.comparison.bias import biases
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.comparison import Row, deviation_pct, rows_of
+from srbval.comparison.compared_quantities import RACE_LINE
+from srbval.comparison.comparison import Row, comparison_frame, deviation_pct, rows_of
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
+from srbval.comparison.speed_and_slip import published_speeds, record_rows, table6_rows
 from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.models.run import Run
@@ -21,6 +22,10 @@ from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import sideband_shares
 from srbval.signal import NORMAL_95
+from srbval.validation.compare import LINES, PAIR_KEYS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SCHEMA_VERSION = 1
 MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
@@ -33,13 +38,14 @@ def compared_rows(
     registered: Sequence[RegisteredRecording],
 ) -> dict[str, Any]:
     """The keys of ``report.json`` that follow from the findings and from the register."""
-    printed, bearing, matrix, runs = found.printed, found.bearing, found.matrix, found.runs
-    shown = {rig.recording.file or rig.recording.name for rig, _ in matrix.sides.values()}
-    comparisons = matrix.comparisons[matrix.comparisons["record"].isin(shown)]
+    printed, bearing, runs = found.printed, found.bearing, found.runs
+    every, pairs = compared(found.validation.comparisons), found.validation.pairs.to_dict("records")
+    shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
+    comparisons = every[every["record"].isin(shown)]
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = found.results.content("inputs")
-    records, healthy = rows_of(matrix.records), runs["paper-healthy"]
+    healthy = runs["paper-healthy"]
     radial_n, share = healthy.scene.load.radial_n, healthy.roller_load_share
     spring_n = math.hypot(*(healthy.displacement_m.mean(axis=0))) * healthy.scene.housing.stiffness_n_m
     load_path = {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
@@ -58,28 +64,39 @@ def compared_rows(
         "table6": [keys | row for row in lines],  # a value that a row does not have is None
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": rows_of(comparisons),
-        "matrix": records,
-        "speed_and_slip": (*matrix_rows(matrix.records, bearing), *table6_rows(printed, bearing)),
+        "pairs": pairs,
+        "speed_and_slip": (*record_rows(pairs, found.validation.comparisons, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
         "recordings": tuple(registered),
         "recordings_not_used": [
             {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
         ],
         "register_unreadable": register.unreadable or None,
-        "bias": biases(matrix.comparisons, used_for="withheld"),
+        "bias": biases(every, used_for="withheld"),
         "sensitivity": list(found.known.values()),
         "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
         "load_path": load_path,
         "point_passing": point_passing(healthy),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
-        "cautions": cautions(records),
+        "cautions": cautions(pairs),
     }
 
 
-def cautions(records: Iterable[Row]) -> list[dict[str, str]]:
+def compared(rows: Iterable[Row]) -> "pd.DataFrame":
+    """Comparisons of both sides of the records whose fault line is detected, without the line itself.
+
+    The cage ratio has the same information in a form whose errors may be averaged over both races.
+    """
+    frame = comparison_frame(rows)
+    lines = frame[frame["kind"].isin([one.kind for one in LINES]) & frame["rig_present"].astype(bool)]
+    kept = frame["pair"].isin(lines["pair"]) & (frame["kind"] != RACE_LINE.kind) & frame["error"].notna()
+    return frame[kept].sort_values("pair", kind="stable").drop(columns=list(PAIR_KEYS))
+
+
+def cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
     """Cautions on the recordings that this report uses: each file and caution once."""
-    once = dict.fromkeys((Path(row["file"]).name, caution) for row in records for caution in row["cautions"])
+    once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
 
 

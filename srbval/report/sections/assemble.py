@@ -23,7 +23,7 @@ RECORDS, LIMITS, GLOSSARY, COMMAND = (
 MOST_NAMED = 20  # files in a list; report.json has all
 GROUPS = {"paper's speed": "paper", "at the rig's speed": "model", "rig side": "rig"}
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
-ROWS = ("comparisons", "matrix", "bias", "speed_and_slip", "published_speeds", "joint_tests", "runs")
+ROWS = ("comparisons", "pairs", "bias", "speed_and_slip", "published_speeds", "joint_tests", "runs")
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
@@ -94,11 +94,11 @@ def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
 
 def limits_section(findings: Findings) -> Section:
     """Section on the subjects that the report does not cover, and on open questions."""
-    records, compared = findings.matrix.records, findings.matrix.comparisons["record"]
-    axial = bool(records[records["file"].isin(compared)]["axial_kn"].any())
+    rows = findings.validation.comparisons
+    axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
     passing = findings.data["point_passing"]
     khz = {"outer_khz": passing["outer_hz"] / 1e3, "inner_khz": passing["inner_hz"] / 1e3}
-    rows, predicted = findings.matrix.comparisons.to_dict("records"), "prediction_outcome" in findings.results
+    predicted = "prediction_outcome" in findings.results
     missed = missed_sentence(stated_verdicts(findings))
     limits = LIMITS.items("limits", axial="V" if axial else "Axial load, v", **passing | khz)
     return LIMITS.section(Listing((blind_sentence(rows, predicted=predicted), *missed, *limits)))
