@@ -166,7 +166,7 @@ def _presence(model: QuantityValue, rig: QuantityValue) -> dict[str, Any]:
         would_show = missing.least < shown.value - (shown.ci95 or 0.0)
         verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
     sides = {"model": replace(model, value=float(model.present)), "rig": replace(rig, value=float(rig.present))}
-    error = float(model.present) - float(rig.present)
+    error = math.nan if MISSING in (model, rig) else float(model.present) - float(rig.present)
     return sides | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
 
 

@@ -1,12 +1,12 @@
 """Speed effect and slip effect: exact on made-up lines, and what they say of the paper's Table 6."""
 
-import pandas as pd
 import pytest
 
 from srbval.bearing import Fault, load_bearing
+from srbval.comparison.compared_quantities import RACE_LINE
 from srbval.comparison.speed_and_slip import (
-    matrix_rows,
     published_rpm,
+    record_rows,
     split_speed_and_slip,
     table6_rows,
 )
@@ -60,16 +60,16 @@ def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
 
 def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
     """Of a shaft 2 % slower than its nominal speed, and a cage as kinematics has it."""
+    shaft_hz = 0.98 * 353 / 60
+    facts = {"shaft_ci95_hz": 0.001, "nominal_rpm": 353.0, "origin": "measured", "shaft_from": "tachometer"}
+    pairs = [{"pair": n, "measured_facts": facts, "shaft_hz": {"measured": shaft_hz}} for n in (1, 2, 3)]
 
-    def record(fault: Fault, detected: bool = True) -> dict[str, object]:
-        shaft_hz = 0.98 * 353 / 60
-        hz = 0.0 if fault is Fault.HEALTHY else fault.line_order(BEARING.orders) * shaft_hz
-        line = {"line": fault.line, "found_hz": hz, "ci95_hz": 0.01, "detected": detected}
-        speed = {"shaft_rpm": 60 * shaft_hz, "speed_ci95_rpm": 0.05, "speed_source": "tachometer"}
-        return {"state": fault.value, "file": f"/somewhere/{fault}.mat", "nominal_rpm": 353.0} | line | speed
+    def row(pair: int, fault: Fault, present: bool = True, kind: str = RACE_LINE.kind) -> dict[str, object]:
+        line = {"kind": kind, "rig_present": present, "rig_ci95": 0.001, "record": f"/somewhere/{fault}.mat"}
+        return {"pair": pair, "state": fault.value, "measured_hz": fault.line_order(BEARING.orders) * shaft_hz} | line
 
-    records = [record(Fault.HEALTHY), record(Fault.OUTER), record(Fault.INNER), record(Fault.OUTER, detected=False)]
-    rows = list(matrix_rows(pd.DataFrame(records), BEARING))
+    lines = [row(1, Fault.OUTER), row(1, Fault.OUTER, kind="cage ratio"), row(2, Fault.INNER)]
+    rows = list(record_rows(pairs, [*lines, row(3, Fault.OUTER, present=False)], BEARING))
     assert [(r["record"], r["line"], r["origin"]) for r in rows] == [
         ("outer", "BPFO", "measured"),
         ("inner", "BPFI", "measured"),
