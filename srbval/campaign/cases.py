@@ -62,9 +62,8 @@ def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     for key, value in point.items():
         table = merge(table, functools.reduce(lambda inner, name: {name: inner}, reversed(key.split(".")), value))
     scene = paper_scene(**table)
-    if scene.model != AUTO:
-        level_of(scene.model)
-    check_known("solver", scene.solver.name, tuple(METHODS))
+    if scene.model == AUTO or not level_of(scene.model).outside:  # which has solvers of its own
+        check_known("solver", scene.solver.name, tuple(METHODS))
     return scene
 
 

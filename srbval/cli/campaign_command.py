@@ -15,6 +15,7 @@ from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
 from srbval.progress import progress_display
 from srbval.recordings.raw import printable
+from srbval.scene import merge
 
 DONE, WITH_FAILURES, DAMAGED = 0, 1, DataError.exit_code
 SHOWN_FAILURES, LONGEST_REASON = 10, 1200
@@ -26,10 +27,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit}
-    campaign = replace(
-        load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
-    )
+    campaign = load_campaign(options.campaign)
+    scene = merge(campaign.scene, {"model": options.model}) if options.model else None
+    given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
+    campaign = replace(campaign, **{name: value for name, value in given.items() if value is not None})
     engine = choose_engine(
         options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait, adapt=options.adapt
     )

@@ -211,6 +211,18 @@ def test_a_program_reads_the_scene_and_writes_columns(capsys: pytest.CaptureFixt
     assert "exit code 1 and wrote no signals: no licence" in json.loads(capsys.readouterr().out)["message"]
 
 
+def test_a_campaign_runs_it_and_names_its_failures(capsys: pytest.CaptureFixture[str]) -> None:
+    kinds = '[[axes]]\nkind = "list"\ncases = [{ "defect.kind" = "outer" }, { model = "models.py:raises" }]'
+    text = f'name = "own"\n[scene]\nduration = "0.1 s"\n{kinds}\n'
+    Path("own.toml").write_text(text, encoding="utf-8")
+    assert main(["campaign", "run", "own.toml", "--model", "models.py:bundled", "--jobs", "1", "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert document["cases"] == 2
+    assert [(one["status"], "not today" in one["reason"]) for one in document["failed"]] == [("raised", True)]
+    table = Path(document["table"]).read_text(encoding="utf-8")
+    assert "bpfo_hz" in table
+
+
 def test_forms_of_signals() -> None:
     xarray = pytest.importorskip("xarray")
     one = scene()
