@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from importlib import util
 from typing import Any, Protocol
 
-from srbval.campaign.case_process import case_process, crashed, run_isolated, this_thread
 from srbval.campaign.results import CaseResult, CaseTask
+from srbval.campaign.worker import case_process, crashed, run_isolated, this_thread
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.processes.worker import without_ctrl_c

@@ -84,7 +84,7 @@ def export_campaign(
         about |= {"cases": len(table.cases) - left_out, "segment_s": segment_s, "program": __version__}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": table.campaign.name})
         ratios = ", ".join(f"{ratio:g}" for ratio in snr_db)
-        about["noise"] = f"{origin} Gaussian noise at {ratios} dB, seed {seed}" if snr_db else "none"
+        about["noise"] = f"Gaussian, {origin}, at {ratios} dB, seed {seed}" if snr_db else "none"
         card = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
         out.attrs.update({"version": table.version, "data_card": card.format(**about | made)})
     return {"file": file} | made
@@ -156,4 +156,4 @@ def _noise(noise: str) -> tuple[str, Density | None]:
     name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
     samples = recording.channels[name]
     density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
-    return f"with the spectrum of {recording.name}, channel {name} ({recording.origin.value}),", density
+    return f"with the spectrum of {recording.name}, channel {name} ({recording.origin.value})", density

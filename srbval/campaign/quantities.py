@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from srbval.bearing import DEFECTS, load_bearing
+from srbval.errors import DataError
 from srbval.models.run import Run
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
@@ -56,13 +57,16 @@ def _statistics(run: Run) -> Iterator[Row]:
 
 
 def _lines(run: Run) -> Iterator[Row]:
-    """First harmonics of the fault lines, read as in every recording; none if the record is too short."""
+    """First harmonics of the fault lines, read as in every recording; none if the record is too short or constant."""
     from srbval.reading.analyse import analyse
     from srbval.recordings import recording_from_run
 
     if (run.seconds - ENDS_S) * run.scene.shaft_hz < LEAST_REVOLUTIONS:
         return
-    analysis = analyse(recording_from_run(run), bearing=load_bearing(run.scene.bearing))
+    try:
+        analysis = analyse(recording_from_run(run), bearing=load_bearing(run.scene.bearing))
+    except DataError:
+        return
     for name in (*(fault.line or "" for fault in DEFECTS), "FTF"):
         line = analysis.line(name)
         if line.found_hz is not None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.case_process import ATTEMPTS
+from srbval.campaign.worker import ATTEMPTS
 
 MANY = """\
 name = "many"

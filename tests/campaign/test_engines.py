@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign import case_process
+from srbval.campaign import worker
 from srbval.campaign.engines import DaskEngine, choose_engine
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
@@ -191,7 +191,7 @@ def test_processes_that_never_get_ready(
     code: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
-    monkeypatch.setattr(case_process, "PREPARE_LIMIT_S", 3.0)
+    monkeypatch.setattr(worker, "PREPARE_LIMIT_S", 3.0)
     with pytest.raises(NumericsError, match=said):
         run_campaign(small(), tmp_path / "run", engine=choose_engine(jobs=2))
     assert "Traceback" not in capfd.readouterr().err

@@ -58,8 +58,8 @@ def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
     assert export_campaign(folder, tmp_path / "set.h5", segment_s=2e-3, snr_db=(0.0,), noise=noise)["segments"] == 8
     with h5py.File(tmp_path / "set.h5") as found:
         card = str(found.attrs["data_card"])
-    assert "Added noise: with the spectrum of " in card
-    assert "Gaussian noise at 0 dB, seed 0." in card
+    assert "Added noise: Gaussian, with the spectrum of " in card
+    assert ", at 0 dB, seed 0." in card
 
 
 def _case_with_signals(folder: Path) -> Path:

@@ -190,11 +190,12 @@ def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:
-    def lines(seconds: float) -> dict[str, float]:
-        run = simulate(paper_scene(model="impulse", duration_s=seconds, settle_s=0.0, defect={"kind": "outer"}))
+    def lines(seconds: float, defect: str = "outer") -> dict[str, float]:
+        run = simulate(paper_scene(model="impulse", duration_s=seconds, settle_s=0.0, defect={"kind": defect}))
         return {name: value for name, (value, _) in quantities_of(run, [Output.LINES]).items()}
 
     found = lines(2.0)
     assert found["BPFO_detected"] == 1.0
     assert abs(found["BPFO_deviation_pct"]) < DEVIATION_PCT
     assert lines(1.0) == {}  # 11.8 revolutions, 12 are needed
+    assert lines(2.0, "none") == {}  # a constant signal
