@@ -10,7 +10,6 @@ import random
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -154,17 +153,10 @@ def test_two_campaigns_in_one_folder(folder: Path) -> None:
     assert not campaign_status(folder)["running"]
 
 
-def test_a_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(DataError, match="Not a directory"):
+    with pytest.raises(DataError, match=r"Not a directory.*Choose another folder"):
         run_small(small(), tmp_path / "file" / "run")
-
-    def read_only(*_: Any, **__: Any) -> None:
-        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
-
-    monkeypatch.setattr(Path, "mkdir", read_only)
-    with pytest.raises(DataError, match=r"Read-only file system.*Choose another folder"):
-        run_small(small(), tmp_path / "run")
 
 
 def test_a_disk_that_is_too_small_is_seen_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
