@@ -11,7 +11,8 @@ import dataclasses
 import glob
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -114,31 +115,13 @@ class Published:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A validation case; files are relative to `folder`. `path` is its own file, None if it was made of files."""
+    """A validation case, with the keys of its file; `pair` are its comparisons.
 
-    bearing: Bearing
-    bearing_name: str = DEFAULT_BEARING
-    pairs: tuple[CasePair, ...]
+    `path` is its file, to whose folder other files are relative; None if it was made of lists of files.
+    """
+
+    pair: tuple[CasePair, ...] = ()
     title: str = "Simulated against measured"
-    simulated: Source = Source()
-    measured: Source = Source()
-    tolerance: Tolerance = Tolerance()
-    uncertainty: Uncertainty = Uncertainty()
-    published: tuple[Published, ...] = ()
-    folder: Path = Path()
-    path: Path | None = None
-
-    def side(self, pair: CasePair, name: str) -> Source | None:
-        """The side ``simulated`` or ``measured`` of a pair, with the defaults of that side."""
-        own, defaults = getattr(pair, name), getattr(self, name)
-        return None if own is None else own.over(defaults)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _CaseFile:
-    """Tables of a case's file."""
-
-    title: str = Case.title
     bearing: str | None = None
     elements: Mapping[str, Any] | None = None
     orders: Mapping[str, Any] | None = None
@@ -146,8 +129,34 @@ class _CaseFile:
     measured: Source = Source()
     tolerance: Tolerance = Tolerance()
     uncertainty: Uncertainty = Uncertainty()
-    pair: tuple[CasePair, ...] = ()
-    published: tuple[Published, ...] = field(default=())
+    published: tuple[Published, ...] = ()
+    path: Path | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Folder to which files are relative."""
+        return Path() if self.path is None else self.path.parent
+
+    @cached_property
+    def known_bearing(self) -> Bearing:
+        """The bearing; `ConfigurationError` for none that is known, and for several."""
+        tables = {kind: table for kind in IN_PLACE if (table := getattr(self, kind)) is not None}
+        if len(tables) + (self.bearing is not None) > 1:
+            raise ConfigurationError(
+                f"{self.path or 'case'}: give one of bearing, [elements] and [orders], not several."
+            )
+        if tables:
+            return bearing_from_table({"title": self.title, "source": "the case"} | tables, str(self.path or "case"))
+        return load_bearing(self.beside(self.bearing or DEFAULT_BEARING))
+
+    def beside(self, name: str) -> str:
+        """The path of a file that lies beside the case; any other name as it is."""
+        return str(self.folder / name) if name and (self.folder / name).is_file() else name
+
+    def side(self, pair: CasePair, name: str) -> Source | None:
+        """The side ``simulated`` or ``measured`` of a pair, with the defaults of that side."""
+        own, defaults = getattr(pair, name), getattr(self, name)
+        return None if own is None else own.over(defaults)
 
 
 def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Case:
@@ -158,46 +167,37 @@ def load_case(name_or_path: str | Path, changes: Mapping[str, Any] | None = None
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        known = {one.stem: one for one in sorted(shipped_folder(CASES).glob("*.toml"))}
+        known = {one.stem: one for one in sorted(shipped_folder(CASES).glob("*.toml")) if "pair" in read_toml(one)}
         if str(name_or_path) not in known:
             raise ConfigurationError(f"case {str(name_or_path)!r}: give a TOML file, or one of {', '.join(known)}.")
         path = known[str(name_or_path)]
-    return _assembled(read_toml(path), changes, path)
+    return _made(read_toml(path), changes, path)
 
 
 def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any] | None = None) -> Case:
     """A case from tables of pairs as its file would contain them; `changes` as in `load_case`."""
-    return _assembled({"pair": [dict(pair) for pair in pairs]}, changes, None)
+    return _made({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 
-def _assembled(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> Case:
+def _made(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> Case:
+    where = "case" if path is None else str(path)
+    if "path" in document:
+        raise ConfigurationError(f"{where}: unknown key 'path'.")
     for key, value in (changes or {}).items():
         table, _, name = key.rpartition(".")
         owner = document.setdefault(table, {}) if table else document
         if not isinstance(owner, dict):
             raise ConfigurationError(f"{key}: the case has no table [{table}].")
         owner[name] = value
-    where, folder = "case" if path is None else str(path), Path() if path is None else path.parent
     for pair in document["pair"] if isinstance(document.get("pair"), list) else ():
         for side in ("simulated", "measured"):
             if isinstance(pair, dict) and side in pair:
                 pair[side] = _source_table(pair[side])
-    given = build(_CaseFile, document, where)
-    if not given.pair:
+    case = dataclasses.replace(build(Case, document, where), path=path)
+    if not case.pair:
         raise ConfigurationError(f"{where}: no [[pair]] says what is compared; add one with simulated and measured.")
-    return Case(
-        title=given.title,
-        bearing=_bearing(given, folder, where),
-        bearing_name=given.bearing or DEFAULT_BEARING,
-        simulated=given.simulated,
-        measured=given.measured,
-        tolerance=given.tolerance,
-        uncertainty=given.uncertainty,
-        pairs=given.pair,
-        published=given.published,
-        folder=folder,
-        path=path,
-    )
+    assert case.known_bearing, "an unknown bearing is refused while the case is read"
+    return case
 
 
 def _source_table(raw: Any) -> Any:
@@ -205,17 +205,6 @@ def _source_table(raw: Any) -> Any:
     if isinstance(raw, dict):
         return raw | ({"file": [raw["file"]]} if isinstance(raw.get("file"), str) else {})
     return {"file": [raw] if isinstance(raw, str) else raw}
-
-
-def _bearing(given: _CaseFile, folder: Path, where: str) -> Bearing:
-    tables = {kind: table for kind in IN_PLACE if (table := getattr(given, kind)) is not None}
-    if len(tables) + (given.bearing is not None) > 1:
-        raise ConfigurationError(f"{where}: give one of bearing, [elements] and [orders], not several.")
-    if tables:
-        return bearing_from_table({"title": given.title, "source": where, **tables}, where)
-    name = given.bearing or DEFAULT_BEARING
-    beside = folder / name
-    return load_bearing(beside if name.endswith(".toml") and beside.is_file() else name)
 
 
 def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]:
@@ -246,24 +235,21 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
 
 
 def write_case(case: Case, path: Path) -> None:
-    """Write a case made of files as a TOML file from which `load_case` makes the same case."""
+    """Write a case as a TOML file from which `load_case` makes the same case."""
 
     def stated(table: Any) -> dict[str, Any]:
-        return {f.name: v for f in dataclasses.fields(table) if (v := getattr(table, f.name)) is not None and v != ()}
+        values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+        return {key: stated(v) if isinstance(v, Source) else v for key, v in values.items() if v not in (None, (), "")}
 
-    def lines(table: Mapping[str, Any]) -> list[str]:
-        return [f"{key} = {_toml_value(value)}" for key, value in table.items()]
-
-    text = lines({"title": case.title, "bearing": case.bearing_name})
+    document = stated(dataclasses.replace(case, path=None))
+    lists = {key: document.pop(key) for key in ("pair", "published") if key in document}
     for key in ("simulated", "measured", "tolerance", "uncertainty"):
-        if table := stated(getattr(case, key)):
-            text += ["", f"[{key}]", *lines(table)]
-    for pair in case.pairs:
-        sides = {side: stated(one) for side in ("simulated", "measured") if (one := getattr(pair, side)) is not None}
-        own = {"state": pair.state, "used_for": pair.used_for} if pair.state else {"used_for": pair.used_for}
-        text += ["", "[[pair]]", *lines(own | sides)]
-    for one in case.published:
-        text += ["", "[[published]]", *lines(stated(one))]
+        table = document.pop(key, None)
+        document |= {key: values} if (values := table if isinstance(table, dict) else stated(table)) else {}
+    text = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
+    for key, rows in lists.items():
+        for row in rows:
+            text += ["", f"[[{key}]]", *(f"{name} = {_toml_value(value)}" for name, value in stated(row).items())]
     with atomic_write(path) as part:
         part.write_text("\n".join(text) + "\n", encoding="utf-8")
 

@@ -103,7 +103,7 @@ def _effects(quantity: ComparedQuantity, state: Fault, effects: Effects, case: C
     found = effects.get((state.value, quantity.name_of(state)))
     if quantity is not RACE_LINE:
         return found
-    of_cage, rollers = effects.get((state.value, CAGE_RATIO.name)), case.bearing.rolling_elements
+    of_cage, rollers = effects.get((state.value, CAGE_RATIO.name)), case.known_bearing.rolling_elements
     if of_cage is None:
         return None
     sign = 1 if state is Fault.OUTER else -1
@@ -184,7 +184,7 @@ def outside_parts(
     if stated is None or quantity is ROLLER_LINE:
         return parts
     of_line = quantity is RACE_LINE and state is Fault.INNER
-    return parts | {STATED: stated * (case.bearing.rolling_elements / own.value - 1) if of_line else stated}
+    return parts | {STATED: stated * (case.known_bearing.rolling_elements / own.value - 1) if of_line else stated}
 
 
 def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | None:

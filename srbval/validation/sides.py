@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import Bearing, Fault
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
 from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
@@ -106,18 +106,15 @@ def run_scene(
     source: Source, case: Case, against: SideReading, state: Fault, *, progress: Progress = silent
 ) -> SideReading:
     """Run a scene of the bundled model beside the measured side, with its defect, and read it (`run_counterpart`)."""
-    base = source.scene or ""
-    beside, bearing_file = case.folder / base, case.folder / case.bearing_name
-    own_model = case.folder / (source.model or "").rpartition(":")[0]
-    model = str(case.folder / source.model) if source.model and own_model.is_file() else source.model or ""
+    base, (file, colon, function) = source.scene or "", (source.model or "").rpartition(":")
     found = run_counterpart(
         against.analyses[0],
         state,
-        str(beside) if base.endswith(".toml") and beside.is_file() else base,
+        case.beside(base),
         source.band_hz,
         QUANTITIES,
-        model=model,
-        bearing_name=str(bearing_file) if bearing_file.suffix == ".toml" else case.bearing_name,
+        model=case.beside(file) + colon + case.beside(function),
+        bearing_name=case.beside(case.bearing or DEFAULT_BEARING),
         progress=progress,
     )
     read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}

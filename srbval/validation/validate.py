@@ -89,7 +89,7 @@ class Validation:
         return {
             "case": self.case.title,
             "headline": self.headline,
-            "bearing": self.case.bearing.name,
+            "bearing": self.case.known_bearing.name,
             "pairs": self.pairs.to_dict("records"),
             "table": self.table.to_dict("records"),
             "sums": self.sums,
@@ -123,10 +123,10 @@ def validate(
         case = load_case(case, changes)
     elif changes:
         raise ConfigurationError("changes apply to a case's file, not to a Case.")
-    case = dataclasses.replace(case, pairs=tuple(one for pair in case.pairs for one in registered_pairs(pair)))
+    case = dataclasses.replace(case, pair=tuple(one for pair in case.pair for one in registered_pairs(pair)))
     stored = newest_result("inputs")
     effects = effects_of(stored.content) if stored is not None else {}
-    numbered, count = list(enumerate(case.pairs, start=1)), len(case.pairs)
+    numbered, count = list(enumerate(case.pair, start=1)), len(case.pair)
 
     def compared(numbered_pair: tuple[int, CasePair]) -> PairReading | SrbvalError:
         try:
@@ -151,7 +151,7 @@ def validate(
         table=table_of(rows, case.tolerance),
         pairs=_frame(pairs),
         comparisons=tuple(rows),
-        sums=tuple(sum_rules(rows, case.bearing.rolling_elements)),
+        sums=tuple(sum_rules(rows, case.known_bearing.rolling_elements)),
         failed=tuple({"pair": number, "reason": str(error)} for number, error in failed),
     )
 
@@ -186,7 +186,7 @@ def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progres
     if empty := next((side for side, files in loaded.items() if not files), None):
         raise ConfigurationError(f"{empty} side: names no file.")
     state = stated_state(pair.state, tuple(recording for side in loaded.values() for recording in side))
-    sides = {side: read_files(found, sources[side], case.bearing, state) for side, found in loaded.items()}
+    sides = {side: read_files(found, sources[side], case.known_bearing, state) for side, found in loaded.items()}
     problem = ""
     if scene is not None:
         if "measured" not in sides:

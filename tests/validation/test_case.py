@@ -47,8 +47,12 @@ def file(tmp_path: Path) -> Path:
 
 def test_settings_of_a_pair_go_over_those_of_its_side(file: Path) -> None:
     case = load_case(file)
-    outer, inner = case.pairs
-    assert (case.bearing.name, case.tolerance.cage_pct, case.published[0].kinematic_hz) == ("skf-6205", 0.1, 96.79)
+    outer, inner = case.pair
+    assert (case.known_bearing.name, case.tolerance.cage_pct, case.published[0].kinematic_hz) == (
+        "skf-6205",
+        0.1,
+        96.79,
+    )
     assert case.side(outer, "measured") == Source(band_hz=(2000, 4000), channel="DE", file=("OR.csv",))
     measured = case.side(inner, "measured")
     assert measured is not None
@@ -71,7 +75,7 @@ def test_values_can_be_changed_by_their_keys(file: Path) -> None:
 def test_a_bearing_may_stand_in_the_case() -> None:
     orders = {"orders": {"rolling_elements": 9, "bpfo": 3.585, "bpfi": 5.415, "bsf": 2.357, "ftf": 0.398}}
     case = case_of_pairs([{"measured": "a.csv"}], orders)
-    assert (case.bearing.rolling_elements, case.bearing.orders.bpfo) == (9, 3.585)
+    assert (case.known_bearing.rolling_elements, case.known_bearing.orders.bpfo) == (9, 3.585)
 
 
 @pytest.mark.parametrize(

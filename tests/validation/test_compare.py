@@ -52,7 +52,7 @@ def known(*effects):
     return {("inner", one["quantity"]): one for one in effects}
 
 
-CASE = Case(bearing=SimpleNamespace(rolling_elements=19), pairs=())
+CASE = Case()
 
 
 def side(*analyses, scene=None, order=None, state=Fault.INNER):

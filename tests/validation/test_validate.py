@@ -110,8 +110,8 @@ def test_bad_input_is_refused_with_its_reason(
 
 def test_a_pair_that_fails_leaves_the_others(tmp_path: Path) -> None:
     good = case_of(tmp_path, 0.0)
-    broken = dataclasses.replace(good.pairs[0], measured=Source(file=("none.npy",)))
-    found = validate(dataclasses.replace(good, pairs=(broken, *good.pairs)))
+    broken = dataclasses.replace(good.pair[0], measured=Source(file=("none.npy",)))
+    found = validate(dataclasses.replace(good, pair=(broken, *good.pair)))
     assert [one["pair"] for one in found.failed] == [1]
     assert list(found.pairs["pair"]) == [2]
 

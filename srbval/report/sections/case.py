@@ -44,7 +44,7 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
     sections += [_signals(result), TEXTS.section(Listing(tuple(limits_of(result)))), provenance_section(origin)]
     return Report(
         title=case.title,
-        subtitle=case.bearing.title,
+        subtitle=case.known_bearing.title,
         generated_utc=datetime.now(UTC),
         verdict=_verdict(result),
         sections=tuple(section for section in sections if section is not None),
@@ -99,7 +99,7 @@ def _speed(result: Validation) -> Section | None:
     """The sums of both race lines, if a side has both."""
     if not result.sums:
         return None
-    rollers = result.case.bearing.rolling_elements
+    rollers = result.case.known_bearing.rolling_elements
     rows = [
         {
             name: getattr(one, name)
