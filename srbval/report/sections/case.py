@@ -41,7 +41,12 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
     sections = [_frequencies(table), _speed(result), _figures(result, grids), _levels(table), _published(case)]
-    sections += [_signals(result), TEXTS.section(Listing(tuple(limits_of(result)))), provenance_section(origin)]
+    signals = list(_signal_rows(result.pairs.to_dict("records")))
+    sections += [
+        _table("signals", signals),
+        TEXTS.section(Listing(tuple(limits_of(result)))),
+        provenance_section(origin),
+    ]
     return Report(
         title=case.title,
         subtitle=case.known_bearing.title,
@@ -70,19 +75,16 @@ def _point(row: Mapping[str, Any]) -> str:
     return TEXTS.text("point", **row)
 
 
+def _table(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
+    """Section of one table; None without rows."""
+    blocks = (TEXTS.table(name, rows), *more) if rows else ()
+    return Section(id=f"case-{name}", title=TEXTS.text(f"title-{name}"), blocks=blocks, open=open) if rows else None
+
+
 def _frequencies(table: "pd.DataFrame") -> Section | None:
     """Lines and cage ratios in the form of the paper's Table 6."""
-    rows = [
-        _with_deviations(row) for row in table.to_dict("records") if row["error_unit"] != "dB" and row["unit"] != "dB"
-    ]
-    if not rows:
-        return None
-    return Section(
-        id="fault-frequencies",
-        title=TEXTS.text("title-frequencies"),
-        blocks=(TEXTS.table("frequencies", rows), TABLE6.paragraph("how-to-read")),
-        open=True,
-    )
+    rows = table[table["unit"] != "dB"].to_dict("records")
+    return _table("frequencies", [_with_deviations(row) for row in rows], TABLE6.paragraph("how-to-read"), open=True)
 
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
@@ -134,13 +136,9 @@ def _figures(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]]) ->
 
 
 def _levels(table: "pd.DataFrame") -> Section | None:
-    rows = [
-        row | {"verdict_tone": VERDICT_TONE.get(row["verdict"], Tone.NEUTRAL)}
-        for row in table[table["unit"] == "dB"].to_dict("records")
-    ]
-    if not rows:
-        return None
-    return Section(id="line-levels", title=TEXTS.text("title-levels"), blocks=(TEXTS.table("levels", rows),))
+    levels = table[table["unit"] == "dB"]
+    tones = [VERDICT_TONE.get(verdict, Tone.NEUTRAL) for verdict in levels["verdict"]]
+    return _table("levels", levels.assign(verdict_tone=tones).to_dict("records"))
 
 
 def _published(case: Case) -> Section | None:
@@ -150,16 +148,7 @@ def _published(case: Case) -> Section | None:
         | {f"{name}_note": f"{deviation:+.2f} %" for name, deviation in one.deviations_pct().items()}
         for one in case.published
     ]
-    if not rows:
-        return None
-    return Section(
-        id="published-numbers", title=TEXTS.text("title-published"), blocks=(TEXTS.table("published", rows),)
-    )
-
-
-def _signals(result: Validation) -> Section:
-    rows = list(_signal_rows(result.pairs.to_dict("records")))
-    return Section(id="signals-compared", title=TEXTS.text("title-signals"), blocks=(TEXTS.table("signals", rows),))
+    return _table("published", rows)
 
 
 def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
