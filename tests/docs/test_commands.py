@@ -58,7 +58,7 @@ def commands(page: str) -> list[str]:
 
 
 def is_run(command: str) -> bool:
-    return command != MAIN_JOB and not any(words in command for words in LEFT_OUT)
+    return "my_model.py" in command or (command != MAIN_JOB and not any(words in command for words in LEFT_OUT))
 
 
 PAGES = {page: found for page in TEXTS if (found := [line for line in commands(page) if is_run(line)])}
@@ -99,6 +99,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     assert labels is not None
     Path("labels.csv").write_text(labels[1].replace(".tdms", ".npy"), encoding="utf-8")
     Path("machine.toml").write_text(blocks("guide/your_data.md", "toml")[0], encoding="utf-8")
+    Path("my_model.py").write_text(blocks("guide/your_model.md", "python")[0], encoding="utf-8")
     scene, _ = blocks("guide/commands.md", "toml")
     Path("scene.toml").write_text(scene, encoding="utf-8")
     return tmp_path

@@ -22,7 +22,7 @@ from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
 SECONDS, GIGABYTES = "SRBVAL_MODEL_SECONDS", "SRBVAL_MODEL_GB"  # environment variables: the limits of a run
-START_S, PER_SIMULATED_S = 60.0, 300.0  # usual limit of the wall time, and more for each simulated second
+START_S, PER_SIMULATED_S = 60.0, 1000.0  # usual limit of the wall time, and more for each simulated second
 USUAL_GB = 4.0
 OWN_SOLVER = "own"  # of a model that offers no choice
 
