@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.cases import CampaignCase
-from srbval.campaign.results import REFUSED, CaseResult, intact_result
+from srbval.campaign.results import REFUSED, CaseResult, intact_result, read_result
 from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import atomic_write, remove_unfinished
@@ -144,3 +144,39 @@ def folder_lock(folder: Path) -> Iterator[None]:
         ) from None
     with acquired:
         yield
+
+
+def campaign_status(path: Path) -> dict[str, Any]:
+    """Read the folder of a campaign and write its results table again; `DataError` as `read_table`.
+
+    Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
+    results table cannot be written.
+    """
+    table = read_table(path)
+    results = read_results(path, table)
+    written, running = None, False
+    with contextlib.suppress(DataError):  # a folder that can only be read
+        written = write_results(path, table, results)
+        try:
+            with folder_lock(path):
+                pass
+        except ConfigurationError:
+            running = True
+    return counted(table, results) | {"running": running, "table": written}
+
+
+def verify_campaign(path: Path) -> dict[str, Any]:
+    """Read the table of cases and all results, those of earlier tables too; nothing is changed.
+
+    Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
+    `results` that were read. Raises `DataError` if there is no campaign.
+    """
+    results, damaged = sorted((path / CASES).glob("*.h5")), []
+    for file in (path / TABLE, *results):
+        try:
+            read_table(path) if file.name == TABLE else read_result(file)
+        except DataError as error:
+            if not os.path.lexists(file):
+                raise
+            damaged.append({"file": file, "why": str(error).removeprefix(f"{file}: ")})
+    return {"ok": not damaged, "results": len(results), "damaged": damaged}

@@ -1,10 +1,6 @@
-"""Run a campaign, read its progress, verify its files.
-
-A run writes the table of cases, skips every case that has a result, and hands the others to an engine.
-"""
+"""Run a campaign: write its table of cases, skip every case that has a result, hand the others to an engine."""
 
 import contextlib
-import os
 import shutil
 import time
 from collections.abc import Callable, Mapping
@@ -15,21 +11,18 @@ from typing import Any
 from srbval.campaign.cases import CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.folder import (
-    CASES,
-    TABLE,
     CampaignTable,
     counted,
     folder_lock,
     read_results,
-    read_table,
     remove_incomplete,
     result_path,
     write_results,
     write_table,
 )
-from srbval.campaign.results import CaseResult, CaseTask, read_result, version
+from srbval.campaign.results import CaseResult, CaseTask, version
 from srbval.campaign.settings import Campaign
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.progress import Progress, silent
 
 ALMOST_DONE = 0.999  # largest share reported while cases run: rounding must not report the task as done
@@ -113,39 +106,3 @@ def _task(folder: Path, table: CampaignTable, case: CampaignCase) -> CaseTask:
         path=result_path(folder, case.key),
         limit_s=table.campaign.limit_s(case.planned_s),
     )
-
-
-def campaign_status(path: Path) -> dict[str, Any]:
-    """Read the folder of a campaign and write its results table again; `DataError` as `read_table`.
-
-    Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
-    results table cannot be written.
-    """
-    table = read_table(path)
-    results = read_results(path, table)
-    written, running = None, False
-    with contextlib.suppress(DataError):  # a folder that can only be read
-        written = write_results(path, table, results)
-        try:
-            with folder_lock(path):
-                pass
-        except ConfigurationError:
-            running = True
-    return counted(table, results) | {"running": running, "table": written}
-
-
-def verify_campaign(path: Path) -> dict[str, Any]:
-    """Read the table of cases and all results, those of earlier tables too; nothing is changed.
-
-    Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
-    `results` that were read. Raises `DataError` if there is no campaign.
-    """
-    results, damaged = sorted((path / CASES).glob("*.h5")), []
-    for file in (path / TABLE, *results):
-        try:
-            read_table(path) if file.name == TABLE else read_result(file)
-        except DataError as error:
-            if not os.path.lexists(file):
-                raise
-            damaged.append({"file": file, "why": str(error).removeprefix(f"{file}: ")})
-    return {"ok": not damaged, "results": len(results), "damaged": damaged}

@@ -42,7 +42,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Results of a campaign that nobody disturbs."""
     folder = tmp_path_factory.mktemp("undisturbed")
     (folder / "many.toml").write_text(MANY)
-    assert start(folder / "many.toml", folder / "run").wait() == 0
+    run_small(load_campaign(str(folder / "many.toml")), folder / "run")
     return content(folder / "run")
 
 
