@@ -56,6 +56,7 @@ def test_every_command_is_a_function() -> None:
         "stability": "run_study",
         "study": "run_study",
         "trend": "trend_of",
+        "validate": "validate",
     }
     from srbval.cli.arguments import parser
 
