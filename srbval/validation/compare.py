@@ -212,7 +212,7 @@ def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
 def _table_row(row: Row, tolerance: Tolerance) -> Row:
     quantity = next(one for one in QUANTITIES if one.kind == row["kind"])
     values = {"simulated": row["model"], "measured": row["rig"], "kinematic": row["kinematic"]}
-    values |= {"simulated_ci95": row["model_ci95"], "measured_ci95": row["rig_ci95"]}
+    values |= {"simulated_ci95": row["model_ci95"] or None, "measured_ci95": row["rig_ci95"]}
     for side in ("simulated", "measured"):
         known = values["kinematic"] is not None and not math.isnan(values[side])
         values[f"{side}_deviation_pct"] = deviation_pct(values[side], values["kinematic"]) if known else None

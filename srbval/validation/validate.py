@@ -237,7 +237,9 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
         for outer in of[Fault.OUTER]:
             shaft_hz = outer["speeds_hz"][place]
             inner = min(of[Fault.INNER], key=lambda row: abs(row["speeds_hz"][place] - shaft_hz), default=None)
-            if inner is None or abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
+            if inner is None or not (outer[f"{name}_ci95"] and inner[f"{name}_ci95"]):
+                continue  # a line made of the cage's own speed says nothing about the shaft's
+            if abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
                 continue
             yield SumRule(
                 source=f"{side}, {60 * shaft_hz:.5g} rpm",
@@ -253,20 +255,23 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
 def headline(table: "pd.DataFrame") -> str:
     """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
     known = table[table["error"].notna()]
-    parts = [_counted("lines and cage ratios", known, "%"), _counted("levels", known, "dB")]
-    text = "; ".join(filter(None, parts)) or "no quantity was found on both sides."
-    return text[0].upper() + text[1:]
+    kinds = {"lines and cage ratios": known[known["error_unit"] == "%"], "levels": known[known["error_unit"] == "dB"]}
+    found = {what: rows for what, rows in kinds.items() if len(rows)}
+    if not found:
+        return "No quantity was found on both sides."
+    errors = {what: _largest(rows) for what, rows in found.items()}
+    if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
+        listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
+        return f"No verdict: the uncertainty of the simulation or of a reading is not known. Largest errors: {listed}."
+    parts = [f"{len(rows)} {what}: {_counted(rows)}, largest error {errors[what]}" for what, rows in found.items()]
+    return f"{'; '.join(parts)}."
 
 
-def _counted(what: str, rows: "pd.DataFrame", unit: str) -> str:
-    """Verdicts on the quantities with errors in a unit, and the largest error; empty without any."""
-    of = rows[rows["error_unit"] == unit]
-    if of.empty:
-        return ""
-    largest = of.loc[of["error"].astype(float).abs().idxmax()]
-    error = f"largest error {largest['error']:+.2f} {unit}, {largest['quantity']}"
-    counts = of["verdict"].value_counts()
-    if set(counts.index) == {Verdict.INSUFFICIENT.value}:
-        return f"{what}: no verdict, since the uncertainty of the simulation or of a reading is not known ({error})"
-    words = ", ".join(f"{one.value} {counts[one.value]}" for one in Verdict if one.value in counts)
-    return f"{what}, {len(of)} compared: {words} ({error})"
+def _counted(rows: "pd.DataFrame") -> str:
+    counts = rows["verdict"].value_counts()
+    return ", ".join(f"{counts[one.value]} {one.value}" for one in Verdict if one.value in counts)
+
+
+def _largest(rows: "pd.DataFrame") -> str:
+    row = rows.loc[rows["error"].astype(float).abs().idxmax()]
+    return f"{row['error']:+.2f} {row['error_unit']} ({row['quantity']})"

@@ -75,7 +75,7 @@ def test_without_an_uncertainty_of_the_simulation_there_is_no_verdict(tmp_path: 
     found = validate(case_of(tmp_path, 0.3))
     assert set(found.table["verdict"]) == {"insufficient data"}
     assert found.holds
-    assert "no verdict" in found.headline
+    assert found.headline.startswith("No verdict")
 
 
 def test_a_missed_tolerance_does_not_hold(tmp_path: Path) -> None:
