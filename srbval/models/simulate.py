@@ -155,6 +155,8 @@ def signals(out: FloatArray) -> dict[str, Any]:
 def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `stats` are kept up to date."""
     scene = stats.scene
+    if level_of(scene.model).outside:  # which reports nothing until it ends
+        progress("Simulate", None)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
     for first, steps in level_of(scene.model).run(stats, settle, whole):

@@ -21,7 +21,7 @@ from srbval.models.run import works
 from srbval.models.solvers import SOLVERS
 from srbval.plan.measures import measure
 from srbval.processes.about_machine import load_average, this_machine
-from srbval.progress import Progress
+from srbval.progress import Progress, stage
 from srbval.progress.tables import text_rows
 from srbval.scene import Scene
 from srbval.studies.harness import StudyResult
@@ -33,7 +33,7 @@ LIMITS = {"cage_error": 1e-3, "band_rms_error": 0.05}  # a rig's record of some 
 SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
 STEPS_PER_S, TIMED_S, COMPARED_S = (40960, 61440, 122880), 0.2, 1.0  # simulated in a run that is timed, or compared
 QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S = (61440,), 0.05, 0.3
-PAIRS = 3  # of timed runs, after one that does not count
+PAIRS = 2  # of timed runs, after one that does not count
 STABILITY_STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
 PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
@@ -53,7 +53,8 @@ def bench(options: Namespace, progress: Progress) -> StudyResult:
     scenes, own = options.scenes or SCENES, [(options.model, name) for name in _solvers(options)]
     full = STEPS_PER_S, TIMED_S, COMPARED_S
     steps, timed_s, compared_s = (QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S) if options.quick else full
-    probes = {row["model"]: attempt(_scene(row, timed_s)) for row in _cases(scenes[:1], [own[0], USUAL], steps[:1])}
+    with stage(progress, "a first short run, from which the time of all follows"):
+        probes = {row["model"]: attempt(_scene(row, timed_s)) for row in _cases(scenes[:1], [own[0], USUAL], steps[:1])}
     failed = None if probes[options.model].works else probes[options.model]
     models = [] if failed else own
 
@@ -72,9 +73,12 @@ def bench(options: Namespace, progress: Progress) -> StudyResult:
         for rows, simulated_s in ((fine, compared_s), (cases, compared_s + (1 + PAIRS) * timed_s))
         for row in rows
     )
-    task, load = f"converged runs (about {planned_s:.0f} s until all is done)", load_average()
-    right = sweep(pd.DataFrame(fine), whole, measures, task=task, jobs=1, progress=progress)
-    found = sweep(pd.DataFrame(cases), in_turns, measures, task="runs in turns", jobs=1, progress=progress)
+    load, task, turns = load_average(), f"converged runs (about {planned_s:.0f} s until all is done)", "runs in turns"
+    how: Row = {"jobs": 1, "progress": progress}
+    progress(task, None)
+    right = sweep(pd.DataFrame(fine), whole, measures, task=task, **how)
+    progress(turns, None)
+    found = sweep(pd.DataFrame(cases), in_turns, measures, task=turns, **how)
     references = {(row["scene"], row["model"], row["solver"]): row for row in records(right)}
     rows = [_compared(row, references) for row in records(found)]
     if failed:

@@ -1,6 +1,7 @@
 """FMUs made by `pythonfmu`: a run, its variables and units checked, its failures."""
 
 import importlib
+import re
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -60,17 +61,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     builder = importlib.import_module("pythonfmu.builder").FmuBuilder
     plain = Path(builder.build_FMU(folder / "bearing.py", dest=folder))
     described = folder / "bearing.fmu"
+    units = '<UnitDefinitions><Unit name="rad/s"/></UnitDefinitions>'
     with zipfile.ZipFile(plain) as source, zipfile.ZipFile(described, "w") as target:
         for name in source.namelist():
             content = source.read(name)
             if name == "modelDescription.xml":
-                text = content.decode().replace("<ModelVariables>", "<ModelVariables>", 1)
-                units = '<UnitDefinitions><Unit name="rad/s"/></UnitDefinitions>'
-                before = "<LogCategories" if "<LogCategories" in text else "<ModelVariables>"
-                text = text.replace(before, f"{units}{before}", 1)
-                speed, rest = text[text.index('name="shaft_speed"') :].split("<Real", 1)
-                head = text[: text.index('name="shaft_speed"')]
-                content = f'{head}{speed}<Real unit="rad/s"{rest}'.encode()
+                text = re.sub(r"(<LogCategories|<ModelVariables)", rf"{units}\1", content.decode(), count=1)
+                content = re.sub(r'(name="shaft_speed".*?<Real)', r'\1 unit="rad/s"', text, flags=re.DOTALL).encode()
             target.writestr(name, content)
     return described
 

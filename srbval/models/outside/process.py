@@ -61,9 +61,8 @@ def answer(request: tuple[Scene, float]) -> Answer | SrbvalError:
         kind = next(kind for kind in (ConfigurationError, DataError, SrbvalError) if isinstance(error, kind))
         return kind(str(error))  # not every error can be pickled
     except MemoryError as error:
-        return Answer(
-            RunStatus.OUT_OF_MEMORY, f"it asked for more memory than {memory / 1e9:g} GB, its limit ({error})"
-        )
+        reason = f"it asked for more memory than {memory / 1e9:g} GB, its limit ({error})"
+        return Answer(RunStatus.OUT_OF_MEMORY, reason)
     except BaseException as error:  # the border where foreign code meets this program; SystemExit too
         return Answer(RunStatus.RAISED, _place_and_text(error))
 
