@@ -24,7 +24,6 @@ from srbval.reading.pipeline import (
     one_signal,
     periodogram_of,
     process,
-    tracked,
 )
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.recordings.speed import RPM_PER_HZ
@@ -102,7 +101,7 @@ def _by_passages(recording: Recording, bearing: Bearing, speed: ShaftSpeed, trac
     band_hz, signal = BANDS[-1], one_signal(recording)
     families = families_of(bearing, speed.value_hz)
     family = next(f for f in families if f.name == Fault.OUTER.line)
-    vibration = tracked(signal - signal.mean(), recording.fs_hz, 0.0, tracking)
+    vibration = tracking.resample(signal - signal.mean(), recording.fs_hz, 0.0)
     record = Periodogram.of(vibration, recording.fs_hz, limit_hz=band_hz[1], shaft_hz=speed.value_hz)
     reading = _comb(record, family, bearing, speed, harmonics=math.floor(band_hz[1] / family.kinematic_hz))
     if reading is None:

@@ -112,22 +112,13 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
 
 
 def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Channel and scores of each view of a record, see `diagnose`."""
-    views = list((channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}).items())
-    stated = analysis.recording.speed
-    if analysis.speed.source is SpeedSource.ESTIMATED and stated is not None:
-        views += [(name, dataclasses.replace(view, speed=stated)) for name, view in views]
-    return [(name, fault_scores(view)) for name, view in views]
-
-
-def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
-    """The analysis by its channel, and the same with each other channel of the same length that is not constant."""
+    """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
     recording, done = analysis.recording, analysis.processed
-    found, own = {recording.channel: analysis}, recording.channels.get(recording.channel or "")
-    for name, x in recording.channels.items():
-        if name not in found and own is not None and x.size == own.size and x.min() < x.max():
-            found[name] = dataclasses.replace(
-                analysis,
-                processed=process(recording, band_hz=done.band_hz, channel=name, tracking=done.tracking),
-            )
-    return found
+    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
+    for name, x in recording.channels.items() if all_channels and own is not None else ():
+        if name != recording.channel and x.size == own.size and x.min() < x.max():
+            other = process(dataclasses.replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
+            views.append((name, dataclasses.replace(analysis, processed=other)))
+    if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
+        views += [(name, dataclasses.replace(view, speed=recording.speed)) for name, view in views]
+    return [(name, fault_scores(view)) for name, view in views]

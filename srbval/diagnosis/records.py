@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, load_bearing
+from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.diagnose import fault_of, label_of
 from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
@@ -125,7 +125,7 @@ def read_recording(
         band_hz=request.band_hz,
         healthy=healthy,
         choose_on_record=request.auto_band
-        or (request.auto_band_if_undeclared and request.band_hz is None and not _band_is_declared(recording)),
+        or (request.auto_band_if_undeclared and request.band_hz is None and not band_is_declared(recording)),
     )
     baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
     verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
@@ -283,10 +283,10 @@ def _content(request: RecordRequest, register: str) -> str:
     return json.dumps([to_json(request), str(Path(request.file).resolve()), hashes, bearing, register])
 
 
-def _band_is_declared(recording: Recording) -> bool:
-    """True if the recording or its data set states a band."""
+def band_is_declared(recording: Recording, bearing: Bearing | None = None) -> bool:
+    """True if the recording, its data set or the paper states a band (`declared_band`)."""
     try:
-        declared_band(recording, None)
+        declared_band(recording, None, bearing)
     except ConfigurationError:
         return False
     return True
@@ -304,7 +304,7 @@ def _load(request: RecordRequest) -> Recording:
 
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
     """Raise one error if several statements are missing; a single missing one raises its own error later."""
-    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or _band_is_declared(recording)
+    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or band_is_declared(recording)
     known = {
         BEARING_QUESTION: recording.bearing or request.bearing,
         SPEED_QUESTION: recording.speed,

@@ -13,13 +13,12 @@ from srbval.reading.pipeline import (
     LEAST_REVOLUTIONS,
     SQUARED_UNIT,
     BandChoice,
-    Processed,
     bands_of_record,
     choose_tracking,
     declared_band,
     process,
 )
-from srbval.reading.speed_search import OutsideFamily, OutsideSpeed, search
+from srbval.reading.speed_search import SpeedSearch, search
 from srbval.reading.verdict import Closure, closure_of, describe_lines
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import NORMAL_95
@@ -29,31 +28,26 @@ if TYPE_CHECKING:
     import pandas
 
 
-SIMULATED_FACTS = ("cage_ratio", "resampling_error")  # of a recording, if it states them
-
-
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Analysis:
-    """Result of reading one recording.
+class Analysis(SpeedSearch):
+    """Result of reading one recording: the search for its lines, with false-alarm probabilities for all trials made.
 
     `processed` has the arrays for figures, `search` describes the search, `windows` are its windows [Hz] by line.
-    `findings` states in words the family `outside` the windows and the speed outside the tolerance of the set point;
-    `summary` lists the detected lines and the findings.
     """
 
     recording: Recording
-    bearing: Bearing
-    speed: ShaftSpeed
-    search: str
-    windows: dict[str, tuple[float, float]]
-    outside: OutsideFamily | None
-    outside_speed: OutsideSpeed | None
-    findings: tuple[str, ...]
-    processed: Processed
     band: BandChoice
-    lines: tuple[Line, ...]
-    closure: Closure
-    summary: str
+
+    @property
+    def closure(self) -> Closure:
+        """Sum of the race lines (`closure_of`)."""
+        return closure_of(self.lines, self.bearing, self.speed)
+
+    @property
+    def summary(self) -> str:
+        """The detected lines, and the family `outside` the windows or speed outside the tolerance, in words."""
+        findings = [one.sentence for one in (self.outside, self.outside_speed) if one is not None]
+        return " ".join((describe_lines(self.lines, self.speed), *findings))
 
     def line(self, name: str, harmonic: int = 1) -> Line:
         """Line of this name and harmonic; `KeyError` if it was not searched."""
@@ -123,7 +117,7 @@ class Analysis:
             "summary": self.summary,
             "notes": self.recording.notes,
             "cautions": self.recording.cautions,
-        } | {key: value for key in SIMULATED_FACTS if (value := getattr(self.recording, key)) is not None}
+        } | {key: x for key in ("cage_ratio", "resampling_error") if (x := getattr(self.recording, key)) is not None}
 
 
 @one_thread()
@@ -133,14 +127,13 @@ def analyse(
     bearing: Bearing | str | Path,
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
-    channel: str | None = None,
     choose_on_record: bool = False,
     healthy: Recording | None = None,
 ) -> Analysis:
     """Read the fault lines of `bearing` (or its name or file) in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override those of the recording. With `choose_on_record` the band is chosen
-    from the record (`bands_of_record`), so that a `healthy` record to compare with contains it too, and false-alarm
+    `speed` and `band_hz` [Hz] override those of the recording. With `choose_on_record` the band is chosen from the
+    record (`bands_of_record`), so that a `healthy` record to compare with contains it too, and false-alarm
     probabilities count the bands tried. A set point is replaced by a more certain speed within its tolerance
     (`speed_search.search`). Frequencies are those at the mean speed. Raises `ConfigurationError` if speed or band are
     missing or impossible, `DataError` if the record is constant or too short.
@@ -155,8 +148,7 @@ def analyse(
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
     bands: tuple[BandChoice, ...]
     if choose_on_record:
-        within_fs_hz = healthy.fs_hz if healthy else math.inf
-        bands = bands_of_record(recording, bearing, known_speed, channel=channel, within_fs_hz=within_fs_hz)
+        bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
     else:
         bands = (declared_band(recording, band_hz, bearing),)
     tracking = choose_tracking(recording, bearing, known_speed)
@@ -165,7 +157,7 @@ def analyse(
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
     readings = []
     for band in bands:
-        processed = process(recording, band_hz=band.band_hz, channel=channel, tracking=tracking)
+        processed = process(recording, band_hz=band.band_hz, tracking=tracking)
         revolutions = round(processed.seconds * known_speed.value_hz, 1)
         if revolutions < LEAST_REVOLUTIONS:
             raise DataError(
@@ -175,24 +167,9 @@ def analyse(
             )
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
-        readings.append((band, processed, found, lines))
-    band, processed, found, lines = max(readings, key=lambda reading: clearness(reading[-1]))
-    findings = tuple(one.sentence for one in (found.outside, found.outside_speed) if one is not None)
-    return Analysis(
-        recording=recording,
-        bearing=bearing,
-        band=band,
-        speed=found.speed,
-        search=found.description(bearing, 1 / processed.seconds),
-        windows=found.windows(bearing, 1 / processed.seconds),
-        outside=found.outside,
-        outside_speed=found.outside_speed,
-        processed=processed,
-        lines=lines,
-        closure=closure_of(lines, bearing, found.speed),
-        findings=findings,
-        summary=" ".join((describe_lines(lines, found.speed), *findings)),
-    )
+        readings.append((replace(found, lines=lines), band))
+    found, band = max(readings, key=lambda reading: clearness(reading[0].lines))
+    return Analysis(**vars(found), recording=recording, band=band)
 
 
 def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:

@@ -144,12 +144,6 @@ _IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "s
 LINE_KEYS = ("kinematic_hz", *_IF_DETECTED[:4], "snr", "depth", "detected")
 
 
-def line_entry(line: Line | None) -> dict[str, Any]:
-    """Entry of ``report.json`` for a line: its name and main values, null without a line."""
-    values = {key: getattr(line, key, None) for key in LINE_KEYS}
-    return {"line": line and line.name} | values | {"detected": line is not None and line.detected}
-
-
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
     """First harmonics of the race and roller lines detected, the deepest first."""
     shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))

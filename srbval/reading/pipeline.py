@@ -75,6 +75,10 @@ class Tracking:
         """True if the spectra are those of even shaft angles."""
         return self.course is not None
 
+    def resample(self, samples: FloatArray, fs_hz: float, start_s: float) -> FloatArray:
+        """Resample `samples` [n], the first at `start_s`, at even shaft angles if these are followed."""
+        return samples if self.course is None else self.course.resample(samples, fs_hz, start_s, self.mean_hz)
+
 
 NOT_TRACKED = Tracking(why="no order tracking: not asked for")
 
@@ -118,7 +122,7 @@ class Processed:
     @functools.cached_property
     def spectrum(self) -> Spectrum:
         """Amplitude spectrum of `envelope` in standard deviations, at even shaft angles if these were followed."""
-        return amplitude_spectrum(tracked(self.envelope, self.fs_hz, self.end_s, self.tracking), self.fs_hz)
+        return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property
     def seconds(self) -> float:
@@ -132,22 +136,20 @@ class Processed:
         return f"{low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {self.end_s:.3g} s dropped at each end"
 
 
-def process(
-    recording: Recording, *, band_hz: tuple[float, float], channel: str | None = None, tracking: Tracking = NOT_TRACKED
-) -> Processed:
+def process(recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
 
     The pass equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within
-    1e-5 of the largest value. `channel` replaces the recording's choice. Raises `ConfigurationError` for an unknown
-    channel or an impossible band, `DataError` for a constant or short signal.
+    1e-5 of the largest value. Raises `ConfigurationError` for an unknown channel or an impossible band, `DataError` for
+    a constant or short signal.
     """
-    signal = one_signal(recording, channel)
+    signal = one_signal(recording)
     whole = normalise(signal)
     square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz)
     ends = end_s(band_hz)
     return Processed(
         whole=whole,
-        squared=tracked(drop_ends(square, rate, ends), rate, ends, tracking),
+        squared=tracking.resample(drop_ends(square, rate, ends), rate, ends),
         squared_fs_hz=rate,
         fs_hz=recording.fs_hz,
         band_hz=band_hz,
@@ -175,17 +177,9 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
     )
 
 
-def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Tracking) -> FloatArray:
-    """Resample `samples` [n], the first at `start_s`, at even shaft angles if `tracking` has a course."""
-    if tracking.course is None:
-        return samples
-    return tracking.course.resample(samples, fs_hz, start_s, tracking.mean_hz)
-
-
-def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
+def one_signal(recording: Recording) -> FloatArray:
     """Signal to analyse, [n] in the recording's unit: a channel, or two axes rotated onto the sensor's direction."""
-    name = channel if channel is not None else recording.channel
-    if name is not None:
+    if (name := recording.channel) is not None:
         if name not in recording.channels:
             raise ConfigurationError(f"{recording.name}: no channel {name!r}; it has {', '.join(recording.channels)}.")
         return recording.channels[name]
@@ -230,12 +224,7 @@ def declared_band(
 
 
 def bands_of_record(
-    recording: Recording,
-    bearing: Bearing,
-    speed: ShaftSpeed,
-    *,
-    channel: str | None = None,
-    within_fs_hz: float = math.inf,
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
     """The whole band and the most impulsive band of the record, between which the lines decide (`clearness`).
 
@@ -243,7 +232,7 @@ def bands_of_record(
     record sampled at `within_fs_hz` [Hz] contains both bands too.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
-    picture = band_kurtogram(recording, bearing, speed, channel=channel, within_fs_hz=fs_hz)
+    picture = band_kurtogram(recording, bearing, speed, fs_hz)
     low, high = (share * fs_hz for share in WHOLE_BAND)
     count, whole = picture.kurtosis.size, "the whole band"
     if count == 0:
@@ -259,12 +248,7 @@ def bands_of_record(
 
 
 def band_kurtogram(
-    recording: Recording,
-    bearing: Bearing,
-    speed: ShaftSpeed,
-    *,
-    channel: str | None = None,
-    within_fs_hz: float = math.inf,
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> Kurtogram:
     """Kurtogram of the signal to analyse, of bands within reach of a record sampled at `within_fs_hz` [Hz].
 
@@ -274,7 +258,7 @@ def band_kurtogram(
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
     ends_hz = 2 * END_PERIODS / for_ends_s if for_ends_s > 0 else math.inf
     return kurtogram(
-        normalise(one_signal(recording, channel)),
+        normalise(one_signal(recording)),
         recording.fs_hz,
         least_width_hz=max(lines_hz, ends_hz),
         highest_hz=HIGHEST_EDGE * within_fs_hz,
@@ -308,7 +292,7 @@ def whitened_bands(
     for band_hz in itertools.pairwise(edges):
         square, rate = squared_envelope_one_pass(white, processed.fs_hz, band_hz)
         square = np.minimum(square, CLIP * float(np.median(square)))
-        square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
+        square = processed.tracking.resample(drop_ends(square, rate, ends), rate, ends)
         part = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
         found.append(periodogram_of(part, bearing, speed))
     return tuple(found)

@@ -96,13 +96,15 @@ class OutsideSpeed:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SpeedSearch:
     """Lines, not yet `sidak_corrected` for the speeds `tried`, the speed of their deviations, and findings beyond.
 
     `span` are the lowest and highest share of the speed about which lines were read.
     """
 
+    processed: Processed
+    bearing: Bearing
     lines: tuple[Line, ...]
     speed: ShaftSpeed
     tried: int = 1
@@ -110,21 +112,23 @@ class SpeedSearch:
     outside: OutsideFamily | None = None
     outside_speed: OutsideSpeed | None = None
 
-    def windows(self, bearing: Bearing, bin_hz: float) -> dict[str, tuple[float, float]]:
-        """Search window of each line [Hz] over all speeds tried, at least `bin_hz`, the resolution, to a side."""
-        share, (low, high) = window_share(bearing, self.speed), self.span
-        windows = {}
-        for family in families_of(bearing, self.speed.value_hz):
-            below, above = (max(share * end * family.kinematic_hz, bin_hz) for end in self.span)
-            windows[family.name] = low * family.kinematic_hz - below, high * family.kinematic_hz + above
+    @property
+    def windows(self) -> dict[str, tuple[float, float]]:
+        """Search window of each line [Hz] over all speeds tried, at least the resolution to a side."""
+        share, bin_hz, windows = window_share(self.bearing, self.speed), 1 / self.processed.seconds, {}
+        for family in families_of(self.bearing, self.speed.value_hz):
+            kinematic_hz, (low, high) = family.kinematic_hz, self.span
+            below, above = (max(share * end * kinematic_hz, bin_hz) for end in self.span)
+            windows[family.name] = low * kinematic_hz - below, high * kinematic_hz + above
         return windows
 
-    def description(self, bearing: Bearing, bin_hz: float) -> str:
-        """The search for lines and speed in words; `bin_hz` is the record's resolution."""
-        share = window_share(bearing, self.speed)
-        window = f"windows of {100 * share:.3g} % about each line ({100 * bearing.largest_slip:g} % for slip"
-        window += ")" if share == bearing.largest_slip else ", the rest for the speed)"
-        window += f", at least {bin_hz:.2g} Hz"
+    @property
+    def search(self) -> str:
+        """The search for lines and speed in words."""
+        share = window_share(self.bearing, self.speed)
+        window = f"windows of {100 * share:.3g} % about each line ({100 * self.bearing.largest_slip:g} % for slip"
+        window += ")" if share == self.bearing.largest_slip else ", the rest for the speed)"
+        window += f", at least {1 / self.processed.seconds:.2g} Hz"
         if self.tried > 1:
             window += (
                 f", at {self.tried} speeds because the nominal one may be off by more than a window; "
@@ -140,8 +144,9 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
     """
     if stated.source is not SpeedSource.NOMINAL:
-        found = SpeedSearch(lines=_read(processed, bearing, stated), speed=stated)
-        return replace(found, outside=_outside_family(processed, bearing, found)[0])
+        lines = _read(processed, bearing, stated)
+        found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=stated)
+        return replace(found, outside=_outside_family(found)[0])
 
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
         return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
@@ -153,13 +158,14 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     fits = estimate(stated, ()) or speed_by_comb(whitened_bands(processed, bearing, stated, most=1)[0], stated)
     if is_within(fits):
-        found = SpeedSearch(lines=_read(processed, bearing, fits), speed=fits)
+        lines = _read(processed, bearing, fits)
+        found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=fits)
     else:
         found = _at_trial_speeds(processed, bearing, stated)
     # Trials made before a speed was read from the record still count.
     lines, outside = sidak_corrected(found.lines, found.tried), None
     if not detected_fault_lines(lines):
-        outside, lines = _outside_family(processed, bearing, found)
+        outside, lines = _outside_family(found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
         # The sidebands belong to another shaft, or the line to another family than its frequency suggests.
@@ -172,7 +178,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
         return replace(found, outside=outside)
     if found.speed is not stated:  # two speeds contradict each other: neither is certain
         found = _at_trial_speeds(processed, bearing, stated)
-        outside = _outside_family(processed, bearing, found)[0]
+        outside = _outside_family(found)[0]
     beyond = OutsideSpeed(
         value_hz=fits.value_hz,
         ci95_hz=fits.ci95_hz,
@@ -203,22 +209,20 @@ def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed)
 
     best = max(scales, key=depths) if tried > 1 else 1.0
     lines = _read(processed, bearing, stated, best, tried=tried)
-    return SpeedSearch(lines=lines, speed=stated, tried=tried, span=(min(scales), max(scales)))
+    span = min(scales), max(scales)
+    return SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=stated, tried=tried, span=span)
 
 
-def _outside_family(
-    processed: Processed, bearing: Bearing, found: SpeedSearch
-) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
+def _outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
     """The strongest family beyond its window, and all lines at its scale, if no fault line was detected.
 
     It must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
     """
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
-    record, readings = periodogram_of(processed, bearing, found.speed), []
-    windows = found.windows(bearing, record.bin_hz)
-    for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
-        half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, windows[family.name]
+    record, readings = periodogram_of(found.processed, found.bearing, found.speed), []
+    for family in families_of(found.bearing, found.speed.value_hz)[: len(DEFECTS)]:
+        half_hz, (low, high) = SEARCH_SHARE * family.kinematic_hz, found.windows[family.name]
         reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, period_s=None)
         if reading is None or not reading.detected or low <= reading.found_hz <= high:
             continue
@@ -226,7 +230,7 @@ def _outside_family(
             readings.append((family, reading))
     for family, reading in sorted(readings, key=lambda pair: -pair[1].snr[0]):
         scale = reading.found_hz / family.kinematic_hz
-        there = _read(processed, bearing, found.speed, scale, brief=True)
+        there = _read(found.processed, found.bearing, found.speed, scale, brief=True)
         if any(x.detected for x in there if (x.name, x.harmonic) == (family.name, 1)):
             return OutsideFamily(
                 name=family.name,

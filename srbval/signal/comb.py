@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
@@ -170,24 +169,6 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
     return np.where(record.masked(at), 0.0, power)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Components:
-    """Lines at ``number f + side s``, each [c], with their mean noise power in a bin and their power over it."""
-
-    number: FloatArray
-    side: FloatArray
-    noise_power: FloatArray
-    snr: FloatArray
-
-    def selected(self, mask: NDArray[np.bool_]) -> _Components:
-        return _Components(**{field: values[mask] for field, values in vars(self).items()})
-
-    @property
-    def directions(self) -> FloatArray:
-        """Derivatives of the frequencies by the line and, with sidebands, by their spacing, [c, 1 or 2]."""
-        return np.column_stack((self.number, self.side)[: 2 if np.any(self.side != 0) else 1])
-
-
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
@@ -196,27 +177,39 @@ def fit(
     The start is within half a bin of the highest harmonic. `track_slip` widens the interval for slip; a line too weak
     to be tracked, or with `period_s` None, keeps the Cramer-Rao interval.
     """
-    components = _present(record, start_hz, noise, sideband_hz)
-    phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
-    shift = _maximise(phasors, components, components.directions)
+    number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
+    directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
+    phasors = Phasors.of(record.samples, record.fs_hz, number * start_hz + side * sideband_hz)
+    shift = _maximise(phasors, directions, snr, noise_power)
     line_shift, side_shift = float(shift[0]), float(shift[1:].sum())
-    line_hz = start_hz + line_shift
-    shifted = phasors.shifted(components.number * line_shift + components.side * side_shift)
-    components = replace(components, snr=shifted.power() / components.noise_power)
-    sigma = _cramer_rao_hz(components, phasors.seconds)
-    found, ci95 = line_hz, NORMAL_95 * sigma[0]
+    found = line_hz = start_hz + line_shift
+    shifted = phasors.shifted(number * line_shift + side * side_shift)
+    information = directions.T @ (np.maximum(shifted.power() / noise_power - 1, 0)[:, None] * directions)
+    variances = np.diag(np.linalg.inv(information + 1e-12 * np.eye(shift.size)))  # finite without information
+    ci95, spacing_ci95 = (NORMAL_95 * frequency_error_hz(1 / float(variances[n]), phasors.seconds) for n in (0, -1))
     if period_s is not None:
-        slip = track_slip(shifted, components.number, components.noise_power, line_hz=found, period_s=period_s)
+        slip = track_slip(shifted, number, noise_power, line_hz=found, period_s=period_s)
         if slip is not None:
             found, ci95 = found + slip[0], slip[1]
     if shift.size == 1:
         return found, ci95, None, None
-    spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + side_shift)
-    return found, ci95, spacing, NORMAL_95 * sigma[1]
+    # Side lobes of a line r times as strong in amplitude, d bins away, would shift its sidebands by 3 r / (pi^2 d)
+    # bins. So the spacing is fitted again with the line's harmonics subtracted from the record.
+    is_line, spacing_hz = side == 0, sideband_hz + side_shift
+    phase = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz
+    waves = np.column_stack([wave(harmonic * phase) for harmonic in number[is_line] for wave in (np.cos, np.sin)])
+    rest = record.samples - waves @ np.linalg.solve(waves.T @ waves, waves.T @ record.samples)
+    number, side, noise_power = (values[~is_line] for values in (number, side, noise_power))
+    phasors = Phasors.of(rest, record.fs_hz, number * line_hz + side * spacing_hz)
+    shift = _maximise(phasors, side[:, None], phasors.power() / noise_power, noise_power)
+    return found, ci95, spacing_hz + float(shift[0]), spacing_ci95
 
 
-def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> _Components:
-    """The unmasked harmonics of `line_hz`, and the sidebands on either side that stand out of the noise."""
+def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> FloatArray:
+    """Unmasked harmonics h of `line_hz`, and their sidebands, k to a side, that stand out of the noise.
+
+    Rows are h, k, mean noise power in a bin, and the power over it, [4, lines].
+    """
     harmonics = len(noise)
     terms = [(h, 0) for h in range(1, harmonics + 1)]
     if sideband_hz > 0:
@@ -229,32 +222,23 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
     present = (side == 0) & (snr > 0) | (side != 0) & (snr > SIDEBAND_SNR)
     if not np.any(present):
         present[0] = True
-    return _Components(number=number, side=side, noise_power=power, snr=snr).selected(present)
+    return np.stack([values[present] for values in (number, side, power, snr)])
 
 
-def _spacing_without_lines(record: Periodogram, line_hz: float, components: _Components, spacing_hz: float) -> float:
-    """Fit the spacing again with the line's harmonics subtracted from the record.
-
-    Side lobes of a line r times as strong in amplitude, d bins away, would shift its sidebands by 3 r / (pi^2 d) bins.
-    """
-    harmonics = components.selected(components.side == 0)
-    phase = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz
-    waves = np.column_stack([wave(number * phase) for number in harmonics.number for wave in (np.cos, np.sin)])
-    rest = record.samples - waves @ np.linalg.solve(waves.T @ waves, waves.T @ record.samples)
-    sidebands = components.selected(components.side != 0)
-    phasors = Phasors.of(rest, record.fs_hz, sidebands.number * line_hz + sidebands.side * spacing_hz)
-    sidebands = replace(sidebands, snr=phasors.power() / sidebands.noise_power)
-    return spacing_hz + float(_maximise(phasors, sidebands, sidebands.side[:, None])[0])
-
-
-def _maximise(phasors: Phasors, components: _Components, directions: FloatArray) -> FloatArray:
+def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_power: FloatArray) -> FloatArray:
     """Newton steps on the weighted sum of powers: the shifts along `directions` [c, 1 or 2] in Hz, [1 or 2]."""
     # Components that rise little above the noise carry little information: weight by the line's share of the power.
-    weight = np.maximum(components.snr - 1, 0.05) / np.maximum(components.snr, 1.05) / components.noise_power
+    weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))
-    shift = np.zeros(directions.shape[1])
+    shift, time = np.zeros(directions.shape[1]), phasors.time_s
     for _ in range(_STEPS):
-        slope, curvature = _derivatives(phasors, directions @ shift)
+        shifted = phasors.shifted(directions @ shift)
+        # Derivatives of each component's amplitude, and so of its power, by its own frequency.
+        total = shifted.sums.sum(axis=1)
+        first = -2j * np.pi * (shifted.sums @ time + shifted.moments.sum(axis=1))
+        second = (-2j * np.pi) ** 2 * (shifted.sums @ time**2 + 2 * (shifted.moments @ time))
+        slope = 2 * (np.conj(total) * first).real
+        curvature = 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
         gradient = directions.T @ (weight * slope)
         hessian = directions.T @ ((weight * curvature)[:, None] * directions)
         # Newton's step to the maximum; where the sum is not yet concave, the longest allowed step uphill.
@@ -262,23 +246,3 @@ def _maximise(phasors: Phasors, components: _Components, directions: FloatArray)
         step = -np.linalg.solve(hessian, gradient) if concave else np.sign(gradient) * longest
         shift = shift + np.clip(step, -longest, longest)
     return shift
-
-
-def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Slope and curvature of each component's power over its own frequency [1/Hz, 1/Hz2]."""
-    shifted = phasors.shifted(by_hz)
-    time = phasors.time_s
-    total = shifted.sums.sum(axis=1)
-    first = -2j * np.pi * (shifted.sums @ time + shifted.moments.sum(axis=1))
-    second = (-2j * np.pi) ** 2 * (shifted.sums @ time**2 + 2 * (shifted.moments @ time))
-    slope = 2 * (np.conj(total) * first).real
-    curvature: FloatArray = 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
-    return slope, curvature
-
-
-def _cramer_rao_hz(components: _Components, seconds: float) -> list[float]:
-    """Standard errors of line and spacing from noise alone [Hz], 1 or 2."""
-    directions = components.directions
-    information = directions.T @ (np.maximum(components.snr - 1, 0)[:, None] * directions)
-    information += np.eye(information.shape[0]) * 1e-12
-    return [frequency_error_hz(1 / float(variance), seconds) for variance in np.diag(np.linalg.inv(information))]

@@ -65,11 +65,9 @@ def false_alarm(
     above a level on average N times (`upcrossings`), each time to a peak; the probability of any peak is ``1 -
     exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
     """
-    crossings = sum(
-        float(share[lines]) * upcrossings(total_neg_log_p, total_ratio, lines, half_window_hz, seconds)
-        for lines in range(1, share.size)
-        if share[lines] > 0
-    )
+    crossings = 0.0
+    for lines in np.flatnonzero(share[1:]) + 1:
+        crossings += share[lines] * upcrossings(total_neg_log_p, total_ratio, int(lines), half_window_hz, seconds)
     return -math.expm1(-crossings)
 
 
@@ -190,18 +188,6 @@ def rank_among_placebos(
         return _highest(total).astype(np.float64)
 
     score = float(_highest(np.where(seen, own, np.float32(1.0)).sum(axis=0)[None])[0])
-    placebos = scores_of(_drawn_fundamentals(expected_hz, relative, placebo_hz, harmonics, combs))
-    stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
-    apart = placebo_hz.size / (2 * GRID)
-    return PlaceboRank(
-        rank(score, placebos), math.exp(-neg_log_rank(score, placebos, ties=True)), (1 + apart * stronger) / (apart + 1)
-    )
-
-
-def _drawn_fundamentals(
-    expected_hz: float, relative: float, placebo_hz: FloatArray, harmonics: int, combs: int
-) -> FloatArray:
-    """Fundamental of each line of each placebo [Hz], [harmonics, combs]."""
     rng = np.random.default_rng(0)
     near = fundamentals(expected_hz * math.exp(-APART * relative), expected_hz * math.exp(APART * relative), relative)
     choice = rng.choice(placebo_hz, (ORDERS, combs))
@@ -209,7 +195,12 @@ def _drawn_fundamentals(
     choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
     group = rng.integers(0, ORDERS, (harmonics, combs))
     group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, ORDERS, combs)
-    return np.take_along_axis(choice, group, axis=0)
+    placebos = scores_of(np.take_along_axis(choice, group, axis=0))
+    stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
+    apart = placebo_hz.size / (2 * GRID)
+    return PlaceboRank(
+        rank(score, placebos), math.exp(-neg_log_rank(score, placebos, ties=True)), (1 + apart * stronger) / (apart + 1)
+    )
 
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:

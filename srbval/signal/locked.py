@@ -9,6 +9,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.signal
+import scipy.special
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
@@ -34,9 +36,7 @@ class LockedMean:
     @property
     def ci95(self) -> float:
         """Half width of the 95 % interval, by Student's t; a smaller value is not significant."""
-        from scipy.special import stdtrit
-
-        return float(stdtrit(self.blocks - 1, 0.975)) * self.u
+        return float(scipy.special.stdtrit(self.blocks - 1, 0.975)) * self.u
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
@@ -65,15 +65,13 @@ def steady_tone(
     The slip is within +- `slip` periods over the signal. With passages the tone is read in the quarter of their phase
     in which it leaves the least power.
     """
-    from scipy.signal import zoom_fft
-
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)
     slips, found = np.linspace(-slip, slip, 2 * math.ceil(PADDING * slip) + 1), []
     for start in range(0, CELLS, QUIET_CELLS // 4) if periods is not None else (0,):
         quarter = (cells - start) % CELLS < QUIET_CELLS
         inside, count = np.where(quarter, turned, 0.0), np.count_nonzero(quarter)
-        near = zoom_fft(inside, [-slip, slip], slips.size, fs=inside.size, endpoint=True) / count
+        near = scipy.signal.zoom_fft(inside, [-slip, slip], slips.size, fs=inside.size, endpoint=True) / count
         place = int(np.argmax(np.abs(near)))
         left = float(np.sum(np.abs(inside) ** 2)) / count - abs(near[place]) ** 2
         found.append((left, complex(near[place]), float(slips[place])))
@@ -82,19 +80,15 @@ def steady_tone(
 
 
 def _less_quiet(samples: FloatArray, periods: FloatArray) -> float:
-    even = np.floor(periods) % 2 == 0
-    one, other = (_quarters(samples[own], periods[own]) for own in (even, ~even))
+    means, even = [], np.floor(periods) % 2 == 0
+    for own in (even, ~even):  # means over each quarter of the phase, [CELLS], by the cell in which it begins
+        cells = _cells(periods[own])
+        sums, counts = np.bincount(cells, samples[own], CELLS), np.bincount(cells, minlength=CELLS)
+        both = np.cumsum(np.column_stack((np.zeros((2, 1)), np.tile((sums, counts), 2))), axis=1)
+        inside = both[:, QUIET_CELLS : QUIET_CELLS + CELLS] - both[:, :CELLS]
+        means.append(inside[0] / inside[1])
+    one, other = means
     return float(samples.mean() - (one[np.argmin(other)] + other[np.argmin(one)]) / 2)
-
-
-def _quarters(samples: FloatArray, periods: FloatArray) -> FloatArray:
-    """Means over each quarter of the phase, [CELLS], by the cell in which it begins."""
-    cells = _cells(periods)
-    sums, counts = np.bincount(cells, samples, CELLS), np.bincount(cells, minlength=CELLS)
-    both = np.cumsum(np.tile((sums, counts), 2), axis=1)
-    both = np.concatenate((np.zeros((2, 1)), both), axis=1)
-    inside = both[:, QUIET_CELLS : QUIET_CELLS + CELLS] - both[:, :CELLS]
-    return np.asarray(inside[0] / inside[1])
 
 
 def _cells(periods: FloatArray) -> np.ndarray:

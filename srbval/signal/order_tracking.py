@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
@@ -46,8 +47,6 @@ class ShaftAngle:
 
     def turns_at(self, at_s: FloatArray) -> FloatArray:
         """Turns at rising instants [n]; beyond the speed signal the shaft keeps the speed of its ends."""
-        from scipy.interpolate import CubicSpline
-
         turns: FloatArray = CubicSpline(*_extended(self.time_s, self.turns, at_s[0], at_s[-1]))(at_s)
         return turns
 
@@ -57,8 +56,6 @@ class ShaftAngle:
         As a record at `fs_hz` the shaft then turns at exactly `mean_hz`. The cubic splines have an error of 1e-3 for
         lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first: resonances do not move with the shaft.
         """
-        from scipy.interpolate import CubicSpline
-
         at_s = start_s + np.arange(samples.size) / fs_hz
         knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])
         first, last = self.turns_at(at_s)[[0, -1]]

@@ -55,15 +55,34 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     which = np.repeat(np.arange(JITTERS.size), [s.size for s in shifts])
     shift = np.concatenate(shifts)
     steps = _steps(step_rad2[which], rad_per_hz * shift)
-    amplitude = _initial_amplitudes(sums, number, step_rad2)
+    # Amplitudes [w, c] for each walk from the likelier of two starts: a constant phase, or the clearest harmonic.
+    power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0.02)
+    clearest = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0.0)
+    starts = np.repeat([np.mean(sums, axis=1), clearest], JITTERS.size, axis=0)
+    still = _steps(np.tile(step_rad2, 2), np.zeros(2 * JITTERS.size))
+    fitted = _fitted(sums, number, starts, still, _FIRST_ROUNDS)
+    start_likelihood = _forward(_block_likelihood(sums, number, fitted), still, np.arange(fitted.shape[0]))
+    better = np.argmax(start_likelihood.reshape(2, -1), axis=0)
+    amplitude = fitted.reshape(2, JITTERS.size, -1)[better, np.arange(JITTERS.size)]
     log_likelihood = _forward(_block_likelihood(sums, number, amplitude), steps, which)
     best = np.array([shift[which == w][np.argmax(log_likelihood[which == w])] for w in range(JITTERS.size)])
     amplitude = _fitted(sums, number, amplitude, _steps(step_rad2, rad_per_hz * best), _LATER_ROUNDS)
     log_likelihood = _forward(_block_likelihood(sums, number, amplitude), steps, which)
+    # Join the log likelihoods, each on its grid of shifts; the first is without slip.
     steady = _shift_grid(FINEST_BINS / 4 / seconds, seconds)
     tables = [(steady, _steady_likelihood(sums, number, rad_per_hz * steady) + math.log(STEADY_WEIGHT))]
     tables += [(shift[which == w], log_likelihood[which == w]) for w in range(JITTERS.size)]
-    return _mixture(tables)
+    peak = max(float(table.max()) for _, table in tables)
+    reach = max(float(grid[-1]) for grid, _ in tables)
+    shift = np.linspace(-reach, reach, _DENSITY)
+    parts = [np.exp(np.interp(shift, grid, table, left=-np.inf, right=-np.inf) - peak) for grid, table in tables]
+    weight = np.array([part.sum() for part in parts])
+    density = np.sum(parts, axis=0) / weight.sum()
+    mean = float(density @ shift)
+    distance = np.abs(shift - mean)
+    order = np.argsort(distance)
+    half = float(distance[order][np.searchsorted(np.cumsum(density[order]), COVERAGE)])
+    return Posterior(shift_hz=mean, credible_hz=half, steady=float(weight[0] / weight.sum()))
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
@@ -127,18 +146,6 @@ def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
     return forward / forward.sum(axis=2, keepdims=True)
 
 
-def _initial_amplitudes(sums: ComplexArray, number: FloatArray, step_rad2: FloatArray) -> ComplexArray:
-    """Amplitudes [w, c] for each walk from the likelier of two starts: a constant phase, or the clearest harmonic."""
-    power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0.02)
-    clearest = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0.0)
-    first = np.repeat([np.mean(sums, axis=1), clearest], step_rad2.size, axis=0)
-    steps = _steps(np.tile(step_rad2, 2), np.zeros(2 * step_rad2.size))
-    fitted = _fitted(sums, number, first, steps, _FIRST_ROUNDS)
-    likelihood = _forward(_block_likelihood(sums, number, fitted), steps, np.arange(fitted.shape[0]))
-    better = np.argmax(likelihood.reshape(2, -1), axis=0)
-    return fitted.reshape(2, step_rad2.size, -1)[better, np.arange(step_rad2.size)]
-
-
 def _fitted(
     sums: ComplexArray, number: FloatArray, amplitude: ComplexArray, steps: ComplexArray, rounds: int
 ) -> ComplexArray:
@@ -160,18 +167,3 @@ def _steady_likelihood(sums: ComplexArray, number: FloatArray, step_rad: FloatAr
     peak = likelihood.max(axis=1)
     mean = np.log(np.mean(np.exp(likelihood - peak[:, None]), axis=1))
     return np.asarray(peak + mean - sums.shape[1] * np.sum(np.abs(best) ** 2))
-
-
-def _mixture(tables: list[tuple[FloatArray, FloatArray]]) -> Posterior:
-    """Join the log likelihoods of all jitters, each on its grid of shifts; the first is without slip."""
-    peak = max(float(table.max()) for _, table in tables)
-    reach = max(float(grid[-1]) for grid, _ in tables)
-    shift = np.linspace(-reach, reach, _DENSITY)
-    parts = [np.exp(np.interp(shift, grid, table, left=-np.inf, right=-np.inf) - peak) for grid, table in tables]
-    weight = np.array([part.sum() for part in parts])
-    density = np.sum(parts, axis=0) / weight.sum()
-    mean = float(density @ shift)
-    distance = np.abs(shift - mean)
-    order = np.argsort(distance)
-    half = float(distance[order][np.searchsorted(np.cumsum(density[order]), COVERAGE)])
-    return Posterior(shift_hz=mean, credible_hz=half, steady=float(weight[0] / weight.sum()))

@@ -119,18 +119,19 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     """Log evidence over no line, phase per block and its 95 % half width [rad] of the track refined from `path_rad`."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
+    ratios, spread = RATIOS[:, None], 1 + RATIOS[:, None] * modes.share
     for _ in range(_ROUNDS):
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = modes.contrasts @ phase
         excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
-        noise_share = weight @ (1 / (1 + RATIOS[:, None] * modes.share))  # of each residual
-        path_rad = phase - modes.contrasts.T @ (noise_share * residual)
+        path_rad = phase - modes.contrasts.T @ (weight @ (1 / spread) * residual)  # less each residual's share of noise
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
     log_spread = float(weight @ np.log1p(RATIOS))
     # Without a walk the frequency of highest power needs no correction, and is better for weak lines.
-    slope = float(modes.slope @ phase - modes.carried(weight) @ residual) * walk_share(log_spread)
+    carried = weight @ (ratios * modes.with_slope / spread)  # share of each residual that a walk adds to the slope
+    slope = float(modes.slope @ phase - carried @ residual) * walk_share(log_spread)
     strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
     error = math.sqrt(excess * variance * modes.slope_variance)
     return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
@@ -162,11 +163,6 @@ class Modes:
     with_slope: FloatArray
     slope: FloatArray
     slope_variance: float
-
-    def carried(self, weight: FloatArray) -> FloatArray:
-        """Share of each residual that a walk contributes to the slope, [n - 2]."""
-        ratios = RATIOS[:, None]
-        return np.asarray(weight @ (ratios * self.with_slope / (1 + ratios * self.share)), dtype=np.float64)
 
 
 def weigh(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:

@@ -11,10 +11,11 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
 from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
+from srbval.diagnosis.records import band_is_declared
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.pipeline import RIG_BEARING, declared_band
+from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import LeftOpenError
 from srbval.recordings.registry import load_registered
@@ -95,11 +96,7 @@ def _has_no_band(recording: Recording, source: Source, bearing: Bearing) -> bool
         return bool(source.auto_band)
     if recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None:
         return True
-    try:
-        declared_band(recording, None, bearing)
-    except ConfigurationError:
-        return True
-    return False
+    return not band_is_declared(recording, bearing)
 
 
 def run_scene(
