@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from srbval.diagnosis.trend import zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import progress_display
 from srbval.progress.tables import text_rows, uncertain
-from srbval.reading.features import Features, features_of
+from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.storage.files import atomic_write, check_suffix
@@ -101,15 +101,15 @@ def _run_one(options: argparse.Namespace) -> int:
     return answer(options, document, lambda: _show(reading, line, severity, whole=whole), tables=tables)
 
 
-def _severity(options: argparse.Namespace, features: Features) -> tuple[str | None, str]:
+def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple[str | None, str]:
     """Zone of the velocity by the limits of the options or the machine's file, and a sentence about it."""
     boundaries = options.zones_mm_s or zone_boundaries(options.machine_class)
-    zone = zone_of(features.velocity_rms_mm_s, boundaries)
+    zone = zone_of(features["velocity_rms_mm_s"], boundaries)
     if not boundaries:
         return None, ""
     if zone is None:
-        return None, f"no zone: {features.velocity_missing}"
-    low_hz, high_hz = features.velocity_band_hz
+        return None, f"no zone: {features['velocity_missing']}"
+    low_hz, high_hz = features["velocity_band_hz"]
     whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
     return (
         zone,

@@ -71,14 +71,12 @@ class Evidence:
         ratios = np.logaddexp.reduce(self.log_ratios(np.array(views)), axis=0) - math.log(len(views))
         return dict(zip(CLASSES, (0.0, *ratios.tolist()), strict=True))
 
-    def probabilities(
-        self, log_likelihood: Mapping[str, float], prior: Mapping[str, float] = PRIOR
-    ) -> dict[str, float]:
+    def probabilities(self, log_likelihood: Mapping[str, float]) -> dict[str, float]:
         """Posterior probability of each class, at most (n + 1/2) / (n + 1) with n known specimens.
 
         That is the predictive probability after n of n successes by Jeffreys' prior.
         """
-        log = np.array([math.log(prior[name]) + log_likelihood[name] for name in CLASSES])
+        log = np.array([math.log(PRIOR[name]) + log_likelihood[name] for name in CLASSES])
         shares = np.exp(log - np.logaddexp.reduce(log))
         best = int(np.argmax(shares))
         cap = (self.specimens[CLASSES[best]] + 0.5) / (self.specimens[CLASSES[best]] + 1)

@@ -94,9 +94,8 @@ def fault_scores(analysis: Analysis) -> FaultScores:
     whole = CombSpectrum.of(bands, LEAST_ORDER * shaft_hz, HARMONICS)
     parts, (unexplained, order) = _parts(whole, analysis, relative), _unexplained(whole, analysis, relative)
     excesses = tuple(SILENT if part.excess is None else part.excess for part in parts)
-    strongest = max(parts, key=lambda part: SILENT if part.excess is None else part.excess)
-    lines_hz = strongest.found_hz
-    if is_foreign := order is not None and unexplained > max(0.0, strongest.excess or 0.0):
+    lines_hz = parts[int(np.argmax(excesses))].found_hz
+    if is_foreign := order is not None and unexplained > max(0.0, *excesses):
         lines_hz = order * shaft_hz
     if lines_hz is not None:
         rest = CombSpectrum.of(_without(bands, lines_hz, shaft_hz), LEAST_ORDER * shaft_hz, HARMONICS)

@@ -5,7 +5,7 @@ record, the register and the sources. So an interrupted batch continues, and onl
 """
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQ
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
-from srbval.reading.features import ACCELERATION, Features, features_of
+from srbval.reading.features import ACCELERATION, features_of
 from srbval.reading.pipeline import declared_band
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.load import LeftOpenError, open_channels, subject_of
@@ -185,18 +185,14 @@ def without_other_files(
     return [one for one in failed if one.file not in other], other
 
 
-def feature_table(found: Features) -> list[dict[str, Any]]:
-    """Features as rows of name, value and unit; accelerations also in g."""
-    low, high = found.velocity_band_hz
-    scales = {found.unit: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found.unit == ACCELERATION else {})
-    levels = {"RMS": found.rms, "peak": found.peak, "RMS in the band": found.band_rms}
-    rows: list[tuple[str, float | None, str]]
+def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of name, value and unit for the features of `features_of`; accelerations also in g."""
+    scales = {found["unit"]: 1.0} | ({"g": 1 / STANDARD_GRAVITY_M_S2} if found["unit"] == ACCELERATION else {})
+    levels = {"RMS": found["rms"], "peak": found["peak"], "RMS in the band": found["band_rms"]}
     rows = [(name, value * scale, unit) for name, value in levels.items() for unit, scale in scales.items()]
-    rows += [
-        ("crest factor", found.crest, ""),
-        ("kurtosis", found.kurtosis, ""),
-        (f"velocity RMS, {low:g} to {high:g} Hz", found.velocity_rms_mm_s, "mm/s"),
-    ]
+    rows += [("crest factor", found["crest"], ""), ("kurtosis", found["kurtosis"], "")]
+    velocity = "velocity RMS, {:g} to {:g} Hz".format(*found["velocity_band_hz"])
+    rows.append((velocity, found["velocity_rms_mm_s"], "mm/s"))
     return [{"feature": name, "value": value, "unit": unit} for name, value, unit in rows]
 
 

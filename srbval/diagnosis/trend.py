@@ -203,52 +203,12 @@ def trend_of(
     if count < LEAST_BASELINE:
         raise ConfigurationError(f"a baseline of {count} records: at least {LEAST_BASELINE} show their scatter.")
     boundaries = zones_mm_s or zone_boundaries(machine_class)
-    series = {channel: _points(found, times, count, boundaries) for channel, found in by_channel.items()}
-    names = [*(fault.line or "" for fault in DEFECTS), RMS]
-    levels = {c: pd.DataFrame([p["levels"] for p in points], columns=names) for c, points in series.items()}
-    judged = {c: [n >= count and p["comparable"] for n, p in enumerate(points)] for c, points in series.items()}
-    comparisons = sum(int(levels[channel][judged[channel]].count().sum()) for channel in series)
-    channels = []
-    for channel, points in series.items():
-        features, logs = (
-            by_channel[channel][0]["features"],
-            np.log(levels[channel][:count].dropna(axis="columns", how="all")),
-        )
-        known = logs.count()
-        factor = t.isf(ALPHA / max(1, comparisons), known - 1) * np.sqrt(1 + 1 / known)
-        enough = known.index[(known >= LEAST_BASELINE) & (comparisons > 0)]
-        limits = np.exp(logs.mean() + factor * logs.std())[enough].to_dict()
-        for point, is_judged in zip(points, judged[channel], strict=True):
-            point["risen"] = [x for x, limit in limits.items() if is_judged and point["levels"].get(x, 0.0) > limit]
-        channels.append(
-            ChannelTrend(
-                channel=channel,
-                unit=features["unit"],
-                velocity_missing=features["velocity_missing"]
-                or ("" if boundaries else "no class of machine: --machine-class"),
-                limits=limits,
-                zones=tuple(zip("BCD", boundaries, strict=False)),
-                reference=np.exp(logs.mean()).to_dict(),
-                points=tuple(points),
-            )
-        )
-    first = min(count, max(map(len, series.values())))
-    return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
 
-
-def _points(
-    documents: Sequence[Mapping[str, Any]],
-    times: Mapping[str, datetime | float],
-    count: int,
-    boundaries: Sequence[float],
-) -> list[dict[str, Any]]:
-    usual_hz = float(np.median([one["shaft_hz"]["value"] for one in documents[:count]]))
-    points = []
-    for one in documents:
+    def point_of(one: Mapping[str, Any], usual_hz: float) -> dict[str, Any]:
         features, shaft_hz = one["features"], one["shaft_hz"]["value"]
         lines = [x for x in one["lines"] if x["harmonic"] == 1 and x["depth"] and x["snr"]]
         levels = {x["name"]: features["band_rms"] * math.sqrt(x["depth"]) for x in lines}
-        point = {
+        return {
             "file": one["file"],
             "time": times[one["file"]],
             "rpm": 60 * shaft_hz,
@@ -259,5 +219,35 @@ def _points(
             "zone": zone_of(features["velocity_rms_mm_s"], boundaries),
             "comparable": abs(shaft_hz / usual_hz - 1) <= SAME_SHARE,
         }
-        points.append(point)
-    return points
+
+    series = {}
+    for channel, found in by_channel.items():
+        usual_hz = float(np.median([one["shaft_hz"]["value"] for one in found[:count]]))
+        series[channel] = [point_of(one, usual_hz) for one in found]
+    names = [*(fault.line or "" for fault in DEFECTS), RMS]
+    levels = {c: pd.DataFrame([p["levels"] for p in points], columns=names) for c, points in series.items()}
+    judged = {c: [n >= count and p["comparable"] for n, p in enumerate(points)] for c, points in series.items()}
+    comparisons = sum(int(levels[channel][judged[channel]].count().sum()) for channel in series)
+    channels, no_zone = [], "" if boundaries else "no class of machine: --machine-class"
+    for channel, points in series.items():
+        features = by_channel[channel][0]["features"]
+        logs = np.log(levels[channel][:count].dropna(axis="columns", how="all"))
+        known = logs.count()
+        factor = t.isf(ALPHA / max(1, comparisons), known - 1) * np.sqrt(1 + 1 / known)
+        enough = known.index[(known >= LEAST_BASELINE) & (comparisons > 0)]
+        limits = np.exp(logs.mean() + factor * logs.std())[enough].to_dict()
+        for point, is_judged in zip(points, judged[channel], strict=True):
+            point["risen"] = [x for x, limit in limits.items() if is_judged and point["levels"].get(x, 0.0) > limit]
+        channels.append(
+            ChannelTrend(
+                channel=channel,
+                unit=features["unit"],
+                velocity_missing=features["velocity_missing"] or no_zone,
+                limits=limits,
+                zones=tuple(zip("BCD", boundaries, strict=False)),
+                reference=np.exp(logs.mean()).to_dict(),
+                points=tuple(points),
+            )
+        )
+    first = min(count, max(map(len, series.values())))
+    return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)

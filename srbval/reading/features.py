@@ -1,7 +1,7 @@
 """Scalar features of one analysed channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity."""
 
 import math
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,23 +15,8 @@ SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for mach
 LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude to mean something
 
 
-@dataclass(frozen=True, kw_only=True)
-class Features:
+def features_of(analysis: Analysis) -> dict[str, Any]:
     """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`."""
-
-    unit: str
-    rms: float
-    peak: float
-    crest: float
-    kurtosis: float
-    band_rms: float
-    velocity_rms_mm_s: float | None
-    velocity_band_hz: tuple[float, float]
-    velocity_missing: str
-
-
-def features_of(analysis: Analysis) -> Features:
-    """Compute the features of an analysed record."""
     recording, done = analysis.recording, analysis.processed
     signal = done.scale * (done.whole - done.whole.mean())
     rms, peak = float(np.std(signal)), float(np.abs(signal).max())
@@ -43,17 +28,17 @@ def features_of(analysis: Analysis) -> Features:
         missing = f"sampled at {recording.fs_hz:g} Hz the record does not hold the band to {HIGHEST_HZ:g} Hz"
     elif signal.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
         missing = f"the record lasts {recording.seconds:.3g} s, less than {LEAST_PERIODS} periods of {band_hz[0]:g} Hz"
-    return Features(
-        unit=recording.unit,
-        rms=rms,
-        peak=peak,
-        crest=peak / rms,
-        kurtosis=kurtosis(signal),
-        band_rms=done.scale * math.sqrt(float(np.mean(done.squared)) / 2),
-        velocity_rms_mm_s=None if missing else MM * velocity_rms(signal, recording.fs_hz, band_hz),
-        velocity_band_hz=band_hz,
-        velocity_missing=missing,
-    )
+    return {
+        "unit": recording.unit,
+        "rms": rms,
+        "peak": peak,
+        "crest": peak / rms,
+        "kurtosis": kurtosis(signal),
+        "band_rms": done.scale * math.sqrt(float(np.mean(done.squared)) / 2),
+        "velocity_rms_mm_s": None if missing else MM * velocity_rms(signal, recording.fs_hz, band_hz),
+        "velocity_band_hz": band_hz,
+        "velocity_missing": missing,
+    }
 
 
 def velocity_rms(acceleration: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:

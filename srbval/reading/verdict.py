@@ -94,18 +94,13 @@ def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
     """The detected race and roller lines and their clearness in a sentence."""
-    detected = detected_fault_lines(lines)
-    if not detected:
-        return "No race or rolling-element line detected."
-    first, *others = (_in_words(line) for line in detected)
-    nominal = " (the speed is only nominal)" if speed.source is SpeedSource.NOMINAL else ""
-    return "; also ".join((first + nominal, *others)) + "."
-
-
-def _in_words(line: Line) -> str:
-    fault = Fault.of_line(line.name)
-    return (
-        f"{line.name}{f' ({fault.label})' if fault else ''} line detected: "
+    said = [
+        f"{line.name} ({fault.label}) line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
         f"modulation {100 * (line.depth or 0.0):.0f} %, {line.deviation_pct:+.2f} % from kinematic"
-    )
+        for line in detected_fault_lines(lines)
+        if (fault := Fault.of_line(line.name))
+    ]
+    if said and speed.source is SpeedSource.NOMINAL:
+        said[0] += " (the speed is only nominal)"
+    return f"{'; also '.join(said)}." if said else "No race or rolling-element line detected."

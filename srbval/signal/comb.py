@@ -15,12 +15,10 @@ from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import track_slip
 
 HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
-# A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong
-# ...
-FALSE_ALARM, PLACEBO_FALSE_ALARM = 1e-3, 1e-2
-# ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
+# A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong,
+# and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
 # records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
-LEAST_SNR = 10.0
+FALSE_ALARM, PLACEBO_FALSE_ALARM, LEAST_SNR = 1e-3, 1e-2, 10.0
 # A peak below this share of a line within a few bins is a side lobe of that line (without a window 1/(pi k)^2 at k
 # bins).
 SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1

@@ -10,9 +10,8 @@ from srbval.errors import ConfigurationError, DataError
 
 # Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
 ORDER = 4
-# The record's ends spoil the envelope by tens of per cent over the first milliseconds. The error has decayed after this
-# time and this many periods of the bandwidth: the slowest pole decays at pi x bandwidth x sin(pi / 8), to 1e-6 within
-# 11.5 of them.
+# The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
+# at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
 _CONSTANT = 1e-12  # a standard deviation below this share of the signal's largest value is rounding, not vibration
 _LEAST_GAIN = 1e-5  # the closed-form gain is cut off where it has fallen to this value
@@ -21,10 +20,7 @@ FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
-    """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first to the second.
-
-    Giraudo et al. 2025, Sensors 25, 2419, sect. 5.
-    """
+    """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first to the second."""
     if first.shape != second.shape:
         raise DataError(f"the two axes differ in length: {first.size} and {second.size} samples.")
     return math.cos(angle_rad) * first + math.sin(angle_rad) * second

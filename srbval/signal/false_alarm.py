@@ -1,13 +1,10 @@
 """False-alarm probability of a line: from noise alone, and by its rank among placebos of the same record.
 
-A bin of a noise periodogram is exponentially distributed about the local mean, which is estimated as the median of n
-neighbours over ln 2. ``neg_log_p`` turns their ratio exactly into the exponential variable of equal tail probability.
-Rice's formula gives the number of times that its sum over harmonics rises above a level in the window.
-
-Real noise contains lines of other machines. So a comb is also ranked among placebos: combs whose lines come from
-`ORDERS` fundamentals that are no line of the bearing, each harmonic from one of them at random. Whole combs at one
-fundamental are few (some tens do not overlap), but as strong as the comb of another bearing in the window;
-`joint_false_alarm` weighs the ranks among both.
+`neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
+times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
+comb is also ranked among placebos: combs whose lines come from `ORDERS` fundamentals that are no line of the bearing,
+each harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as
+strong as the comb of another bearing in the window; `joint_false_alarm` weighs the ranks among both.
 """
 
 import math
@@ -61,9 +58,9 @@ def false_alarm(
 ) -> float:
     """Probability that noise shows a peak of a comb with at least this `neg_log_p` anywhere inside the window.
 
-    `share` [h + 1] is the part of the window in which this number of the comb's lines is not masked. The sum rises
-    above a level on average N times (`upcrossings`), each time to a peak; the probability of any peak is ``1 -
-    exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that begins above the level).
+    `share` [h + 1] is the part of the window in which this number of the comb's lines is not masked. With N peaks on
+    average (`upcrossings`) it is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that
+    begins above the level).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
@@ -123,7 +120,7 @@ def rank(score: float, placebos: FloatArray) -> float:
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
     """The larger of the probability from `noise` and the mean of the ranks among `mixed` and `whole` combs.
 
-    The mean is weighted by `FOREIGN_COMB`. The study `reading` counts how often it is below 0.01.
+    The weight is `FOREIGN_COMB`. The study `reading` counts how often the result is below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 

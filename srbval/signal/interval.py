@@ -28,9 +28,7 @@ def slip_interval() -> dict[str, Any]:
     """The calibrated table (`slip_interval.toml`).
 
     ``floor`` standard errors up to ``start``, from there ``factor`` times the spread, interpolated linearly between the
-    knots ``log_spread`` of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible interval is
-    multiplied by ``weak_factor`` by the probability ``weak_steady`` that nothing slips, and by ``wide_factor`` by its
-    width over that of noise alone, ``wide``.
+    knots ``log_spread`` of the weighted mean of log(1 + ratio of walk to noise). For weak lines see `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))

@@ -1,8 +1,7 @@
 """The part of a signal that repeats with a passage: means over its phase, its quietest part, a steady tone beside it.
 
-The phase of a passage, in periods, is cut into `CELLS`; any quarter of a period may be quiet. The quietest quarter is
-found in every other passage and read in the passages between them, and vice versa: the least of many noisy means is
-biased low, the mean of other passages there is not.
+The quietest of any quarter of a period is found in every other passage and read in the passages between them, and vice
+versa: the least of many noisy means is biased low, the mean of other passages there is not.
 """
 
 import math

@@ -32,8 +32,8 @@ _FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not 
 class Phasors:
     """Sums over blocks of the record demodulated at given frequencies [c], for a local fit: `sums`, [c, blocks].
 
-    `time_s`, [blocks], are the middles of the blocks, counted from the record's middle, so that a line's frequency does
-    not correlate with its phase. `moments` [c, blocks] are the sums of samples times their distance from that middle.
+    `time_s` [blocks] are their middles, from the record's middle, so that frequency and phase do not correlate;
+    `moments` [c, blocks] are sums of samples times their distance from a block's middle.
     """
 
     sums: ComplexArray
@@ -47,8 +47,7 @@ class Phasors:
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
-        # Within a block the phase starts at its first sample, so that one short table of phases serves every block. The
-        # products are real, since a complex record would cost more than all else.
+        # Phases start at a block's first sample, so that one short table serves all; real products, for speed.
         within = np.arange(longest)
         angle = 2 * np.pi * np.outer(frequency_hz / fs_hz, within)
         cosine, sine = np.cos(angle), np.sin(angle)
@@ -172,15 +171,6 @@ class Periodogram:
 
         Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
-        nearest = self._nearest_bins(centre_hz, half_window_hz)
-        if nearest.size < LEAST_NOISE_BINS:
-            raise DataError(f"too few bins near {centre_hz:.4g} Hz to estimate the noise; use a longer record.")
-        power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * PADDING]
-        mean = float(np.median(power)) / math.log(2)
-        return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
-
-    def _nearest_bins(self, centre_hz: float, half_window_hz: float) -> NDArray[np.int64]:
-        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first."""
         spacing = PADDING * self.step_hz
         last = min(math.floor(self.power.size / PADDING), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
         reach = half_window_hz / spacing + 2 * NOISE_BINS
@@ -193,8 +183,14 @@ class Periodogram:
             # Only bins within `reach`, the range searched, are known to be the nearest.
             usable &= distance < reach * spacing
             if np.count_nonzero(usable) >= NOISE_BINS or (low == 2 and high >= last):
-                return bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
+                break
             reach *= 2
+        nearest = bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
+        if nearest.size < LEAST_NOISE_BINS:
+            raise DataError(f"too few bins near {centre_hz:.4g} Hz to estimate the noise; use a longer record.")
+        power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * PADDING]
+        mean = float(np.median(power)) / math.log(2)
+        return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
         """Power over a running median of unmasked bins over ln 2, which ends at the record's limit with `to_limit`."""

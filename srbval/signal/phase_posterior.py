@@ -68,21 +68,29 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     best = np.array([shift[which == w][np.argmax(log_likelihood[which == w])] for w in range(JITTERS.size)])
     amplitude = _fitted(sums, number, amplitude, _steps(step_rad2, rad_per_hz * best), _LATER_ROUNDS)
     log_likelihood = _forward(_block_likelihood(sums, number, amplitude), steps, which)
-    # Join the log likelihoods, each on its grid of shifts; the first is without slip.
+    # Without slip the phase advances by the same step in every block.
     steady = _shift_grid(FINEST_BINS / 4 / seconds, seconds)
-    tables = [(steady, _steady_likelihood(sums, number, rad_per_hz * steady) + math.log(STEADY_WEIGHT))]
+    index = np.arange(sums.shape[1]) - (sums.shape[1] - 1) / 2
+    whole = np.sum(np.exp(-1j * (rad_per_hz * steady)[:, None, None] * number[:, None] * index) * sums, axis=2)
+    best = whole[np.argmax(np.sum(np.abs(whole) ** 2, axis=1))] / sums.shape[1]
+    likelihood = 2 * ((np.conj(best) * whole) @ _rotations(number, _STEADY_CIRCLE)).real
+    peak = likelihood.max(axis=1)
+    mean = np.log(np.mean(np.exp(likelihood - peak[:, None]), axis=1))
+    of_steady = peak + mean - sums.shape[1] * np.sum(np.abs(best) ** 2)
+    # Join the log likelihoods, each on its grid of shifts; the first is without slip.
+    tables = [(steady, np.asarray(of_steady) + math.log(STEADY_WEIGHT))]
     tables += [(shift[which == w], log_likelihood[which == w]) for w in range(JITTERS.size)]
-    peak = max(float(table.max()) for _, table in tables)
+    highest = max(float(table.max()) for _, table in tables)
     reach = max(float(grid[-1]) for grid, _ in tables)
     shift = np.linspace(-reach, reach, _DENSITY)
-    parts = [np.exp(np.interp(shift, grid, table, left=-np.inf, right=-np.inf) - peak) for grid, table in tables]
+    parts = [np.exp(np.interp(shift, grid, table, left=-np.inf, right=-np.inf) - highest) for grid, table in tables]
     weight = np.array([part.sum() for part in parts])
     density = np.sum(parts, axis=0) / weight.sum()
-    mean = float(density @ shift)
-    distance = np.abs(shift - mean)
+    centre = float(density @ shift)
+    distance = np.abs(shift - centre)
     order = np.argsort(distance)
     half = float(distance[order][np.searchsorted(np.cumsum(density[order]), COVERAGE)])
-    return Posterior(shift_hz=mean, credible_hz=half, steady=float(weight[0] / weight.sum()))
+    return Posterior(shift_hz=centre, credible_hz=half, steady=float(weight[0] / weight.sum()))
 
 
 def _shift_grid(error_hz: float, seconds: float) -> FloatArray:
@@ -155,15 +163,3 @@ def _fitted(
         expected = _smoothed(_block_likelihood(sums, number, amplitude), steps) @ rotations
         amplitude = np.einsum("cb,bwc->wc", sums, expected) / sums.shape[1]
     return amplitude
-
-
-def _steady_likelihood(sums: ComplexArray, number: FloatArray, step_rad: FloatArray) -> FloatArray:
-    """Log likelihood, [s], of a line without slip whose phase advances by `step_rad` [s] per block."""
-    index = np.arange(sums.shape[1]) - (sums.shape[1] - 1) / 2
-    rotation = np.exp(-1j * step_rad[:, None, None] * number[:, None] * index)
-    whole = np.sum(rotation * sums, axis=2)
-    best = whole[np.argmax(np.sum(np.abs(whole) ** 2, axis=1))] / sums.shape[1]
-    likelihood = 2 * ((np.conj(best) * whole) @ _rotations(number, _STEADY_CIRCLE)).real
-    peak = likelihood.max(axis=1)
-    mean = np.log(np.mean(np.exp(likelihood - peak[:, None]), axis=1))
-    return np.asarray(peak + mean - sums.shape[1] * np.sum(np.abs(best) ** 2))

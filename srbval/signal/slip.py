@@ -1,11 +1,10 @@
 """Mean frequency of a slipping line from its phase over the record, and its interval from noise and slip.
 
-Random slip makes the phase of a line a random walk; noise adds an independent error to each block's phase. The
-frequency is the slope of that phase. Its variance under noise alone is known; the walk adds `ratio` times that
-variance, and the ratio is estimated from the phase's residuals about a straight line. The residuals contain so little
-of it that no method distinguishes slip as large as the noise from none: the half width is a tabulated multiple of the
-spread that the residuals suggest (`interval`). The path of the phase is found by dynamic programming (Viterbi 1967,
-IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
+Random slip makes the phase of a line, whose slope is the frequency, a random walk; noise adds an independent error to
+each block's phase. The walk adds `ratio` times the variance of noise, estimated from the phase's residuals about a
+straight line. These do not distinguish slip as large as the noise from none: the half width is a tabulated multiple of
+the spread that they suggest (`interval`). The path of the phase is found by dynamic programming (Viterbi 1967, IEEE
+Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, walk_share, weak_factor
@@ -138,10 +136,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at the line over the noise about it, if residuals clearly show more, with weight and likelihood (`weigh`).
-
-    Skirts and sidebands that leak into the blocks scatter phases independently, unlike a random walk.
-    """
+    """Noise at the line over the noise about it, if residuals clearly show more, with the result of `weigh`."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh(residual / math.sqrt(excess * variance), share)
@@ -205,8 +200,16 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
     amplitude = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0).astype(complex)
     path: FloatArray = np.zeros(sums.shape[1])
     for _ in range(_PASSES):
-        likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real
-        before, path = path, np.asarray(grid[_best_path(likelihood, cost)], dtype=np.float64)
+        likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real  # less the cost of the path's steps
+        total, previous = likelihood[0], np.zeros(likelihood.shape, dtype=np.int64)
+        for block in range(1, sums.shape[1]):
+            reached = total - cost
+            previous[block] = np.argmax(reached, axis=1)
+            total = reached[np.arange(PHASES), previous[block]] + likelihood[block]
+        best = [int(np.argmax(total))]
+        for block in range(sums.shape[1] - 1, 0, -1):
+            best.append(previous[block, best[-1]])
+        before, path = path, np.asarray(grid[best[::-1]], dtype=np.float64)
         if np.array_equal(path, before):  # no further pass would change it
             break
         amplitude = _amplitudes(sums, number, path)
@@ -235,19 +238,3 @@ def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) ->
     power = np.abs(mean) ** 2
     share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)
     return np.asarray(mean * np.sqrt(share), dtype=np.complex128)
-
-
-def _best_path(log_likelihood: FloatArray, cost: FloatArray) -> NDArray[np.int64]:
-    """Indices [blocks] of the path of highest likelihood [blocks, grid] less the cost of its steps [grid, grid]."""
-    previous = np.zeros(log_likelihood.shape, dtype=np.int64)
-    total = log_likelihood[0]
-    columns = np.arange(total.size)
-    for block in range(1, log_likelihood.shape[0]):
-        reached = total - cost
-        previous[block] = np.argmax(reached, axis=1)
-        total = reached[columns, previous[block]] + log_likelihood[block]
-    path = np.empty(log_likelihood.shape[0], dtype=np.int64)
-    path[-1] = np.argmax(total)
-    for block in range(log_likelihood.shape[0] - 1, 0, -1):
-        path[block - 1] = previous[block, path[block]]
-    return path

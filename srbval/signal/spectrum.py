@@ -92,11 +92,9 @@ def kurtosis(samples: FloatArray | ComplexArray) -> float:
 def prewhitened(samples: FloatArray) -> FloatArray:
     """Bring every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
 
-    The real cepstrum is set to zero but for its first value, that is X / |X| (Borghesani, Pennacchi, Randall, Sawalhi &
-    Ricci 2013, Mech. Syst. Signal Process. 36, 370; authors and page quoted from memory, not checked). Tones, gear
-    meshes and impacts without jitter then have next to no power; impacts with some jitter are kept by the phases of
-    many lines. The mean is removed; m is the largest length up to n that transforms fast. Raises `DataError` if the
-    record is constant.
+    Cepstrum prewhitening, X / |X| (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal Process.
+    36, 370; authors and page quoted from memory, not checked), leaves tones, gear meshes and impacts without jitter
+    next to no power. m is the largest length up to n that transforms fast. `DataError` if the record is constant.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())
@@ -112,8 +110,7 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
     """Signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
 
-    This is the surrogate of Theiler, Eubank, Longtin, Galdrikian & Farmer (1992, Physica D 58, 77; quoted from memory,
-    not checked). Mean and power are kept, a tone stays a tone, impacts are lost.
+    The surrogate of Theiler et al. (1992, Physica D 58, 77; quoted from memory, not checked): impacts are lost.
     """
     lines = scipy.fft.rfft(samples)
     turned = np.abs(lines) * np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
@@ -170,10 +167,9 @@ class Kurtogram:
 def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highest_hz: float = math.inf) -> Kurtogram:
     """Kurtogram of `samples` [n] on the tree of halves and thirds of the fast kurtogram.
 
-    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... are side by side, without the lowest of each width, which begins at zero
-    (Antoni 2007, Mech. Syst. Signal Process. 21, 108). They are cut sharply in the frequency domain, without 50 ms at
-    each end. Omitted are bands narrower than `least_width_hz` or above `highest_hz`, and bands with too few independent
-    samples for a kurtosis (`LEAST_SAMPLES`).
+    Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... are side by side (Antoni 2007, Mech. Syst. Signal Process. 21, 108), cut
+    sharply in the frequency domain. Omitted are the lowest of each width, which begins at zero, bands narrower than
+    `least_width_hz` or above `highest_hz`, and those with fewer than `LEAST_SAMPLES` independent samples.
     """
     nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)
@@ -200,8 +196,7 @@ def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], se
 class Scalogram:
     """Amplitude, [rows, columns], in the unit of the signal; a sine of amplitude a has the value a in its row.
 
-    `time_s`, [columns], are the middles of the columns; nearer than `edge_s`, [rows], to either end a row is affected
-    by the ends.
+    `time_s`, [columns], are the middles of the columns; the ends affect a row up to `edge_s`, [rows].
     """
 
     time_s: FloatArray
