@@ -113,7 +113,7 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
     whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
     return (
         zone,
-        f"zone {zone} of {whose}: velocity {features.velocity_rms_mm_s:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz",
+        f"zone {zone} of {whose}: velocity {features['velocity_rms_mm_s']:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz",
     )
 
 

@@ -114,9 +114,9 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
 def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
     """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
     recording, done = analysis.recording, analysis.processed
-    views, own = [(recording.channel, analysis)], recording.channel
-    for name, x in recording.channels.items() if all_channels and own is not None else ():
-        if name != own and x.size == recording.channels[own].size and x.min() < x.max():
+    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
+    for name, x in recording.channels.items() if all_channels else ():
+        if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
             other = process(dataclasses.replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
             views.append((name, dataclasses.replace(analysis, processed=other)))
     if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
