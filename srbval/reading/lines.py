@@ -141,7 +141,6 @@ class Line:
 
 
 _IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
-LINE_KEYS = ("kinematic_hz", *_IF_DETECTED[:4], "snr", "depth", "detected")
 
 
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
