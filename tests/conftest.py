@@ -1,13 +1,14 @@
 """Shared fixtures: the folder of measured recordings, and a home folder for every test."""
 
+import json
 import os
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from srbval.cli import main
 from srbval.models.jit import precompile
 from srbval.models.solvers import SOLVERS
 from srbval.scene import load_scene, paper_scene
@@ -55,7 +56,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 
 @pytest.fixture(scope="session")
-def recordings_dir() -> Path:
+def recordings_dir():
     """Folder of measured recordings, from SRBVAL_RECORDINGS; skips if it is not set."""
     folder = os.environ.get("SRBVAL_RECORDINGS")
     if not folder or not Path(folder).is_dir():
@@ -63,8 +64,31 @@ def recordings_dir() -> Path:
     return Path(folder)
 
 
+@pytest.fixture
+def srbval_text(capsys):
+    """Run a command line that ends with the exit code `code`; returns what it printed, `out` and `err`."""
+
+    def run(*words, code=0):
+        capsys.readouterr()
+        assert main([str(word) for word in words]) == code
+        return capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def srbval_json(srbval_text):
+    """Run a command line with --json; returns the document, which has neither NaN nor Infinity."""
+
+    def run(*words, code=0):
+        text = srbval_text(*words, "--json", code=code).out
+        return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
+
+    return run
+
+
 @pytest.fixture(autouse=True)
-def _signals_are_a_user_s() -> Iterator[None]:
+def _signals_are_a_user_s():
     """Restore the default signal handlers, which dask-jobqueue, nohup or a background shell change."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGHUP"):
@@ -74,7 +98,7 @@ def _signals_are_a_user_s() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def _bugs_are_seen(monkeypatch):
     """Let unexpected errors of the command line raise, since they are bugs."""
 
     def raise_it(error: BaseException) -> str:
@@ -84,7 +108,7 @@ def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(autouse=True)
-def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+def _own_home(tmp_path_factory, monkeypatch):
     """Keep the user's register and recordings out of the tests, and the tests out of the user's register."""
     monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
     home = tmp_path_factory.mktemp("home")
@@ -93,7 +117,7 @@ def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _nothing_shipped() -> Iterator[None]:
+def _nothing_shipped():
     """Hide the shipped excerpts of the rig; their own tests show them again."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", lambda: ())

@@ -13,30 +13,9 @@ import pytest
 
 import srbval
 
-ORDER = (
-    "errors",
-    "arrays",
-    "storage",
-    "progress",
-    "processes",
-    "bearing",
-    "scene",
-    "models",
-    "recordings",
-    "signal",
-    "reading",
-    "diagnosis",
-    "sweep",
-    "comparison",
-    "path",
-    "plan",
-    "campaign",
-    "check",
-    "validation",
-    "report",
-    "studies",
-    "cli",
-)
+SIMULATED = ("errors", "arrays", "storage", "progress", "processes", "bearing", "scene", "models")
+READ = ("recordings", "signal", "reading", "diagnosis", "sweep", "comparison", "path", "plan")
+ORDER = (*SIMULATED, *READ, "campaign", "check", "validation", "report", "studies", "cli")
 PACKAGE = Path(srbval.__file__).parent
 SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
@@ -70,22 +49,17 @@ def imported(tree: ast.AST) -> Iterator[str]:
 
 def imported_rooms(path: Path) -> set[str]:
     """Rooms that a file imports from, for types too."""
-    rooms = set()
-    for node in ast.walk(SOURCES[path]):
-        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        names += [a.name for a in node.names] if isinstance(node, ast.Import) else []
-        rooms |= {n.split(".")[1] for n in names if n.startswith("srbval.")}
-    return rooms
+    return {name.split(".")[1] for name in imported(SOURCES[path]) if "." in name}
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_imports_only_run_forward(path: Path) -> None:
+def test_imports_only_run_forward(path):
     room = path.relative_to(PACKAGE).parts[0]
     later = {r for r in imported_rooms(path) if ORDER.index(r) > ORDER.index(room)}
     assert not later, f"{room} must not import {later}"
 
 
-def test_no_import_circle() -> None:
+def test_no_import_circle():
     """Imports within functions and those for types alone count: they only hide a circle."""
     graph = {module_name(path): set(imported(tree)) - {module_name(path)} for path, tree in SOURCES.items()}
     del graph["srbval"]  # its names are loaded when they are used
@@ -95,7 +69,7 @@ def test_no_import_circle() -> None:
         pytest.fail(" -> ".join(error.args[1]))
 
 
-def test_nothing_imports_the_whole_package() -> None:
+def test_nothing_imports_the_whole_package():
     """`import srbval` needs no path and no name that a room does not offer itself; the version alone stands there."""
     for path in FILES:
         for node in ast.walk(SOURCES[path]):
@@ -105,7 +79,7 @@ def test_nothing_imports_the_whole_package() -> None:
                 assert {alias.name for alias in node.names} <= {"__version__", *ORDER}, path
 
 
-def test_no_class_name_occurs_twice() -> None:
+def test_no_class_name_occurs_twice():
     names = Counter(node.name for tree in SOURCES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
     assert [name for name, count in names.items() if count > 1] == []
 
@@ -117,7 +91,7 @@ def offered(path: Path) -> set[str]:
     return {alias.name for node in imports for alias in node.names} if len(imports) == len(rest) else set()
 
 
-def test_one_import_path_for_each_name() -> None:
+def test_one_import_path_for_each_name():
     """What a folder's ``__init__`` offers the files outside import from the folder, not from the module."""
     folders = {module_name(p): offered(p) for p in FILES if p.name == "__init__.py" and offered(p)}
     for path, tree in SOURCES.items():
@@ -153,7 +127,7 @@ def concepts() -> dict[str, int]:
     }
 
 
-def test_there_is_not_too_much() -> None:
+def test_there_is_not_too_much():
     """So that the whole of it can be read, and a newcomer finds the file to change; packed lines do not help."""
     root, tests = PACKAGE.parent, list(Path(__file__).parent.rglob("*.py"))
     studies = [path for path in SOURCES if path.relative_to(PACKAGE).parts[0] == "studies"]
@@ -175,7 +149,7 @@ def test_there_is_not_too_much() -> None:
     assert {name: value for name, value in found.items() if value > allowed[name]} == {}, (found, allowed)
 
 
-def test_limits_only_fall() -> None:
+def test_limits_only_fall():
     """A limit is not above its value in the commit before, except for what the file allows for a feature."""
     text = LIMITS.read_text(encoding="utf-8")
     now, allowed = limits(text), tomllib.loads(text).get("allowed", {})
@@ -204,7 +178,7 @@ def importers() -> dict[str, set[str]]:
     return found
 
 
-def test_no_small_file_has_a_single_importer() -> None:
+def test_no_small_file_has_a_single_importer():
     """A file of a few lines that one other file imports is a part of that file."""
     of = importers()
     small = [
@@ -222,7 +196,7 @@ def test_no_small_file_has_a_single_importer() -> None:
 STUDY_FILES = ("study", "page", "figure")  # every study has the same few
 
 
-def test_functions_do_not_take_too_many_arguments() -> None:
+def test_functions_do_not_take_too_many_arguments():
     many = [
         f"{path.relative_to(PACKAGE)}: {node.name}"
         for path, tree in SOURCES.items()
@@ -235,7 +209,7 @@ def test_functions_do_not_take_too_many_arguments() -> None:
     assert len(many) <= limits(LIMITS.read_text(encoding="utf-8"))["functions_with_many_arguments"], many
 
 
-def test_nothing_outside_the_studies_imports_one() -> None:
+def test_nothing_outside_the_studies_imports_one():
     """But for the commands; and no study imports another one."""
     for path, tree in SOURCES.items():
         room, *inner = path.relative_to(PACKAGE).parts
@@ -248,13 +222,13 @@ def test_nothing_outside_the_studies_imports_one() -> None:
                 assert shared or own or len(parts) == 2, f"{path.relative_to(PACKAGE)} imports {name}"
 
 
-def test_nothing_below_the_report_draws() -> None:
+def test_nothing_below_the_report_draws():
     for path in FILES:
         if ORDER.index(path.relative_to(PACKAGE).parts[0]) < ORDER.index("report"):
             assert "matplotlib" not in path.read_text(encoding="utf-8"), path
 
 
-def test_no_function_is_too_long() -> None:
+def test_no_function_is_too_long():
     for path, tree in SOURCES.items():
         if path.stem.endswith("_kernel"):
             continue
@@ -264,7 +238,7 @@ def test_no_function_is_too_long() -> None:
                 assert length <= LONGEST_FUNCTION, f"{path.relative_to(PACKAGE)}: {node.name}: {length} lines"
 
 
-def test_the_report_computes_nothing() -> None:
+def test_the_report_computes_nothing():
     """Of other rooms it takes types and constants, and of functions those that write what is; its findings compute."""
     for path in (PACKAGE / "report").rglob("*.py"):
         if path.relative_to(PACKAGE / "report").parts[0] in GATHERING:
@@ -276,12 +250,12 @@ def test_the_report_computes_nothing() -> None:
                 assert functions <= WRITING_FUNCTIONS, f"{path.relative_to(PACKAGE)}: {functions}"
 
 
-def test_signal_knows_only_arrays() -> None:
+def test_signal_knows_only_arrays():
     for path in (PACKAGE / "signal").glob("*.py"):
         assert imported_rooms(path) <= {"errors", "arrays", "signal"}, path.name
 
 
-def test_help_loads_nothing_heavy() -> None:
+def test_help_loads_nothing_heavy():
     heavy = {"numba", "scipy.signal", "matplotlib", "pandas", "h5py", "pywt", "rich"}
     code = f"import sys; from srbval.cli.arguments import parser; parser(); print(*{heavy} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "\n"

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_ci_runs_the_readmes_test_command() -> None:
+def test_ci_runs_the_readmes_test_command():
     commands = [block for block in re.findall(r"```sh\n(.*?)\n```", README, flags=re.DOTALL) if "venv" in block]
     report, tests = commands
     assert report.endswith("srbval report")
@@ -18,13 +18,13 @@ def test_ci_runs_the_readmes_test_command() -> None:
     assert tests in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
-def test_the_extra_for_formats_brings_what_they_need() -> None:
+def test_the_extra_for_formats_brings_what_they_need():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     in_formats = {re.split(r"\W", library)[0] for library in extras["formats"]}
     assert {form.library[1] for form in FORMATS if form.library} - {"scipy"} == in_formats
     assert '".[pdf,formats]"' in README
 
 
-def test_what_the_readme_points_to_exists() -> None:
+def test_what_the_readme_points_to_exists():
     for place in re.findall(r"\]\(([\w/.]+)\)", README):
         assert (ROOT / place).exists(), place

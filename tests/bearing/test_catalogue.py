@@ -1,11 +1,11 @@
+"""Known bearings, bearings from files and numbers, and their fault frequencies."""
+
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from srbval.bearing import fault_frequencies, find_bearings, known_bearings, load_bearing
+from srbval import ConfigurationError, fault_frequencies, find_bearings, known_bearings, load_bearing
 from srbval.bearing.catalogue import read_table
-from srbval.errors import ConfigurationError
 
 GEOMETRY = """
 [geometry]
@@ -22,7 +22,7 @@ width = "98 mm"
 """
 
 
-def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
+def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("title = 'mine'\n" + GEOMETRY)
     mine, known = load_bearing(path), load_bearing("skf-22240")
@@ -40,41 +40,39 @@ def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
         ({"inner_centre_radial_m": 0.25}, "leave a gap of .* = 0.28362, inner_centre_axial_m = 0.0500"),
     ],
 )
-def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
+def test_impossible_geometry_is_refused(change, message):
     geometry = load_bearing("skf-22240").geometry
     with pytest.raises(ConfigurationError, match=message):
         replace(geometry, **change)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 12.3\nbsf = 2.7\nftf = 0.41", "must be the number"),
-        ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 41.0", "ftf = 41.0 must lie"),
-        ("[orders]\nrolling_elements = 15\nbpfo = 6.2", "missing key"),
-        (
-            "[elements]\nrolling_elements = -9\nelement_diameter = '8 mm'\npitch_diameter = '39 mm'\n"
-            "contact_angle = '0 deg'",
-            "rolling_elements = -9 must be 1 or more",
-        ),
-        (
-            "[elements]\nrolling_elements = 9\nelement_diameter = '0 mm'\npitch_diameter = '39 mm'\n"
-            "contact_angle = '0 deg'",
-            "must be positive",
-        ),
-        (
-            "[elements]\nrolling_elements = 9\nelement_diameter = 8\npitch_diameter = '39 mm'\ncontact_angle = '0 deg'",
-            "has no unit",
-        ),
-        ("[elements]\nrolling_elements = 9\nelement_diametre = '8 mm'", "did you mean"),
-        ("", "exactly one"),
-        (GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 3.6\nbpfi = 5.4\nbsf = 1.0\nftf = 0.4\n", "exactly one"),
-        ("[elements", "not a valid TOML file"),
-    ],
-)
-def test_a_bad_file_is_wrong_use(table: str, message: str, tmp_path: Path) -> None:
+def table(name: str, **values: object) -> str:
+    """A table of a bearing file: strings quoted, numbers as they are."""
+    return f"[{name}]\n" + "".join(f"{key} = {value!r}\n" for key, value in values.items())
+
+
+ORDERS_OF_9 = {"rolling_elements": 9, "bpfo": 3.6, "bpfi": 5.4, "bsf": 1.0, "ftf": 0.4}
+ELEMENTS = {"rolling_elements": 9, "element_diameter": "8 mm", "pitch_diameter": "39 mm", "contact_angle": "0 deg"}
+BAD = [
+    (table("orders", **ORDERS_OF_9 | {"bpfi": 12.3}), "must be the number"),
+    (table("orders", **ORDERS_OF_9 | {"ftf": 41.0}), "ftf = 41.0 must lie"),
+    (table("orders", rolling_elements=15, bpfo=6.2), "missing key"),
+    (table("elements", **ELEMENTS | {"rolling_elements": -9}), "rolling_elements = -9 must be 1 or more"),
+    (table("elements", **ELEMENTS | {"element_diameter": "0 mm"}), "must be positive"),
+    (table("elements", **ELEMENTS | {"element_diameter": "nan mm"}), "element_diameter"),
+    (table("elements", **ELEMENTS | {"element_diameter": "39 mm"}), "between 0 and 1"),
+    (table("elements", **ELEMENTS | {"element_diameter": 8}), "has no unit"),
+    (table("elements", rolling_elements=9, element_diametre="8 mm"), "did you mean"),
+    ("", "exactly one"),
+    (GEOMETRY + table("orders", **ORDERS_OF_9), "exactly one"),
+    ("[elements", "not a valid TOML file"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), BAD)
+def test_a_bad_file_is_wrong_use(text, message, tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(f"title = 'mine'\nsource = 'a drawing'\n{table}\n")
+    path.write_text(f"title = 'mine'\nsource = 'a drawing'\n{text}\n")
     with pytest.raises(ConfigurationError, match=message):
         load_bearing(path)
 
@@ -86,7 +84,7 @@ DOUBLED = 2.5e-4  # NTN-SNR print twice the BSF, with three digits
 UNNAMED_ANGLE = {"upm-citef", "vibroguard", "mb"}  # spherical rollers, and multipliers that were rounded before
 
 
-def test_printed_orders_fit_each_other_and_the_dimensions() -> None:
+def test_printed_orders_fit_each_other_and_the_dimensions():
     """What pure rolling makes of them, within the digits that were printed: a row that was made up fails here."""
     rows = [row for row in PRINTED if row["bpfo"]]
     assert len(rows) >= 400
@@ -105,7 +103,7 @@ def test_printed_orders_fit_each_other_and_the_dimensions() -> None:
             assert all(abs(a - b) <= c for a, b, c in zip(printed, own, half, strict=True)), name
 
 
-def test_every_known_bearing_gives_fault_frequencies() -> None:
+def test_every_known_bearing_gives_fault_frequencies():
     """Each row has a source of its own words, elements that go round, and a contact angle that can be."""
     assert {row["key"] for row in read_table("catalogue_sources.csv")} == {row["source"] for row in PRINTED}
     assert len({row["name"] for row in PRINTED}) == len(PRINTED)
@@ -116,7 +114,7 @@ def test_every_known_bearing_gives_fault_frequencies() -> None:
         assert STEEPEST < lines.bsf_hz / 10 * 2 * ratio / (1 - ratio**2) < FLATTEST, name
 
 
-def test_a_search_looks_at_every_word() -> None:
+def test_a_search_looks_at_every_word():
     assert {"skf-22240", "fag-22205", "skf-22228", "ntn-nu222e"} <= {b.name for b in find_bearings("222")}
     assert {b.name for b in find_bearings("spherical 222")} == {"skf-22240", "fag-22205", "skf-22228"}
     assert [b.name for b in find_bearings("SKF deep cwru fan")] == ["skf-6203"]
@@ -135,12 +133,12 @@ def test_a_search_looks_at_every_word() -> None:
         ("orders 8.2,10.8,3.5,0.5", "bpfo over the rolling elements"),
     ],
 )
-def test_numbers_in_place_of_a_name_must_be_a_bearing(text: str, said: str) -> None:
+def test_numbers_in_place_of_a_name_must_be_a_bearing(text, said):
     with pytest.raises(ConfigurationError, match=said):
         load_bearing(text)
 
 
-def test_numbers_in_place_of_a_name_are_that_bearing() -> None:
+def test_numbers_in_place_of_a_name_are_that_bearing():
     known = load_bearing("skf-22240").orders
     own = load_bearing("elements 19,40.1,283.62,10").orders
     assert vars(own) == pytest.approx(vars(known), rel=1e-12)
@@ -148,6 +146,26 @@ def test_numbers_in_place_of_a_name_are_that_bearing() -> None:
 
 
 @pytest.mark.parametrize("name", ["22230", "24130"])
-def test_a_size_of_which_only_the_outside_is_known_asks_for_the_makers_numbers(name: str) -> None:
+def test_a_size_of_which_only_the_outside_is_known_asks_for_the_makers_numbers(name):
     with pytest.raises(ConfigurationError, match=r"is not known.* --elements or its orders with --orders"):
         load_bearing(name)
+
+
+PUBLISHED_ORDER = 3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
+
+
+@pytest.mark.parametrize(
+    ("name", "bpfi", "bpfo", "twice_bsf", "ftf"),
+    [  # Case Western Reserve University's table of fault frequencies; MFPT's description
+        ("skf-6205", 5.4152, 3.5848, 4.7135, 0.39828),
+        ("skf-6203", 4.9469, 3.0530, 3.9874, 0.3817),
+        ("mfpt-nice", 4.755, 3.245, 5.1091, 0.4056),
+        ("fag-22205", 8.8148, 6.1852, 5.4030, 0.4123),
+        ("rexnord-za-2115", 8.907, 7.092, 8.394, 0.444),  # at 2000 rpm, as printed with its dimensions
+        ("mafaulda-ball", 5.002, 2.998, 2 * 1.871, 0.375),  # with three decimals, beside its dimensions
+    ],
+)
+def test_known_bearings_have_their_published_orders(name, bpfi, bpfo, twice_bsf, ftf):
+    orders, rounded = load_bearing(name).orders, {"mafaulda-ball": 4, "rexnord-za-2115": 10}.get(name, 1)
+    found = (orders.bpfi, orders.bpfo, 2 * orders.bsf, orders.ftf)
+    assert found == pytest.approx((bpfi, bpfo, twice_bsf, ftf), abs=rounded * PUBLISHED_ORDER)

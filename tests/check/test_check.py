@@ -1,19 +1,17 @@
 """The check compares the behaviour of now with its reference, and names the evidence that no longer holds."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from srbval import ConfigurationError, Scene, load_scene
 from srbval.check import check, fingerprint
 from srbval.check.check import differences, run_check, write_reference
-from srbval.errors import ConfigurationError
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
-from srbval.scene import Scene, load_scene
 from srbval.storage.behaviour import Fingerprint, reference_fingerprint
 
 TEN_MICROMETRES = 1e-5
@@ -23,7 +21,7 @@ NOW: Fingerprint = {
 
 
 @pytest.fixture(autouse=True)
-def forget_recordings() -> Iterator[None]:
+def forget_recordings():
     yield
     reference_fingerprint.cache_clear()
 
@@ -42,9 +40,7 @@ def off(changes: dict[str, Any]) -> Callable[..., Scene]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [{"stiffness_n_m": 5e7 * (1 + 1e-4)}, {"dynamic_friction": 0.5 * (1 + 1e-4)}])
-def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(
-    changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(changes, monkeypatch):
     monkeypatch.setattr(fingerprint, "load_scene", off(changes))
     found = failed("full")
     assert {"full: paper printed outer: cage_ratio", "full: paper printed outer: drive_power_w"} & found
@@ -52,7 +48,7 @@ def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("race", ["outer_circle", pytest.param("inner_circle", marks=pytest.mark.long_form)])
-def test_a_circle_ten_micrometres_off_is_noticed(race: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_circle_ten_micrometres_off_is_noticed(race, monkeypatch):
     as_it_is: Callable[..., Circle] = getattr(parameters, race)
 
     def moved(geometry: object, at: float) -> Circle:
@@ -63,7 +59,7 @@ def test_a_circle_ten_micrometres_off_is_noticed(race: str, monkeypatch: pytest.
     assert failed("full")
 
 
-def test_numbers_words_and_missing_quantities(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_numbers_words_and_missing_quantities(monkeypatch):
     monkeypatch.setattr(check, "fingerprint", lambda *_, **__: NOW)
     monkeypatch.setattr(check, "shipped_results", list)
     assert run_check(reference=NOW).ok
@@ -77,7 +73,7 @@ def test_numbers_words_and_missing_quantities(monkeypatch: pytest.MonkeyPatch) -
     assert [one["name"] for one in differences(other, NOW)][:2] == ["full: outer: cage_ratio", "full: outer: status"]
 
 
-def test_no_reference_is_made_of_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_reference_is_made_of_a_failure(tmp_path, monkeypatch):
     monkeypatch.setattr(check, "shipped_folder", lambda _: tmp_path)
     with pytest.raises(ConfigurationError, match="nothing was replaced"):
         write_reference({"full": {"outer: cage_ratio": math.nan}})

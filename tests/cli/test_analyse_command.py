@@ -1,18 +1,14 @@
 """`srbval analyse` for people: the answer first, of one file, and of a folder with broken files in it."""
 
-import json
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
 import srbval.diagnosis.records as records
-from srbval.cli import main
 from tests.cli.test_properties import SHORT
 from tests.reading.test_shaft_speed import FS_HZ, record
 
@@ -21,7 +17,7 @@ FILES, FAULTY, BROKEN = 47, 3, 3  # of a folder of 50
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """Healthy noise of one machine, inner-race faults, three broken files, and what is no recording."""
     made = tmp_path / "machine"
     made.mkdir()
@@ -35,87 +31,79 @@ def folder(tmp_path: Path) -> Path:
     return made
 
 
-def test_the_answer_comes_first(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.fixture
+def faulty_file(tmp_path):
+    np.save(tmp_path / "faulty.npy", record(shaft_hz=25.0).channels["x"].astype(np.float32))
+    return tmp_path / "faulty.npy"
+
+
+def test_the_answer_comes_first(faulty_file, tmp_path, srbval_json, srbval_text):
     """What, where, how sure and against what in the first line; the numbers are those of the JSON, to their digits."""
-    file = str(folder / "run00.npy")
-    assert main(["analyse", file, *GIVEN, "--json", "--csv", str(folder / "lines.csv")]) == 0
-    document = json.loads(capsys.readouterr().out)
-    assert main(["analyse", file, *GIVEN]) == 0
-    first, *text = capsys.readouterr().out.splitlines()
+    document = srbval_json("analyse", faulty_file, *GIVEN, "--csv", tmp_path / "lines.csv")
+    first, *text = srbval_text("analyse", faulty_file, *GIVEN).out.splitlines()
     assert len(text) < SHORT
     assert re.fullmatch(r"Inner race fault: .* \(inner race \d+ % by the record alone, against records .*\)\.", first)
     line = next(one for one in document["lines"] if (one["name"], one["harmonic"]) == ("BPFI", 1))
     (row,) = [one for one in text if one.startswith("BPFI ")]
-    value, half = map(float, re.search(r"([\d.]+) ± ([\d.]+)", row).groups())  # type: ignore[union-attr]
+    value, half = map(float, re.search(r"([\d.]+) ± ([\d.]+)", row).groups())
     assert (value, half) == (pytest.approx(line["found_hz"], abs=half / 10), pytest.approx(line["ci95_hz"], rel=0.06))
     missed = next(one for one in text if one.startswith("not found: "))
     assert {one["name"] for one in document["families"] if not one["detected"]} <= set(re.split(r"[ ,]", missed))
-    table = (folder / "lines.csv").read_text().splitlines()
+    table = (tmp_path / "lines.csv").read_text().splitlines()
     assert len(table) == 1 + len(document["lines"])
 
 
-def test_everything_fits_a_terminal_and_goes_to_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_everything_fits_a_terminal_and_goes_to_files(faulty_file, tmp_path, srbval_json, srbval_text):
     """Lines and features, alike in the printed table, JSON, CSV and Excel; accelerations in m/s2 and g."""
-    command = ["analyse", str(folder / "run00.npy"), *GIVEN]
-    assert main([*command, "--all", "--export", str(folder / "out.xlsx")]) == 0
-    _, _, *text = capsys.readouterr().out.splitlines()
+    command = ["analyse", faulty_file, *GIVEN]
+    _, _, *text = srbval_text(*command, "--all", "--export", tmp_path / "out.xlsx").out.splitlines()
     assert [line for line in text if len(line) >= 100] == []
-    assert main([*command, "--json", "--export", str(folder / "out.csv")]) == 0
-    document = json.loads(capsys.readouterr().out)
-    book = pd.read_excel(folder / "out.xlsx", sheet_name=None)
+    document = srbval_json(*command, "--export", tmp_path / "out.csv")
+    book = pd.read_excel(tmp_path / "out.xlsx", sheet_name=None)
     for name, key, file in (("lines", "lines", "out.csv"), ("features", "feature_table", "out-features.csv")):
-        pd.testing.assert_frame_equal(book[name], pd.read_csv(folder / file), check_dtype=False)
+        pd.testing.assert_frame_equal(book[name], pd.read_csv(tmp_path / file), check_dtype=False)
         assert len(book[name]) == len(document[key])
     values = {(row["feature"], row["unit"]): row["value"] for row in document["feature_table"]}
     assert values["RMS", "m/s2"] == document["features"]["rms"] == pytest.approx(9.80665 * values["RMS", "g"])
     assert any(re.match(rf"kurtosis +{values['kurtosis', '']:.4g}", line) for line in text)
 
 
-def test_what_a_file_leaves_open_comes_with_a_command_that_works(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_a_file_leaves_open_comes_with_a_command_that_works(tmp_path, srbval_text):
     """For a name with a space and several channels too: the example runs as it is printed."""
     file = tmp_path / "two channels.npz"
     channels = record(shaft_hz=25.0, seed=1, fault=True).channels["x"]
     np.savez(file, **{"drive end": channels, "fan end": channels})
-    assert main(["analyse", str(file)]) == 3
-    said = capsys.readouterr().err.splitlines()
+    said = srbval_text("analyse", file, code=3).err.splitlines()
     (example,) = [line.removeprefix("For example: ") for line in said if line.startswith("For example: ")]
     words = shlex.split(example)
     assert {"--channel", "--fs", "--unit", "--bearing", "--rpm"} < set(words)
     words[words.index("machine.toml")] = str(tmp_path / "machine.toml")
-    assert main(words[1:]) == 0
-    assert main(["analyse", str(file), "--machine", str(tmp_path / "machine.toml")]) == 0
+    srbval_text(*words[1:])
+    srbval_text("analyse", file, "--machine", tmp_path / "machine.toml")
 
 
 IN_PROCESSES = records.in_processes
 
 
-def interrupted(function: Any, waiting: Any, *, jobs: int | None) -> Iterator[Any]:
+def interrupted(function, waiting, *, jobs):
     for done, answer in enumerate(IN_PROCESSES(function, waiting, jobs=jobs)):
         yield answer
         if done == 9:
             raise KeyboardInterrupt
 
 
-def test_a_folder_with_broken_files_goes_on_where_it_stopped(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_with_broken_files_goes_on_where_it_stopped(folder, srbval_json, srbval_text, monkeypatch):
     """All that can be read is in the table, the faults first; what was read before Ctrl-C is not read again."""
     monkeypatch.setattr(records, "in_processes", interrupted)
-    command = ["analyse", str(folder), *GIVEN]
-    assert main(command) == 130
-    left = list[int]()
+    command, left = ["analyse", folder, *GIVEN], []
+    srbval_text(*command, code=130)
 
-    def counted(function: Any, waiting: Any, *, jobs: int | None) -> Any:
+    def counted(function, waiting, *, jobs):
         left.append(len(waiting))
         return IN_PROCESSES(function, waiting, jobs=jobs)
 
     monkeypatch.setattr(records, "in_processes", counted)
-    capsys.readouterr()
-    assert main([*command, "--json"]) == 3
-    printed = capsys.readouterr()
-    document = json.loads(printed.out)
+    document = srbval_json(*command, code=3)
     assert left[0] <= FILES + BROKEN + 1 - 7  # ten were read, of them three broken at most
     assert len(document["records"]) == FILES
     failed = {Path(one["file"]).name: one["reason"] for one in document["failed"]}
@@ -125,11 +113,9 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(
     named = [Path(one["file"]).name for one in document["records"] if one["fault"]["called"] == "inner"]
     assert sorted(named) == [f"run{number:02}.npy" for number in range(FAULTY)]
     assert [Path(one["file"]).name for one in document["records"][:FAULTY]] == named
-    assert main(["analyse", document["records"][0]["file"], *GIVEN, "--json"]) == 0
-    alone = json.loads(capsys.readouterr().out)
+    alone = srbval_json("analyse", document["records"][0]["file"], *GIVEN)
     assert {key: alone[key] for key in document["records"][0]} == document["records"][0]
-    assert main(command) == 3
-    shown = capsys.readouterr()
+    shown = srbval_text(*command, code=3)
     assert left[1] == BROKEN + 1  # what could not be read is tried again
     first, _, header, *rows = shown.out.splitlines()
     assert first.startswith(f"{FILES} records: {FAULTY} inner race fault, ")
@@ -144,29 +130,26 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(
 @pytest.mark.parametrize(
     ("files", "options", "called", "alone", "cage"),
     [("torino/IR_*", [], "inner", 1, 0), ("ims_test1/2003*", ["--channel", "ch7"], None, 0, 3)],
-)  # fmt: skip
+)
 def test_records_of_one_machine_are_judged_together(
-    recordings_dir: Path, capsys: pytest.CaptureFixture[str], files: str, options: list[str], called: str | None,
-    alone: int, cage: int,
-) -> None:  # fmt: skip
+    recordings_dir, srbval_json, srbval_text, files, options, called, alone, cage
+):
     """The rig's inner race at two speeds, of which one shows little; and a bearing of which the cage alone shows."""
-    names = [*map(str, recordings_dir.glob(files))]
-    assert main(["analyse", *names, *options, "--one-machine", "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    command = ["analyse", *recordings_dir.glob(files), *options, "--one-machine"]
+    document = srbval_json(*command)
     machine = document["machine"]
-    assert (machine["called"], machine["records"]) == (called, len(names))
+    assert (machine["called"], machine["records"]) == (called, len(document["records"]))
     assert sum(one["fault"]["state"] == "inner" for one in document["records"]) == alone
     assert f"stands out in {cage} records" in machine["sentence"] if cage else "cage" not in machine["sentence"]
-    assert main(["analyse", *names, *options, "--one-machine"]) == 0
-    assert capsys.readouterr().out.startswith(machine["sentence"])
+    assert srbval_text(*command).out.startswith(machine["sentence"])
 
 
-def test_one_machine_has_one_bearing(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
-    kept = [str(folder / f"run{number:02}.npy") for number in range(2)]
-    for file, bearing in zip(kept, ("skf-6205", "skf-6203"), strict=True):
-        assert main(["data", "add", file, "--bearing", bearing, "--fs", f"{FS_HZ:g}", "--rpm", "1500"]) == 0
+def test_one_machine_has_one_bearing(tmp_path, srbval_text):
+    kept = [tmp_path / f"run{number}.npy" for number in range(2)]
+    for seed, (file, bearing) in enumerate(zip(kept, ("skf-6205", "skf-6203"), strict=True)):
+        np.save(file, record(shaft_hz=25.0, seed=seed).channels["x"].astype(np.float32))
+        srbval_text("data", "add", file, "--bearing", bearing, "--fs", f"{FS_HZ:g}", "--rpm", "1500")
     given = ["--unit", "g", "--band", "2000", "5000", "--one-machine"]
-    assert main(["analyse", *kept, *given]) == 2
-    assert "of 2 bearings, skf-6203 and skf-6205" in capsys.readouterr().err
-    assert main(["analyse", *kept, *given, "--bearing", "skf-6205"]) == 0
-    assert capsys.readouterr().out.startswith("One machine: inner race fault (inner race ")
+    assert "of 2 bearings, skf-6203 and skf-6205" in srbval_text("analyse", *kept, *given, code=2).err
+    said = srbval_text("analyse", *kept, *given, "--bearing", "skf-6205").out
+    assert said.startswith("One machine: inner race fault (inner race ")

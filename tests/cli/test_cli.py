@@ -1,8 +1,6 @@
 """The commands as a user meets them: keys, exit codes, messages, no trace left behind."""
 
-import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -15,35 +13,24 @@ ROUNDING_HZ = 1e-9  # of sums of floating-point numbers near 200 Hz
 READING = 2e-4  # relative; a line of a run of two seconds is read from its envelope spectrum to 0.02 %
 
 
-def ask(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict[str, object]]:
-    """Exit code and JSON document of a command."""
-    code = main([*arguments, "--json"])
-    document = json.loads(capsys.readouterr().out, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
-    return code, document
-
-
-def test_kinematics(capsys: pytest.CaptureFixture[str]) -> None:
-    code, found = ask(capsys, "kinematics", "--bearing", "skf-22240", "--rpm", "710")
-    assert code == 0
+def test_kinematics(srbval_json):
+    found = srbval_json("kinematics", "--bearing", "skf-22240", "--rpm", "710")
     assert {"shaft_hz", "bpfo_hz", "bpfi_hz", "bsf_hz", "ftf_hz", "orders", "schema_version", "status"} <= set(found)
     assert found["bpfo_hz"] == pytest.approx(BPFO_HZ, abs=PRINTED_HZ)
     assert found["bpfi_hz"] == pytest.approx(BPFI_HZ, abs=PRINTED_HZ)
-    assert found["bpfo_hz"] + found["bpfi_hz"] == pytest.approx(19 * found["shaft_hz"], abs=ROUNDING_HZ)  # type: ignore[operator]
+    assert found["bpfo_hz"] + found["bpfi_hz"] == pytest.approx(19 * found["shaft_hz"], abs=ROUNDING_HZ)
 
 
-def test_simulate_then_analyse(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_simulate_then_analyse(srbval_json, tmp_path):
     path = tmp_path / "run.h5"
-    code, made = ask(capsys, "simulate", "--defect", "inner", "--rpm", "850", "--seconds", "2", "-o", str(path))
+    made = srbval_json("simulate", "--defect", "inner", "--rpm", "850", "--seconds", "2", "-o", path)
     keys = "model solver dt_s seconds wall_s compile_s wall_per_simulated_s cage_ratio bpfo_hz bpfi_hz file status"
     assert set(keys.split()) <= set(made)
-    assert (code, made["status"], made["file"], made["seconds"]) == (0, "ok", str(path), 2.0)
-    code, read = ask(capsys, "analyse", str(path))
-    keys = "file fs_hz seconds band_hz shaft_hz lines closure verdict status"
-    assert code == 0
-    assert set(keys.split()) <= set(read)
-    assert read["band_hz"] == [500, 1500]
-    assert read["shaft_hz"]["source"] == "prescribed"  # type: ignore[index]
-    line = next(n for n in read["lines"] if n["name"] == "BPFI" and n["harmonic"] == 1)  # type: ignore[attr-defined]
+    assert (made["status"], made["file"], made["seconds"]) == ("ok", str(path), 2.0)
+    read = srbval_json("analyse", path)
+    assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "verdict", "status"} <= set(read)
+    assert (read["band_hz"], read["shaft_hz"]["source"]) == ([500, 1500], "prescribed")
+    line = next(n for n in read["lines"] if n["name"] == "BPFI" and n["harmonic"] == 1)
     keys = "name harmonic kinematic_hz found_hz ci95_hz deviation_pct snr false_alarm detected"
     assert set(keys.split()) <= set(line)
     assert line["detected"]
@@ -62,58 +49,49 @@ def test_simulate_then_analyse(capsys: pytest.CaptureFixture[str], tmp_path: Pat
         ('[contact]\nradial_play = "0.2 mm"\n', "rollers-unloaded"),
     ],
 )
-def test_what_a_bearing_does_is_no_failure(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: str, status: str
-) -> None:
+def test_what_a_bearing_does_is_no_failure(srbval_json, tmp_path, scene, status):
     """Its file is written, read again, and says so."""
     given, path = tmp_path / "scene.toml", tmp_path / "run.h5"
     given.write_text('duration = "0.3 s"\n' + scene)
-    code, made = ask(capsys, "simulate", str(given), "-o", str(path))
-    assert (code, made["status"]) == (0, status)
+    made = srbval_json("simulate", given, "-o", path)
+    assert made["status"] == status
     assert {"drive_power_w", "roller_load_share", "energy_imbalance"} <= set(made)
     assert isinstance(made["drive_power_w"], float)
     assert any(f"the run ended {status}" in note for note in load_recording(path).notes)
 
 
-def test_plan(capsys: pytest.CaptureFixture[str]) -> None:
-    code, found = ask(capsys, "plan", "--defect", "outer", "--tolerance", "0.5")
-    assert code == 0
+def test_plan(srbval_json):
+    found = srbval_json("plan", "--defect", "outer", "--tolerance", "0.5")
     assert {"chosen", "question", "tolerance_pct", "candidates", "schema_version", "status"} <= set(found)
     assert (found["question"], found["tolerance_pct"]) == ("lines", 0.5)
-    for candidate in found["candidates"]:  # type: ignore[attr-defined]
+    for candidate in found["candidates"]:
         assert {"model", "error_pct", "wall_s", "ok", "why"} <= set(candidate)
-    code, found = ask(capsys, "plan", "--defect", "outer", "--question", "noise-floor", "--tolerance", "1e-6")
-    assert (code, found["met"], found["chosen"]) == (1, False, "full")
-    code, found = ask(capsys, "plan", "--question", "colour")
-    assert code == 2
+    found = srbval_json("plan", "--defect", "outer", "--question", "noise-floor", "--tolerance", "1e-6", code=1)
+    assert (found["met"], found["chosen"]) == (False, "full")
+    srbval_json("plan", "--question", "colour", code=2)
 
 
-def test_simulate_follows_the_plan(capsys: pytest.CaptureFixture[str]) -> None:
+def test_simulate_follows_the_plan(srbval_json):
     scene = ("--defect", "outer", "--seconds", "2")
-    _, plan = ask(capsys, "plan", *scene)
-    code, made = ask(capsys, "simulate", *scene, "--model", "auto")
-    assert code == 0
-    assert made["model"] == plan["chosen"]
-    assert made["plan"]["candidates"] == plan["candidates"]  # type: ignore[index]
+    plan = srbval_json("plan", *scene)
+    made = srbval_json("simulate", *scene, "--model", "auto")
+    assert (made["model"], made["plan"]["candidates"]) == (plan["chosen"], plan["candidates"])
 
 
-def test_doctor_shows_and_clears_the_cache(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_doctor_shows_and_clears_the_cache(srbval_json, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     kernels = tmp_path / "kernels"
     kernels.mkdir()
     (kernels / "one.nbc").write_bytes(bytes(7))
     use = {"kind": "kernels", "folder": str(kernels), "files": 1, "size_bytes": 7, "left": 0}
-    code, found = ask(capsys, "doctor")
-    assert (code, found["ok"], found["problems"], found["cleared"]) == (0, True, [], None)
-    assert use in found["cache"]  # type: ignore[operator]
-    code, found = ask(capsys, "doctor", "--clear-cache", "kernels")
-    assert (code, found["cleared"]) == (0, [use])
-    assert use not in found["cache"]  # type: ignore[operator]
+    found = srbval_json("doctor")
+    assert (found["ok"], found["problems"], found["cleared"]) == (True, [], None)
+    assert use in found["cache"]
+    found = srbval_json("doctor", "--clear-cache", "kernels")
+    assert found["cleared"] == [use]
+    assert use not in found["cache"]
     assert not kernels.exists()
-    code, found = ask(capsys, "doctor", "--clear-cache", "kernels")
-    assert (code, found["status"]) == (2, "failed")
+    assert srbval_json("doctor", "--clear-cache", "kernels", code=2)["status"] == "failed"
 
 
 BAD = [
@@ -131,23 +109,14 @@ BAD = [
 
 
 @pytest.mark.parametrize(("arguments", "code", "message"), BAD, ids=[" ".join(a[0]) or "nothing" for a in BAD])
-def test_bad_input(
-    arguments: tuple[str, ...],
-    code: int,
-    message: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    good_run: Path,
-) -> None:
+def test_bad_input(arguments, code, message, srbval_text, tmp_path, monkeypatch, good_run):
     """One clear message, the right exit code, no file left behind."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.mat").write_text("this is no MATLAB file\n")
     (tmp_path / "misspelt.toml").write_text('shaft_sped = "710 rpm"\n')
     (tmp_path / "good.h5").write_bytes(good_run.read_bytes())
     before = sorted(p.name for p in tmp_path.iterdir())
-    assert main(list(arguments)) == code
-    said = capsys.readouterr()
+    said = srbval_text(*arguments, code=code)
     assert said.out == ""
     last = said.err.strip().splitlines()[-1]
     assert last.startswith("srbval: ")
@@ -157,7 +126,7 @@ def test_bad_input(
 
 
 @pytest.fixture(scope="module")
-def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def good_run(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "good.h5"
     assert main(["simulate", "--seconds", "1.2", "-o", str(path)]) == 0
     return path
@@ -171,10 +140,9 @@ def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("plan rig --defect inner --tolerance 0.5", r"lines within 0\.5 %: \w+ \(.+"),
     ],
 )
-def test_the_answer_is_the_last_line(command: str, answer: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_answer_is_the_last_line(command, answer, srbval_text):
     """And shows no object as Python writes it."""
-    assert main(command.split()) == 0
-    text = capsys.readouterr().out.splitlines()
+    text = srbval_text(*command.split()).out.splitlines()
     assert re.fullmatch(answer, text[-1])
     assert not [line for line in text if re.search(r"\w\(\w+=|[{<]\w|None|_", line)]
     assert len(text) <= 25

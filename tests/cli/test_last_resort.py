@@ -48,14 +48,7 @@ class Odd(Exception):
 )
 @pytest.mark.parametrize("as_json", [True, False])
 @pytest.mark.usefixtures("no_alarm")
-def test_any_error_is_one_line(
-    error: BaseException,
-    code: int,
-    as_json: bool,
-    capfd: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
+def test_any_error_is_one_line(error, code, as_json, capfd, monkeypatch, tmp_path):
     def fail(*_: Any) -> None:
         raise error
 
@@ -76,7 +69,7 @@ def test_any_error_is_one_line(
 
 
 @pytest.fixture
-def no_alarm(_bugs_are_seen: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def no_alarm(_bugs_are_seen, monkeypatch):
     """The suite lets errors that nobody expected through (see ``conftest.py``); not here."""
     monkeypatch.setattr(srbval.cli, "internal_error", INTERNAL_ERROR)
 
@@ -95,7 +88,7 @@ STREAMS = {
 
 
 @pytest.mark.parametrize("what", STREAMS)
-def test_streams_that_take_nothing(what: str, tmp_path: Path) -> None:
+def test_streams_that_take_nothing(what, tmp_path):
     command, code, said = STREAMS[what]
     program = f'"{sys.executable}" -c "import sys, srbval.cli; sys.exit(srbval.cli.main())" "$@"'
     script = f"srbval() {{ {program}; }}; srbval {command}"
@@ -110,7 +103,7 @@ def test_streams_that_take_nothing(what: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
-def test_names_that_cannot_be_written(encoding: str, tmp_path: Path) -> None:
+def test_names_that_cannot_be_written(encoding, tmp_path):
     """JSON stays JSON, whatever the terminal's encoding and the names of the files."""
     name = os.fsdecode("µ\U0001f600".encode() + b"\xff.csv")
     (tmp_path / "rig").mkdir()

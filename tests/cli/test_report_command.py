@@ -1,6 +1,5 @@
 """`srbval report` ends with exit code 1 where a stated tolerance is missed, and says by how much."""
 
-import json
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,69 +8,60 @@ import numpy as np
 import pytest
 
 import srbval.report.reports
-from srbval.cli import main
 from srbval.comparison.verdicts import holds
 from srbval.comparison.vocabulary import Verdict
 
 
 @pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
-def test_only_a_tolerance_that_is_missed_ends_with_1(
-    verdict: Verdict, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, monkeypatch, srbval_json):
     rows = [{"endpoint": "e", "verdict": verdict.value}]
     findings = SimpleNamespace(data={"table6": (), "headline": {"holds": holds(rows), "verdicts": rows}})
     monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
-    assert main(["report", "-o", str(tmp_path / "out"), "--json"]) == code
-    said = json.loads(capsys.readouterr().out)["headline"]
+    said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
     assert said["holds"] is (code == 0)
     assert said["verdicts"][0]["verdict"] == verdict
 
 
-BEARING = 'title = "b"\nsource = "s"\n[orders]\n'
-BEARING += "rolling_elements = 9\nbpfo = 3.585\nbpfi = 5.415\nbsf = 2.357\nftf = 0.398\n"
 GIVEN = ["--bearing", "b.toml", "--rpm", "1500", "--fs", "10000", "--unit", "g", "--band", "1000", "3000", "--no-pdf"]
 
 
-def test_one_bad_file_does_not_end_a_batch(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The others get their report, in a folder of their name, which says what is not in it and why."""
+@pytest.fixture
+def _in_a_folder_with_a_bearing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("b.toml").write_text(BEARING)
+    orders = "rolling_elements = 9\nbpfo = 3.585\nbpfi = 5.415\nbsf = 2.357\nftf = 0.398\n"
+    Path("b.toml").write_text(f'title = "b"\nsource = "s"\n[orders]\n{orders}')
+
+
+@pytest.mark.usefixtures("_in_a_folder_with_a_bearing")
+def test_one_bad_file_does_not_end_a_batch(srbval_json, srbval_text):
+    """The others get their report, in a folder of their name, which says what is not in it and why."""
     for seed, name in enumerate(("one.csv", "two.csv", "short.csv")):
         np.savetxt(name, np.random.default_rng(seed).normal(size=30_000 if len(name) < 8 else 30), fmt="%.5f")
     Path("text.csv").write_text("no number\n")
-    names = ["text.csv", "one.csv", "short.csv", "two.csv"]
-    assert main(["report", *names, *GIVEN, "--json"]) == 3
-    said = capsys.readouterr()
-    found = json.loads(said.out)
+    found = srbval_json("report", "text.csv", "one.csv", "short.csv", "two.csv", *GIVEN, code=3)
     assert (found["status"], [Path(r["file"]).name for r in found["records"]]) == ("incomplete", ["one.csv", "two.csv"])
     assert sorted(Path(f["file"]).name for f in found["failed"]) == ["short.csv", "text.csv"]
     page = Path("srbval-report-text-and-3-more/report.html").read_text(encoding="utf-8")
-    for one in found["failed"]:
-        assert f"{one['file']}: {one['reason']}" in said.err
-        assert one["file"] in page
-    assert main(["report", "one.csv", *GIVEN]) == 0
+    assert all(one["file"] in page for one in found["failed"])
+    srbval_text("report", "one.csv", *GIVEN)
     assert Path("srbval-report-one/report.json").is_file()
     before = set(os.listdir())
-    assert main(["report", "text.csv", "short.csv", *GIVEN]) == 3
-    assert "none of the recordings can be reported: text.csv: " in capsys.readouterr().err
+    said = srbval_text("report", "text.csv", "short.csv", *GIVEN, code=3).err
+    assert "none of the recordings can be reported: text.csv: " in said
+    for one in found["failed"]:
+        assert f"{one['file']}: {one['reason']}" in said
     assert set(os.listdir()) == before
 
 
-def test_a_folder_has_a_row_for_each_record_and_sections_for_the_most_serious(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("b.toml").write_text(BEARING)
+@pytest.mark.usefixtures("_in_a_folder_with_a_bearing")
+def test_a_folder_has_a_row_for_each_record_and_sections_for_the_most_serious(srbval_json):
     Path("fan").mkdir()
     for seed in range(8):
         samples = np.random.default_rng(seed).normal(size=30_000)
         since = np.mod(np.arange(samples.size) / 10_000, 1 / (3.585 * 25))
         np.save(f"fan/{seed}.npy", samples + 20 * (seed in (2, 5)) * np.exp(-900 * since) * np.sin(12_566 * since))
     Path("fan/bad.npy").write_bytes(b"")
-    assert main(["report", "fan", *GIVEN, "--json"]) == 3
-    found = json.loads(capsys.readouterr().out)
+    found = srbval_json("report", "fan", *GIVEN, code=3)
     alarms = [one["fault"]["verdict"] != "nothing found" for one in found["records"]]
     assert (len(alarms), [Path(one["file"]).name for one in found["failed"]]) == (8, ["bad.npy"])
     assert alarms == sorted(alarms, reverse=True)

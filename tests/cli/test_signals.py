@@ -48,13 +48,9 @@ def children(group: int) -> list[int]:
 
 @pytest.mark.parametrize(
     ("command", "number", "after_s"),
-    [
-        ("simulate", signal.SIGHUP, 0.0),
-        ("campaign", signal.SIGTERM, 2.0),
-        ("report", signal.SIGTERM, 2.0),
-    ],
+    [("simulate", signal.SIGHUP, 0.0), ("campaign", signal.SIGTERM, 2.0), ("report", signal.SIGTERM, 2.0)],
 )
-def test_a_signal_leaves_nothing(command: str, number: signal.Signals, after_s: float, tmp_path: Path) -> None:
+def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
     process = started(command, tmp_path)
     assert process.stderr.readline(), "the first line of progress: it has begun"
     time.sleep(after_s)
@@ -76,7 +72,7 @@ def test_a_signal_leaves_nothing(command: str, number: signal.Signals, after_s: 
     assert children(process.pid) == []
 
 
-def test_a_run_under_nohup_goes_on(tmp_path: Path) -> None:
+def test_a_run_under_nohup_goes_on(tmp_path):
     process = subprocess.Popen(
         [*SRBVAL, "simulate", "--model", "planar", "--seconds", "0.1", "-o", "out.h5"],
         cwd=tmp_path,
@@ -93,7 +89,7 @@ def test_a_run_under_nohup_goes_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_exit_code_is_its_own_wherever_the_signal_comes(number: signal.Signals, tmp_path: Path) -> None:
+def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
     """In code compiled from text, as a dataclass's: run with ``-m``, Python would remember it and die of SIGINT."""
     (tmp_path / "interrupted.py").write_text(
         "import signal, sys, srbval.cli, srbval.cli.bearing_commands as command\n"
@@ -108,7 +104,7 @@ def test_the_exit_code_is_its_own_wherever_the_signal_comes(number: signal.Signa
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number: signal.Signals) -> None:
+def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
     """A compiler that is interrupted may find in its own clean-up that its object is not there."""
     from srbval.cli import Interrupted, _ended_by_signals
 
@@ -129,7 +125,7 @@ def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number: signal.Sig
         signal.signal(number, before)
 
 
-def test_a_signal_while_hdf5_writes_comes_a_moment_later() -> None:
+def test_a_signal_while_hdf5_writes_comes_a_moment_later():
     """An exception in what HDF5 calls crashes the process, now and then: a test of chance would not do."""
     from srbval.cli import _ended_by_signals
     from srbval.storage.hdf5_files import CALLED_BY_HDF5

@@ -5,22 +5,14 @@ A measured background under a run: its power is added, it is marked, and no incr
 
 import dataclasses
 import functools
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from srbval import ConfigurationError, Origin, Recording, analyse
 from srbval.bearing import Fault
-from srbval.cli import main
-from srbval.diagnosis.baseline import (
-    baseline_of,
-    compare_with_baseline,
-    on_background,
-)
-from srbval.errors import ConfigurationError
-from srbval.reading.analyse import analyse
+from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording
 from srbval.recordings.speed import nominal_speed, prescribed_speed
 from tests.reading.test_shaft_speed import BEARING, record
 
@@ -40,13 +32,13 @@ def healthy_analysis():
     return analyse(healthy(), bearing=BEARING)
 
 
-def test_fault_stands_above_the_healthy_record() -> None:
+def test_fault_stands_above_the_healthy_record():
     call = compare_with_baseline(faulted_analysis(), healthy_analysis())
     assert (call.risen, call.line) == (Fault.INNER, "BPFI")
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
 
 
-def test_what_differs_is_named() -> None:
+def test_what_differs_is_named():
     ours = analyse(dataclasses.replace(record(shaft_hz=25.0), radial_n=1000.0), bearing=BEARING)
     other = healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5))
     found = baseline_of(ours, other)
@@ -54,7 +46,7 @@ def test_what_differs_is_named() -> None:
     assert found.remarks == ("not both in m/s2: lines are compared as shares of the mean, not as levels",)
 
 
-def test_the_record_itself_in_another_file_is_no_baseline() -> None:
+def test_the_record_itself_in_another_file_is_no_baseline():
     samples = record(shaft_hz=25.0).channels["x"]
     copy = dataclasses.replace(
         record(shaft_hz=25.0), sha256="b", channels={"x": samples.astype(np.float32).astype(np.float64)}
@@ -82,7 +74,7 @@ def background_record(origin: Origin, *, seed: int, size: int = SIZE, rpm: float
 RUN, HEALTHY = background_record(Origin.SIMULATED, seed=1), background_record(Origin.MEASURED, seed=2, size=SIZE + 100)
 
 
-def test_what_is_added_has_the_healthy_records_spectrum() -> None:
+def test_what_is_added_has_the_healthy_records_spectrum():
     added = one_signal(on_background(RUN, HEALTHY)) - one_signal(RUN)
     expected = np.abs(np.fft.rfft(one_signal(HEALTHY)[:SIZE]))
     np.testing.assert_allclose(np.abs(np.fft.rfft(added)), expected, rtol=1e-9)
@@ -98,25 +90,22 @@ def test_what_is_added_has_the_healthy_records_spectrum() -> None:
         (RUN, background_record(Origin.MEASURED, seed=2, size=SIZE - 1), "must last as long as the run, 2 s"),
     ],
 )
-def test_what_does_not_fit_is_refused(run: Recording, healthy: Recording, said: str) -> None:
+def test_what_does_not_fit_is_refused(run, healthy, said):
     with pytest.raises(ConfigurationError, match=said):
         on_background(run, healthy)
 
 
-def test_no_increment_over_a_healthy_record(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_increment_over_a_healthy_record(tmp_path, monkeypatch, srbval_text):
     """Neither one that is asked for nor one that is registered."""
     files = {name: tmp_path / f"{name}.csv" for name in ("run", "healthy")}
     for name, file in files.items():
         np.savetxt(file, np.random.default_rng(len(name)).standard_normal(40_960), header="x [m/s2]")
     common = ["--fs", "20480", "--rpm", "859", "--bearing", "skf-22240", "--unit", "m/s2", "--band", "1400", "2800"]
-    run, healthy = str(files["run"]), str(files["healthy"])
-    assert main(["analyse", run, *common, "--background", healthy, "--healthy", healthy]) == 2
-    assert "exclude each other" in capsys.readouterr().err
-    assert main(["analyse", run, *common, "--background", healthy]) == 2
-    assert "takes a simulated run and a measured record" in capsys.readouterr().err
+    run, healthy = files["run"], files["healthy"]
+    command = ["analyse", run, *common, "--background", healthy]
+    assert "exclude each other" in srbval_text(*command, "--healthy", healthy, code=2).err
+    assert "takes a simulated run and a measured record" in srbval_text(*command, code=2).err
     # read as a run, it is held against nothing, whatever is registered
     monkeypatch.setattr("srbval.diagnosis.records.on_background", lambda *records: records[0])
     monkeypatch.setattr("srbval.diagnosis.records._baseline", lambda *_: pytest.fail("a baseline was looked for"))
-    assert main(["analyse", run, *common, "--background", healthy]) == 0
+    srbval_text(*command)

@@ -6,22 +6,19 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from srbval import Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
 from srbval.bearing import Fault, load_bearing
-from srbval.diagnosis.diagnose import diagnose
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.diagnosis.fault_scores import fault_scores
-from srbval.diagnosis.fault_verdict import fault_verdict
 from srbval.reading import pipeline
-from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import process
-from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from tests.diagnosis.test_baseline import faulted_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
 OF_6203 = load_bearing("skf-6203")
 
 
-def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
+def test_an_inner_race_fault_is_named_without_a_healthy_record():
     analysis = faulted_analysis()
     naming = diagnose(analysis)
     assert (naming.best_class, naming.state) == ("inner", "inner")
@@ -29,7 +26,7 @@ def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
     assert "named: inner race" in naming.sentence
 
 
-def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order() -> None:
+def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order():
     """At a speed 20 % too high the fault's comb stands at its own order over 1.2."""
     analysis = faulted_analysis()
     right = fault_scores(analysis)
@@ -41,7 +38,7 @@ def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order() -> None:
     assert wrong.features[3] == max(wrong.features) > right.features[3]
 
 
-def test_a_fault_that_only_another_channel_shows_is_named_with_it() -> None:
+def test_a_fault_that_only_another_channel_shows_is_named_with_it():
     quiet = record(shaft_hz=25.0, fault=False, seed=5)
     both = dataclasses.replace(quiet, channels={"x": quiet.channels["x"], "y": record(shaft_hz=25.0).channels["x"]})
     analysis = analyse(both, bearing=BEARING, speed=dataclasses.replace(both.speed, value_hz=25.0, ci95_hz=0.01))
@@ -51,7 +48,7 @@ def test_a_fault_that_only_another_channel_shows_is_named_with_it() -> None:
 
 
 @pytest.mark.parametrize("height", [10.0, 40.0])
-def test_another_machine_s_impacts_beside_a_fault_do_not_hide_it_and_are_none_themselves(height: float) -> None:
+def test_another_machine_s_impacts_beside_a_fault_do_not_hide_it_and_are_none_themselves(height):
     """At 52.6 Hz, ringing elsewhere, up to twice as strong as the fault's comb: order 2.104, no line of the bearing."""
     quiet, faulted = record(shaft_hz=25.0, fault=False, seed=7), record(shaft_hz=25.0)
     at = np.arange(0.01, 2.99, 1 / 52.6) + np.random.default_rng(1).normal(0, 1e-4, 157)
@@ -83,11 +80,7 @@ def of_6203(fault: Fault, shaft_hz: float, wander: float, seed: int) -> Recordin
     for hz in (2500, 8000):
         samples += scipy.signal.lfilter(*scipy.signal.iirpeak(hz, 15, fs=fs_hz), train)
     return dataclasses.replace(
-        record(shaft_hz=25.0),
-        channels={"x": samples},
-        fs_hz=fs_hz,
-        bearing="skf-6203",
-        band_hz=(1000.0, 10_000.0),
+        record(shaft_hz=25.0), channels={"x": samples}, fs_hz=fs_hz, bearing="skf-6203", band_hz=(1000.0, 10_000.0)
     )
 
 
@@ -100,7 +93,7 @@ def of_6203(fault: Fault, shaft_hz: float, wander: float, seed: int) -> Recordin
         (Fault.INNER, 0.012, 0.015, 2),
     ],
 )
-def test_a_strong_fault_is_named_at_a_set_point_that_is_off(fault: Fault, off: float, wander: float, seed: int) -> None:
+def test_a_strong_fault_is_named_at_a_set_point_that_is_off(fault, off, wander, seed):
     """A stand-in for records that are not at hand: a 6203 whose faults stand hundreds of times above the noise.
 
     The last two were not named while harmonics of the shaft were masked at the set point itself.
@@ -118,7 +111,7 @@ def impulsive(rng: np.random.Generator, count: int = 60_000) -> np.ndarray:
     return rng.standard_normal(count) + scipy.signal.lfilter(*scipy.signal.iirpeak(0.5, 8), knocks)
 
 
-def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(monkeypatch):
     """Of 48 chances below one in twenty: a few; three times as many where the few highest knocks rule the envelope."""
     speed = ShaftSpeed(value_hz=29.95, ci95_hz=0.015, source=SpeedSource.STATED)
     plain = record(shaft_hz=25.0, fault=False)

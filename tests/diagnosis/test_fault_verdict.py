@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from srbval import Analysis, Origin, ShaftSpeed, SpeedSource, analyse, diagnose
 from srbval.bearing import DEFECTS, Fault
-from srbval.cli import main
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline
-from srbval.diagnosis.diagnose import diagnose
 from srbval.diagnosis.fault_posterior import CLASSES, OTHER, UNDECIDED
 from srbval.diagnosis.fault_verdict import (
     SHALLOW_DEPTH,
@@ -24,15 +21,13 @@ from srbval.diagnosis.fault_verdict import (
     smallest_seen,
     verdict_of,
 )
-from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import SHAFT, Line, read_lines
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.speed import nominal_speed
 from srbval.report.blocks import Tone
 from srbval.report.sections.user_report import TONES
 from srbval.storage.json_files import to_json
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
-from tests.reading.test_line_rows import periodogram, squared_envelope
+from tests.reading.test_lines import periodogram, squared_envelope
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.reading.test_speed_search import outer_race
 
@@ -90,7 +85,7 @@ HEIGHTS = {
 }
 
 
-def test_no_combination_of_evidence_contradicts_itself() -> None:
+def test_no_combination_of_evidence_contradicts_itself():
     """Every line, comparison and answer of the record alone together: the rule leaves no gap."""
     plain, seen = diagnose(healthy_analysis()), set()
     for name, height, state, ratio in itertools.product(
@@ -114,7 +109,7 @@ def test_no_combination_of_evidence_contradicts_itself() -> None:
     assert seen == set(Finding)
 
 
-def test_a_healthy_record_of_another_speed_is_no_reassurance() -> None:
+def test_a_healthy_record_of_another_speed_is_no_reassurance():
     """A line as shallow as a healthy bearing's: accounted for at the same speed, open at another."""
     analysis = planted(BPFO=HEIGHTS["shallow"])
     same = dataclasses.replace(NOTHING, ratios={"BPFO": (1.1, (0.9, 1.3))})
@@ -128,14 +123,14 @@ def test_a_healthy_record_of_another_speed_is_no_reassurance() -> None:
     assert "not comparable" in elsewhere.sentence
 
 
-def test_a_fault_that_the_record_alone_names_is_kept_beside_any_healthy_record() -> None:
+def test_a_fault_that_the_record_alone_names_is_kept_beside_any_healthy_record():
     same = Baseline(analysis=dataclasses.replace(faulted_analysis(), recording=healthy_analysis().recording))
     for baseline in (None, same, UNLIKE):
         assert fault_verdict(faulted_analysis(), baseline).part is Fault.INNER
 
 
 @pytest.mark.parametrize(("second", "expected"), [(0.12, False), (0.3, True), (None, True)])
-def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, expected: bool) -> None:
+def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second, expected):
     """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
     analysis = planted(BPFO=STRONG | {"depth": 0.6})
     lines = tuple(
@@ -148,9 +143,7 @@ def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | 
 @pytest.mark.parametrize(
     ("made", "off", "tolerance_pct"), [(record, -0.09, 4.0), (record, 0.012, 0.5), (outer_race, 0.068, 1.5)]
 )
-def test_what_fits_only_a_speed_beyond_the_stated_one_is_not_named(
-    made: Callable[..., Recording], off: float, tolerance_pct: float
-) -> None:
+def test_what_fits_only_a_speed_beyond_the_stated_one_is_not_named(made, off, tolerance_pct):
     """Headline, JSON and table agree: no line is detected, no part is named, and what stands out is said."""
     analysis = analyse(made(shaft_hz=25 * (1 + off)), bearing=BEARING, speed=nominal_speed(1500.0, tolerance_pct))
     verdict = fault_verdict(analysis)
@@ -163,7 +156,7 @@ def test_what_fits_only_a_speed_beyond_the_stated_one_is_not_named(
 
 
 @pytest.mark.parametrize("origin", [Origin.SIMULATED, Origin.STAND_IN])
-def test_of_what_is_not_measured_nothing_is_said(origin: Origin) -> None:
+def test_of_what_is_not_measured_nothing_is_said(origin):
     analysis = faulted_analysis()
     recording = dataclasses.replace(analysis.recording, origin=origin)
     entry = to_json(fault_verdict(dataclasses.replace(analysis, recording=recording), healthy_analysis()))
@@ -171,7 +164,7 @@ def test_of_what_is_not_measured_nothing_is_said(origin: Origin) -> None:
     assert entry["headline"].startswith("No fault is named: the record is ")
 
 
-def test_what_would_have_been_seen_is_seen() -> None:
+def test_what_would_have_been_seen_is_seen():
     """At the stated limit a line with its harmonics stands out in 95 of 100 records; at half of it seldom."""
     speed, number = ShaftSpeed(value_hz=25.0, ci95_hz=0.002, source=SpeedSource.STATED), np.arange(1, 6)
 
@@ -188,7 +181,7 @@ def test_what_would_have_been_seen_is_seen() -> None:
     assert half <= 4
 
 
-def test_a_declared_state_changes_nothing_that_is_found() -> None:
+def test_a_declared_state_changes_nothing_that_is_found():
     found = []
     for state in (None, *Fault):
         analysis = analyse(dataclasses.replace(record(shaft_hz=25.0), state=state), bearing=BEARING)
@@ -200,9 +193,7 @@ def test_a_declared_state_changes_nothing_that_is_found() -> None:
 
 
 @pytest.mark.parametrize(("jitter", "start"), [(0.0, "Undecided"), (0.01, "Outer race fault")])
-def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(
-    jitter: float, start: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(jitter, start, tmp_path, srbval_text):
     """Impacts at BPFO; with 1 % of scatter they are named, and nothing is left to be advised."""
     fs_hz, spacing, rng = 25600, 256, np.random.default_rng(1)  # whole samples: rounding would scatter them
     rpm = 60 * fs_hz / spacing / BEARING.orders.bpfo
@@ -211,8 +202,8 @@ def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(
     ring = np.exp(-600 * np.arange(500) / fs_hz) * np.sin(2 * np.pi * 3000 * np.arange(500) / fs_hz)
     np.save(tmp_path / "comb.npy", np.convolve(train, ring)[: train.size] + rng.normal(0, 0.02, train.size))
     stated = ["--rpm", f"{rpm:.4f}", "--fs", str(fs_hz), "--unit", "g", "--band", "2000", "4000"]
-    assert main(["analyse", str(tmp_path / "comb.npy"), "--bearing", BEARING.name, *stated]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    said = srbval_text("analyse", tmp_path / "comb.npy", "--bearing", BEARING.name, *stated)
+    lines = said.out.splitlines()
     assert lines[0].startswith(start)
     assert len(lines) <= 15
     assert lines[1].startswith("Not named: once tones and all that repeats exactly") == (jitter == 0)

@@ -1,16 +1,13 @@
 """The trend of a machine: false alarms over the whole history, a growing defect, times, velocity and its zones."""
 
-import json
 import math
 import re
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from srbval.cli import main
 from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.reading.features import velocity_rms
@@ -51,7 +48,7 @@ def trend(levels: np.ndarray, **changes: Any) -> Trend:
 
 
 @pytest.mark.parametrize("kind", ["lognormal", "noise"])
-def test_false_alarms_in_the_whole_history(kind: str) -> None:
+def test_false_alarms_in_the_whole_history(kind):
     """At most alpha of healthy histories have one; the bound is not so loose that it means nothing."""
     rng = np.random.default_rng(7)
     alarms = sum(trend(healthy(rng, kind), baseline=BASELINE).alarm is not None for _ in range(HISTORIES))
@@ -60,7 +57,7 @@ def test_false_alarms_in_the_whole_history(kind: str) -> None:
     assert kind == "noise" or share > ALPHA / 5  # comparisons share the baseline, so alpha is not reached
 
 
-def test_a_growing_defect_is_found_and_a_drop_is_not() -> None:
+def test_a_growing_defect_is_found_and_a_drop_is_not():
     levels = healthy(np.random.default_rng(1), "lognormal")
     levels[:, 3] = 1.0 + 0.01 * np.arange(RECORDS) % 0.03
     growing = levels.copy()
@@ -76,7 +73,7 @@ def test_a_growing_defect_is_found_and_a_drop_is_not() -> None:
     assert trend(falling, baseline=10).answer.startswith("No alarm in 25 records: ")
 
 
-def test_another_speed_is_not_judged_and_few_records_are_not_either() -> None:
+def test_another_speed_is_not_judged_and_few_records_are_not_either():
     levels = healthy(np.random.default_rng(2), "lognormal")
     levels[15] *= 1000
     documents = [document(n, one, rpm=1500.0 if n != 15 else 1800.0) for n, one in enumerate(levels)]
@@ -89,7 +86,7 @@ def test_another_speed_is_not_judged_and_few_records_are_not_either() -> None:
         trend(levels, baseline=4)
 
 
-def test_when_a_record_was_made(tmp_path: Path) -> None:
+def test_when_a_record_was_made(tmp_path):
     dates = ["2003.10.22.12.06.24", "pump_20031023T0809.wav"]
     assert list(record_times(dates)[0].values()) == [datetime(2003, 10, 22, 12, 6, 24), datetime(2003, 10, 23, 8, 9)]
     assert record_times(["run2.npy", "run10.npy"])[0] == {"run2.npy": 2.0, "run10.npy": 10.0}
@@ -103,7 +100,7 @@ def test_when_a_record_was_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("frequency_hz", "within"), [(50.0, True), (5.0, False), (1500.0, False)])
-def test_velocity_of_a_tone(frequency_hz: float, within: bool) -> None:
+def test_velocity_of_a_tone(frequency_hz, within):
     """An acceleration of amplitude a at f is a velocity of RMS a / (2 pi f sqrt 2)."""
     tone = 3.0 * np.sin(2 * np.pi * frequency_hz * np.arange(20_000) / 10_000.0) + 1.0
     expected = 3.0 / (2 * np.pi * frequency_hz * math.sqrt(2))
@@ -111,7 +108,7 @@ def test_velocity_of_a_tone(frequency_hz: float, within: bool) -> None:
     assert found == pytest.approx(expected, rel=1e-3) if within else found < 0.01 * expected
 
 
-def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
     folder = tmp_path / "pump"
     folder.mkdir()
     for day in range(12):
@@ -121,8 +118,7 @@ def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFi
     (folder / "2026-11-20.npy").write_bytes(b"")
     table, page = tmp_path / "trend.csv", tmp_path / "trend.html"
     command = ["trend", str(folder), *GIVEN, "--baseline", "6", "--machine-class", "medium-rigid"]
-    assert main([*command, "--csv", str(table), "--plot", str(page)]) == 3
-    shown = capsys.readouterr()
+    shown = srbval_text(*command, "--csv", table, "--plot", page, code=3)
     assert shown.out.startswith("Alarm: BPFI of data first at 2026-11-")
     assert "not read: " in shown.err
     assert all(len(line) <= 80 for line in shown.out.splitlines()[3:] if "  " in line)
@@ -131,20 +127,18 @@ def test_a_history_from_files_to_a_page(tmp_path: Path, capsys: pytest.CaptureFi
     assert "data:image/svg+xml" in text
     assert "Channel data. Above" in text
     assert not re.search(r"""(src|href)=["']?http""", text)
-    assert main([*command, "--json"]) == 3
-    document = json.loads(capsys.readouterr().out)
-    (channel,) = document["trend"]["channels"]
+    (channel,) = srbval_json(*command, code=3)["trend"]["channels"]
     assert [point["time"][:10] for point in channel["points"]] == [f"2026-11-{day:02}" for day in range(1, 13)]
     assert {point["zone"] for point in channel["points"]} <= set("ABCD")
     machine = tmp_path / "pump.toml"
     machine.write_text('title = "pump"\n[limits]\nmachine_class = "medium-rigid"\n', encoding="utf-8")
-    assert main(["analyse", str(folder / "2026-11-12.npy"), *GIVEN, "--machine", str(machine)]) == 0
+    said = srbval_text("analyse", folder / "2026-11-12.npy", *GIVEN, "--machine", machine).out
     last = channel["points"][-1]
     wanted = f"zone {last['zone']} of ISO 20816-3, medium-rigid: velocity {last['velocity_rms_mm_s']:.2f} mm/s RMS"
-    assert f"\n{wanted}, 10 to 1000 Hz\n" in capsys.readouterr().out
+    assert f"\n{wanted}, 10 to 1000 Hz\n" in said
 
 
-def test_zones_rise_with_the_velocity_and_the_class() -> None:
+def test_zones_rise_with_the_velocity_and_the_class():
     assert all(list(one) == sorted(one) and len(one) == 3 for one in machine_classes().values())
     one = document(0, np.ones(4))
     one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}

@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 
 import srbval
-from srbval.bearing import fault_frequencies, load_bearing
+from srbval import fault_frequencies, load_bearing, load_campaign, load_scene
 from srbval.campaign.cases import plan_cases
-from srbval.campaign.settings import load_campaign
 from srbval.cli import main
 from srbval.cli.arguments import parser
-from srbval.scene import load_scene
 from srbval.storage.installation import shipped_folder
 from tests.campaign.command import cluster
 
@@ -75,7 +73,7 @@ def write_csv(path: Path, *, fault: bool) -> None:
 
 
 @pytest.fixture
-def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def files(tmp_path, monkeypatch):
     """Create the files that the pages name."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
@@ -112,7 +110,7 @@ def run(command: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_command_runs_as_it_is_printed(page: str, files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_runs_as_it_is_printed(page, files, capsys):
     """Its output begins as the page shows; lines may be shortened at their ends."""
     printed = list[str]()
     for kind, block in re.findall(r"```(sh|none)\n(.*?)\n```", TEXTS[page], flags=re.DOTALL):
@@ -124,13 +122,13 @@ def test_every_command_runs_as_it_is_printed(page: str, files: Path, capsys: pyt
         printed = capsys.readouterr().out.splitlines()
 
 
-def test_every_reason_to_leave_a_command_out_has_a_command() -> None:
+def test_every_reason_to_leave_a_command_out_has_a_command():
     lines = [line for page in TEXTS for line in commands(page)]
     assert [words for words in LEFT_OUT if not any(words in line for line in lines)] == []
 
 
 @pytest.mark.parametrize("page", TEXTS)
-def test_every_command_has_the_options_it_is_given(page: str) -> None:
+def test_every_command_has_the_options_it_is_given(page):
     """Includes commands that are not run, and complete ones within a sentence."""
     within = re.findall(r"`(srbval [a-z][^`]*)`", re.sub(r"```.*?```", "", TEXTS[page], flags=re.DOTALL))
     for line in [c for c in commands(page) if c.startswith("srbval ")] + [c for c in within if " -" in c]:
@@ -138,7 +136,7 @@ def test_every_command_has_the_options_it_is_given(page: str) -> None:
         assert parser().parse_args(words[1:]).command == words[1], line
 
 
-def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Path) -> None:
+def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path):
     for block in blocks("guide/your_bearing.md", "toml"):
         path = tmp_path / "own.toml"
         path.write_text(block, encoding="utf-8")
@@ -152,7 +150,7 @@ def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Pa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["slurm", pytest.param("dask", marks=pytest.mark.long_form)])
-def test_the_campaign_on_a_cluster_goes_word_for_word(engine: str, tmp_path: Path) -> None:
+def test_the_campaign_on_a_cluster_goes_word_for_word(engine, tmp_path):
     """A stand-in replaces SLURM; interface, address and number of jobs are this machine's."""
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
     page = "guide/many_cases.md"

@@ -1,14 +1,18 @@
-"""The documentation is complete: every public name has an entry, every equation its code."""
+"""The documentation is complete: every public name has an entry, every equation its code; its examples run."""
 
 import importlib
 import importlib.util
 import re
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
 import srbval
+from srbval.bearing import load_bearing
+from srbval.recordings.datasets.description import DatasetDescription
+from srbval.storage.tables import build, read_toml
 from tests.test_layers import ORDER
 
 PACKAGE = Path(srbval.__file__).parent
@@ -40,7 +44,7 @@ def thing(dotted: str) -> object:
     raise ModuleNotFoundError(dotted)
 
 
-def test_every_module_is_in_the_reference() -> None:
+def test_every_module_is_in_the_reference():
     listed = {name for room in ORDER for name in conf().modules_of(room)}
     files = [path.relative_to(PACKAGE.parent) for path in PACKAGE.rglob("*.py") if DOCS not in path.parents]
     modules = {".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files}
@@ -49,7 +53,7 @@ def test_every_module_is_in_the_reference() -> None:
         assert "MODULES" in (DOCS / "api" / f"{room}.md").read_text(encoding="utf-8"), room
 
 
-def test_every_equation_has_its_own_label_and_a_code() -> None:
+def test_every_equation_has_its_own_label_and_a_code():
     labels = []
     for page in THEORY:
         text = page.read_text(encoding="utf-8")
@@ -65,7 +69,7 @@ def test_every_equation_has_its_own_label_and_a_code() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(DOCS)))
-def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(page: Path) -> None:
+def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(page):
     """The pages contain MathML by docutils, which supports less of TeX than a browser's script."""
     text = page.read_text(encoding="utf-8")
     assert all(thing(dotted) is not None for dotted in CODE.findall(text))
@@ -76,7 +80,7 @@ def test_every_code_that_is_named_is_there_and_every_formula_needs_no_network(pa
         assert mathml.tex2mathml(formula.strip()).startswith("<math")
 
 
-def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
+def test_every_option_and_every_scene_key_is_in_the_reference():
     from srbval.scene import scene_table
 
     options, keys = conf().commands(), conf().scene_keys()
@@ -92,10 +96,61 @@ def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
 
 
 @pytest.mark.parametrize(("page", "pictures"), [("tutorial", 1), ("gallery", 10)])
-def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(page: str, pictures: int) -> None:
+def test_commands_and_examples_draw_the_pictures_of_their_page_when_it_is_made(page, pictures):
     source = [(DOCS / "guide" / f"{page}.md").read_text(encoding="utf-8")]
     assert source[0].count("\nPICTURE ") == pictures
     conf().fill_in(None, f"guide/{page}", source)
     assert "\nPICTURE" not in source[0]
     found = re.findall(r'<img alt="[^"]{40,}" src="data:image/png;base64,([^"]+)"', source[0])
     assert len(set(found)) == pictures
+
+
+PAGE = (DOCS / "contributing.md").read_text(encoding="utf-8")
+BLOCKS = [
+    (title, kind, text)
+    for title, section in re.findall(r"^### (.*?)\n(.*?)(?=^##|\Z)", PAGE, flags=re.MULTILINE | re.DOTALL)
+    for kind, text in re.findall(r"^```(python|toml)\n(.*?)^```", section, flags=re.MULTILINE | re.DOTALL)
+]
+ORDER_CONDITION = 1e-15  # rounding of sums of a tableau's fractions
+
+
+def example(title: str) -> dict[str, Any]:
+    """Run the code of an example and return the names that it defines."""
+    space: dict[str, Any] = {"__name__": "example"}
+    (text,) = (text for known, kind, text in BLOCKS if (known, kind) == (title, "python"))
+    exec(compile(text, title, "exec", dont_inherit=True), space)
+    return space
+
+
+@pytest.mark.parametrize("title", [title for title, kind, _ in BLOCKS if kind == "python"])
+def test_code_runs(title):
+    assert example(title)
+
+
+def test_the_tableau_is_of_its_order():
+    """Weights and squares of the stages' times: the order conditions of the quadrature."""
+    coefficients = example("A tableau")["RK38"].coefficients
+    for power in range(4):
+        assert coefficients.b @ coefficients.c**power == pytest.approx(1 / (power + 1), abs=ORDER_CONDITION)
+
+
+def toml(title: str, tmp_path: Path) -> Path:
+    (text,) = (text for known, kind, text in BLOCKS if (known, kind) == (title, "toml"))
+    path = tmp_path / "example.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_bearing_is_a_bearing(tmp_path):
+    assert load_bearing(str(toml("A bearing", tmp_path))).orders == load_bearing("skf-6203").orders
+
+
+def test_the_data_set_is_a_description(tmp_path):
+    description = build(DatasetDescription, read_toml(toml("A data set", tmp_path)), "example")
+    assert description.name == "my-rig"
+
+
+def test_every_file_that_is_named_is_there():
+    root = PACKAGE.parent
+    for name in re.findall(r"`((?:srbval|tests|data_manifest|reports)/[\w/.]+)`", PAGE):
+        assert (root / name).exists(), name

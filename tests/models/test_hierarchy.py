@@ -1,21 +1,16 @@
 """What every level of the model hierarchy must do: one class, run on all of them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
+from srbval import ConfigurationError, analyse, load_recording, recording_from_run, write_run
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.errors import ConfigurationError
 from srbval.models.hierarchy import MODELS, level_of
-from srbval.models.run import Run
-from srbval.models.run_file import write_run
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import load_recording, recording_from_run
-from srbval.scene import Scene, SpeedProfile, paper_scene
+from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
 
 SECONDS = 1.0  # twelve revolutions
 RESOLUTIONS = 2  # within which a line lies of the frequency of its own cage, whose speed varies a little
@@ -29,17 +24,17 @@ def scene_of(model: str, kind: Fault, **changes: object) -> Scene:
 
 
 @pytest.fixture(scope="module", params=MODELS)
-def model(request: pytest.FixtureRequest) -> str:
+def model(request):
     return request.param
 
 
 @pytest.fixture(scope="module")
-def runs(model: str) -> dict[str, Run]:
+def runs(model):
     return {kind: simulate(scene_of(model, kind), step=Step.UNCHECKED) for kind in RACE_DEFECTS}
 
 
 @pytest.fixture(scope="module")
-def analyses(runs: dict[str, Run]) -> dict[str, Analysis]:
+def analyses(runs):
     bearing = load_bearing("skf-22240")
     return {kind: analyse(recording_from_run(run), bearing=bearing) for kind, run in runs.items()}
 
@@ -47,12 +42,12 @@ def analyses(runs: dict[str, Run]) -> dict[str, Analysis]:
 class TestEveryLevel:
     """The standard tests of a model."""
 
-    def test_it_ends_well(self, runs: dict[str, Run]) -> None:
+    def test_it_ends_well(self, runs):
         for run in runs.values():
             assert run.status.usable, run.reason
             assert run.samples == run.scene.samples == len(run.acceleration_m_s2)
 
-    def test_it_fills_what_it_says_and_nothing_else(self, model: str, runs: dict[str, Run]) -> None:
+    def test_it_fills_what_it_says_and_nothing_else(self, model, runs):
         run, columns = runs["outer"], level_of(model).columns
         for first, last, values in (
             (0, 3, run.acceleration_m_s2),
@@ -70,9 +65,7 @@ class TestEveryLevel:
                 assert np.isnan(values).all()
 
     @pytest.mark.parametrize("kind", RACE_DEFECTS)
-    def test_its_fault_line_is_where_the_defect_and_its_own_cage_put_it(
-        self, kind: Fault, runs: dict[str, Run], analyses: dict[str, Analysis]
-    ) -> None:
+    def test_its_fault_line_is_where_the_defect_and_its_own_cage_put_it(self, kind, runs, analyses):
         line = analyses[kind].line_of(kind)
         assert line.detected
         assert line.found_hz == pytest.approx(line.kinematic_hz, rel=LINE_TOLERANCE)
@@ -83,23 +76,23 @@ class TestEveryLevel:
         other = analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER)
         assert not other.detected
 
-    def test_the_same_scene_gives_the_same_run(self, model: str) -> None:
+    def test_the_same_scene_gives_the_same_run(self, model):
         scene = paper_scene(model=model, duration_s=0.02, settle_s=0.01, defect={"kind": "inner"})
         assert np.array_equal(simulate(scene).acceleration_m_s2, simulate(scene).acceleration_m_s2)
 
-    def test_half_the_speed_halves_the_cage_speed(self, model: str, runs: dict[str, Run]) -> None:
+    def test_half_the_speed_halves_the_cage_speed(self, model, runs):
         half = scene_of(model, "outer", shaft_speed="355 rpm")
         slow = simulate(replace(half, duration_s=0.1))
         assert slow.cage_ratio == pytest.approx(runs["outer"].cage_ratio, rel=LINE_TOLERANCE)
         assert slow.cage_rad_s.mean() == pytest.approx(runs["outer"].cage_rad_s.mean() / 2, rel=LINE_TOLERANCE)
 
-    def test_it_follows_a_speed_profile(self, model: str) -> None:
+    def test_it_follows_a_speed_profile(self, model):
         ramp = SpeedProfile(time_s=(0.0, 0.1), speed_rad_s=(60.0, 66.0))
         run = simulate(replace(scene_of(model, "outer"), duration_s=0.1, speed_profile=ramp))
         assert run.status.usable
         assert run.cage_rad_s[-20:].mean() / run.cage_rad_s[:20].mean() == pytest.approx(1.1, rel=RAMP)
 
-    def test_files_hold_what_it_has(self, model: str, tmp_path: Path) -> None:
+    def test_files_hold_what_it_has(self, model, tmp_path):
         scene = replace(scene_of(model, "outer"), duration_s=0.05, detail_rate_hz=512.0)
         run = simulate(scene)
         write_run(run, tmp_path / "run.h5")
@@ -113,7 +106,29 @@ class TestEveryLevel:
             assert all(np.array_equal(kept[name][()], streamed[name][()], equal_nan=True) for name in kept)
 
 
-def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
-    for model in ("impulse", "planar"):
-        with pytest.raises(ConfigurationError, match="axial"):
-            simulate(scene_of(model, "outer", load={"axial": "49 kN"}))
+HOLE = {"kind": "outer", "shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}
+N3 = {"surface": {"roughness_class": "N3"}, "bodies": {"cages": 1}}
+REFUSED = [
+    *(("paper", {"model": name, "load": {"axial": "49 kN"}}, "axial") for name in ("impulse", "planar")),
+    *(
+        ("paper", {"model": name, "bodies": {"free_rollers": True}}, "holds its rollers")
+        for name in ("full", "line", "planar")
+    ),
+    *(
+        ("rig", {"model": name, **N3}, rf"the model {name} knows no waves .* use --model line or slices")
+        for name in MODELS
+        if name not in ("line", "slices")
+    ),
+    ("rig", {"model": "full", "oil": {"iso_vg": 150}}, "knows no oil"),
+    ("paper", {"model": "line", "defect": {"kind": "roller"}}, "full"),
+    ("rig", {"defect": {"kind": "outer", "shape": "cosine", "extent": "2 mm"}}, "cosine"),
+    ("rig", {"defect": HOLE | {"axial": "25 mm"}}, "beside the roller"),
+    ("rig", {"defect": HOLE, "further_defects": [HOLE | {"angle": "0.2 deg"}]}, "a roller meets both"),
+    ("rig", {"defect": HOLE | {"kind": "roller"}, "further_defects": [HOLE | {"kind": "roller"}]}, "two defects"),
+]
+
+
+@pytest.mark.parametrize(("base", "changes", "words"), REFUSED)
+def test_a_model_refuses_what_it_does_not_know(base, changes, words):
+    with pytest.raises(ConfigurationError, match=words):
+        simulate(load_scene(base, changes | {"duration": "10 ms"}), step=Step.UNCHECKED)

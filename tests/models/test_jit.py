@@ -7,7 +7,6 @@ import struct
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from filelock import FileLock, Timeout
@@ -50,7 +49,7 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
-def test_no_kernel_carries_a_copy_of_another() -> None:
+def test_no_kernel_carries_a_copy_of_another():
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
     jit.precompile(*(paper_scene(model=model) for model in ("full", "line", "planar", "slices")))
     stored = [path.read_bytes() for path in jit.kernel_cache_folder().rglob("*_kernel.*.nbc")]
@@ -60,14 +59,14 @@ def test_no_kernel_carries_a_copy_of_another() -> None:
     assert [name for code in codes for name, binding in code if binding == WEAK] == []
 
 
-def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_failed_process_leaves_no_mark(monkeypatch, tmp_path):
     monkeypatch.setattr(jit, "_requested", set())
     monkeypatch.setattr(jit, "_marker", lambda kernel: tmp_path / kernel)
     jit.precompile(replace(paper_scene(), model="no such model"))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_kernels_of_another_installation_do_not_count(monkeypatch, tmp_path):
     """Numba would not find them: the run itself would have to compile."""
     scene = paper_scene(model="planar")
     jit.precompile(scene)
@@ -76,7 +75,7 @@ def test_kernels_of_another_installation_do_not_count(monkeypatch: pytest.Monkey
     assert not jit.is_compiled(scene)
 
 
-def test_a_part_is_compiled_by_one_process_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_part_is_compiled_by_one_process_at_a_time(monkeypatch, tmp_path):
     """Two that rewrite numba's index of one function at once, each for its model, would lose one of both entries."""
     free = []
 
@@ -92,7 +91,7 @@ def test_a_part_is_compiled_by_one_process_at_a_time(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
-def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
+def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path):
     """However that ends: nobody would look after it."""
     marker = {"SRBVAL_TEST": str(tmp_path)}
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
@@ -105,7 +104,7 @@ def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Pat
     assert not list(tmp_path.rglob("compiled-full-*"))
 
 
-def test_a_run_loads_what_a_process_of_its_own_compiled_and_its_bits_are_the_same(tmp_path: Path) -> None:
+def test_a_run_loads_what_a_process_of_its_own_compiled_and_its_bits_are_the_same(tmp_path):
     def run(compiled: str, folder: str) -> list[str]:
         env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / folder)} | child_environment()
         command = [sys.executable, "-P", "-c", PLANAR_RUN, compiled]

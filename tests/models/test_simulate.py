@@ -1,21 +1,19 @@
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.models.estimates import Estimate, StepError
+from srbval import load_bearing, load_recording, write_run
+from srbval.models.estimates import StepError
 from srbval.models.full_run import full_model
 from srbval.models.health import assess
-from srbval.models.run import Run, RunStatus, RunSummary
-from srbval.models.run_file import write_run
+from srbval.models.run import RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.recordings import load_recording
 from srbval.scene import RollerFit, paper_scene
+from tests.models.test_step_error import told
 
 ROUNDING = 1e-12  # of a sum of two frequencies
 ALL = 0.01  # of the load, where the bearing alone carries it
@@ -24,6 +22,7 @@ MOMENTUM_N = 1.0  # of 125 kN; the last displacements are no means
 SPIN = 0.02  # of the rollers' spin in pure rolling: they slip a little
 
 GOOD = {
+    "scene": paper_scene(),
     "rolling_elements": 38,
     "status": RunStatus.OK,
     "reason": "",
@@ -39,21 +38,24 @@ GOOD = {
 }
 
 
-def estimated(of: str, error: float, scatter: float = 0.0, energy: float = math.nan) -> StepError:
-    estimate = Estimate(kind=of, of=of, error=error, scatter=scatter)
-    return StepError(step_s=1e-5, estimates=(estimate,), energy=energy)
-
-
-TOO_COARSE, DRIVE = estimated("band_rms", 0.2), "drive_power"
+TOO_COARSE, DRIVE = told("band_rms", 0.2), "drive_power"
+# Without another path all of the load must be carried; in a speed ramp an open energy balance is a caution. Beside the
+# weight of the ring and its housing a load of 20 N is next to nothing, and what of it is missing too.
+CARRIED = {"scene": paper_scene(load={"path": "bearing"}), "roller_load_share": 0.98, "balanced_share": 1.0}
+RAMP = paper_scene(speed_profile={"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}, duration="1 s")
+LIGHT, WEIGHTLESS = (
+    {"scene": paper_scene(load={"radial": "20 N", "gravity": weight}), "missing_n": 9.0, "energy_imbalance": 0.01}
+    for weight in (True, False)
+)
 
 
 @pytest.fixture(scope="module")
-def run() -> Run:
+def run():
     return simulate(paper_scene(duration="0.3 s", defect={"kind": "outer"}), step=Step.UNCHECKED)
 
 
 @pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode2", 4)])
-def test_silent_failures_are_caught(solver: str, factor: int, tmp_path: Path) -> None:
+def test_silent_failures_are_caught(solver, factor, tmp_path):
     """Rollers thrown clear, acceleration zero, no NaN: must not look like a quiet bearing, and leaves no file."""
     scene = paper_scene(duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440})
     failed = simulate_to_file(scene, tmp_path / "run.h5")
@@ -80,41 +82,28 @@ def test_silent_failures_are_caught(solver: str, factor: int, tmp_path: Path) ->
         ({"roller_load_share": 0.029, "energy_imbalance": 0.09}, RunStatus.ROLLERS_UNLOADED),
         ({"energy_imbalance": -0.11}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": -0.11, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.OK),
-        ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.01)}, RunStatus.OK),
-        ({"energy_imbalance": -0.47, "step_error": estimated(DRIVE, 0.0, energy=-0.21)}, RunStatus.ENERGY_OPEN),
-        ({"energy_imbalance": -0.93, "step_error": estimated(DRIVE, 0.9, energy=-0.01)}, RunStatus.ENERGY_OPEN),
-        ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.005, 1e-3)}, RunStatus.SKIDDING),
-        ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 1e-3)}, RunStatus.INACCURATE),
-        ({"cage_ratio": 0.42, "step_error": estimated("cage", 0.02, 5e-3)}, RunStatus.SKIDDING),
+        ({"energy_imbalance": -0.47, "step_error": told(DRIVE, 0.0, energy=-0.01)}, RunStatus.OK),
+        ({"energy_imbalance": -0.47, "step_error": told(DRIVE, 0.0, energy=-0.21)}, RunStatus.ENERGY_OPEN),
+        ({"energy_imbalance": -0.93, "step_error": told(DRIVE, 0.9, energy=-0.01)}, RunStatus.ENERGY_OPEN),
+        ({"cage_ratio": 0.42, "step_error": told("cage", 0.005, 1e-3)}, RunStatus.SKIDDING),
+        ({"cage_ratio": 0.42, "step_error": told("cage", 0.02, 1e-3)}, RunStatus.INACCURATE),
+        ({"cage_ratio": 0.42, "step_error": told("cage", 0.02, 5e-3)}, RunStatus.SKIDDING),
         ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
         ({"step_s": 1.0, "step_limit_s": math.inf}, RunStatus.OK),
         ({}, RunStatus.OK),
         ({"step_error": TOO_COARSE}, RunStatus.INACCURATE),
         ({"step_error": TOO_COARSE, "finite": False}, RunStatus.NOT_FINITE),
+        (CARRIED | {"energy_imbalance": -0.17}, RunStatus.LOAD_LOST),
+        (CARRIED | {"energy_imbalance": 0.01}, RunStatus.OK),
+        ({"scene": RAMP, "energy_imbalance": 0.95}, RunStatus.OK),
+        (LIGHT, RunStatus.OK),
+        (WEIGHTLESS, RunStatus.LOAD_LOST),
     ],
 )
-def test_health(changes: dict[str, object], status: RunStatus) -> None:
-    assert assess(RunSummary(scene=paper_scene(), **(GOOD | changes)))[0] is status  # type: ignore[arg-type]
-
-
-def test_health_depends_on_the_scene() -> None:
-    """Without another path all of the load must be carried; in a speed ramp an open energy balance is a caution.
-
-    Beside the weight of the ring and its housing a load of 20 N is next to nothing, and what of it is missing too.
-    """
-    bearing = paper_scene(load={"path": "bearing"})
-    light, weightless = (paper_scene(load={"radial": "20 N", "gravity": weight}) for weight in (True, False))
-    ramp = paper_scene(speed_profile={"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}, duration="1 s")
-    for scene, changes, status in (
-        (bearing, {"roller_load_share": 0.98, "balanced_share": 1.0, "energy_imbalance": -0.17}, RunStatus.LOAD_LOST),
-        (bearing, {"roller_load_share": 0.98, "balanced_share": 1.0, "energy_imbalance": 0.01}, RunStatus.OK),
-        (ramp, {"energy_imbalance": 0.95}, RunStatus.OK),
-        (light, {"missing_n": 9.0, "energy_imbalance": 0.01}, RunStatus.OK),
-        (weightless, {"missing_n": 9.0, "energy_imbalance": 0.01}, RunStatus.LOAD_LOST),
-    ):
-        found, reason = assess(RunSummary(scene=scene, **(GOOD | changes)))  # type: ignore[arg-type]
-        assert found is status
-        assert ("caution" in reason) == (scene is ramp)
+def test_health(changes, status):
+    found, reason = assess(RunSummary(**(GOOD | changes)))
+    assert found is status
+    assert "scene" not in changes or ("caution" in reason) == (changes["scene"] is RAMP)
 
 
 @pytest.mark.parametrize(
@@ -125,13 +114,13 @@ def test_health_depends_on_the_scene() -> None:
         ("ode4", replace(TOO_COARSE, stalled=True), "steps 4 times finer have the same errors: take the solver imex2"),
     ],
 )
-def test_an_inaccurate_run_names_what_is_off_and_what_would_do(solver: str, error: StepError, advice: str) -> None:
-    figures = GOOD | {"step_s": 1 / 61440, "step_limit_s": 1e-3, "step_error": error}
-    reason = assess(RunSummary(scene=paper_scene(solver={"name": solver}), **figures))[1]  # type: ignore[arg-type]
+def test_an_inaccurate_run_names_what_is_off_and_what_would_do(solver, error, advice):
+    figures = {"scene": paper_scene(solver={"name": solver}), "step_s": 1 / 61440, "step_limit_s": 1e-3}
+    reason = assess(RunSummary(**(GOOD | figures | {"step_error": error})))[1]
     assert f"band_rms +20 % (standard error 0 %, limit 5 %); {advice}" in reason
 
 
-def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None:
+def test_a_run_file_opens_in_xarray_with_units(run, tmp_path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
     path = tmp_path / "run.h5"
@@ -143,14 +132,14 @@ def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None
         np.testing.assert_allclose(data["time_s"], (1 + np.arange(run.samples)) / 20480, rtol=ROUNDING)
 
 
-def test_load_share_follows_the_path(run: Run) -> None:
+def test_load_share_follows_the_path(run):
     assert 0.03 < run.roller_load_share < 0.1
     alone = simulate(paper_scene(duration="0.1 s", settle="0.1 s", load={"path": "bearing"}))
     assert alone.roller_load_share == pytest.approx(1.0, abs=ALL)
     assert np.isnan(simulate(paper_scene(duration="0.01 s", settle="0 s", load={"radial": "0 N"})).roller_load_share)
 
 
-def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:
+def test_details_add_up_to_the_force_on_the_ring(run):
     detailed = simulate(replace(run.scene, duration_s=0.02, detail_rate_hz=1024.0))
     rollers = 38
     assert detailed.spin_rad_s.shape == (21, rollers)
@@ -161,7 +150,7 @@ def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:
     assert upwards.mean() > detailed.roller_force_n[:, 1].mean() > 0
 
 
-def test_without_a_load_the_rollers_are_unloaded(tmp_path: Path) -> None:
+def test_without_a_load_the_rollers_are_unloaded(tmp_path):
     scene = paper_scene(duration="0.05 s", settle="0 s", load={"radial": "0 N"})
     assert simulate_to_file(scene, tmp_path / "run.h5", step=Step.UNCHECKED).status is RunStatus.ROLLERS_UNLOADED
     assert any("the run ended rollers-unloaded" in note for note in load_recording(tmp_path / "run.h5").notes)
@@ -178,7 +167,7 @@ SLOW = {
 }
 
 
-def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
+def test_a_slow_cage_is_physics_when_it_is_converged():
     """A light load at high speed, little friction: the same at half the step, and told with what it means."""
     coarse, fine = (
         simulate(paper_scene(**SLOW, solver={"step_s": 1 / 61_440 / n}), step=Step.UNCHECKED) for n in (1, 2)
@@ -190,14 +179,14 @@ def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
     assert f"BPFO lies {fine.cage_ratio / rolling - 1:+.1%}" in fine.reason
     assert f"BPFI {(1 - fine.cage_ratio) / (1 - rolling) - 1:+.1%} from" in fine.reason
     assert "both drift and broaden" in fine.reason
-    drifting = replace(fine, step_error=estimated("cage", 0.001))
+    drifting = replace(fine, step_error=told("cage", 0.001))
     assert "cage +0.1 % (standard error 0 %, limit 0.001 %), more the longer the cage's speed" in assess(drifting)[1]
     assert "more radial load, less speed" in fine.reason
     assert 'path = "bearing"' not in fine.reason
 
 
 @pytest.mark.parametrize(("solver", "times"), [("imex2", 4), ("ode1", 1)])
-def test_a_failed_run_of_the_same_scene_is_not_called_skidding(solver: str, times: int) -> None:
+def test_a_failed_run_of_the_same_scene_is_not_called_skidding(solver, times):
     failed = simulate(paper_scene(**SLOW, solver={"name": solver, "step_s": times / 61_440}), step=Step.UNCHECKED)
     assert not failed.status.usable
     offered = re.search(r"1/\d+ s \((\S+)\) \(--dt\)", failed.reason)
@@ -207,7 +196,7 @@ def test_a_failed_run_of_the_same_scene_is_not_called_skidding(solver: str, time
 
 
 @pytest.mark.parametrize("path", ["housing", "bearing"])
-def test_the_rings_momentum_balances(path: str) -> None:
+def test_the_rings_momentum_balances(path):
     """Mean forces on the ring, weight and spring included, make its change of momentum; explicit methods keep that."""
     scene = paper_scene(
         duration="0.1 s", load={"path": path, "gravity": True}, defect={"kind": "outer"}, solver={"name": "ode4"}

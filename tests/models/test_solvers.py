@@ -1,16 +1,29 @@
-"""Runs taken in pieces, and solvers that are not known; orders: `tests/verification/test_convergence_order.py`."""
+"""Solvers: runs taken in pieces, step limits of linear theory, of one roller and of the whole bearing."""
 
 import numpy as np
 import pytest
 
+from srbval import load_bearing, load_scene, paper_scene
+from srbval.arrays import FloatArray
 from srbval.errors import UnknownNameError
 from srbval.models import jit
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
+from srbval.models.full_run import elastic_limit_s, without_friction
+from srbval.models.hierarchy import geometry_of, level_of
+from srbval.models.linear_stability import (
+    Linear,
+    explicit_limit,
+    longest_step,
+    spectral_radius,
+    stability_function,
+    step_map,
+)
 from srbval.models.simulate import Step, simulate
-from srbval.models.solvers import METHODS
-from srbval.scene import paper_scene
+from srbval.models.solvers import METHODS, Method
+from srbval.models.step_limits import balanced, linearise
+from srbval.processes.machine import one_thread
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
 
 PER_OUTPUT = 2
@@ -23,7 +36,7 @@ def damaged() -> Parameters:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_a_run_in_pieces_is_bit_identical(name: str) -> None:
+def test_a_run_in_pieces_is_bit_identical(name):
     """Also where details are read in between, and where another model's working space takes over."""
     model = damaged()
     start = equilibrium_state(model)
@@ -57,9 +70,119 @@ def test_a_run_in_pieces_is_bit_identical(name: str) -> None:
 
 @pytest.mark.parametrize("step", [Step.CHECKED, Step.UNCHECKED])
 @pytest.mark.parametrize("name", ["imex3", "a" * 5000], ids=["misspelt", "longer than a file's name may be"])
-def test_an_unknown_solver_is_refused_before_anything_is_compiled(
-    name: str, step: Step, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unknown_solver_is_refused_before_anything_is_compiled(name, step, monkeypatch):
     monkeypatch.setattr(jit, "_missing", lambda _: pytest.fail("kernels are looked for"))
     with pytest.raises(UnknownNameError, match="is not known"):
         simulate(paper_scene(solver={"name": name}), step=step)
+
+
+OMEGA = 3e4  # rad/s, that of a loaded roller
+# Limits are bisected from rays of 0.005 and octaves of steps: ten halvings leave less than this.
+FOUND = 1e-3
+# Largest real and imaginary z with |R(z)| <= 1 (Hairer & Wanner 1996, sect. IV.2; Kutta's classical method: 2.785 and
+# 2 sqrt 2); Euler's and Heun's methods hold no undamped oscillation.
+REAL_LIMITS = {"ode1": 2.0, "ode2": 2.0, "ode3": 2.512745, "ode4": 2.785293}
+IMAGINARY_LIMITS = {"ode3": np.sqrt(3), "ode4": np.sqrt(8)}
+NEXT_TERM = 2  # the first term left out of the exponential is at most |z|^(order + 1), and some more follow
+
+
+def oscillator(damping_per_s: float = 0.0) -> Linear:
+    return Linear(
+        motion=np.ones((1, 1)), stiffness=np.full((1, 1), -(OMEGA**2)), damping=np.full((1, 1), -damping_per_s)
+    )
+
+
+@pytest.mark.parametrize(("name", "limit"), REAL_LIMITS.items())
+def test_decay(name, limit):
+    found = explicit_limit(METHODS[name], np.array([-5e7 + 0j]))
+    assert found == pytest.approx(limit / 5e7, rel=FOUND)
+
+
+@pytest.mark.parametrize(("name", "limit"), IMAGINARY_LIMITS.items())
+def test_oscillation(name, limit):
+    weakly = OMEGA * complex(-1e-7, 1)
+    found = explicit_limit(METHODS[name], np.array([weakly, weakly.conjugate()]))
+    assert found == pytest.approx(limit / OMEGA, rel=FOUND)
+
+
+@pytest.mark.parametrize("name", ["imex1", "imex2"])
+def test_leapfrog_is_stable_to_two_over_the_frequency(name):
+    assert longest_step(METHODS[name], oscillator()) == pytest.approx(2 / OMEGA, rel=FOUND)
+
+
+@pytest.mark.parametrize("name", ["ode1", "ode2", "ode3", "ode4"])
+def test_stability_function_is_the_exponential_to_the_method_s_order(name):
+    method, z = METHODS[name], 0.01 * np.exp(1j * np.array([0.3, 2.0, np.pi]))
+    assert np.abs(stability_function(method, z) - np.exp(z)).max() < NEXT_TERM * 0.01 ** (method.order + 1)
+
+
+# A half-explicit step is a perturbation of the true one: the steps of the kernels' own map agree to differences.
+SAME_RADIUS = 1e-4
+SINGLE_ROLLER = 0.02  # what its neighbours change through the ring; a run calls a step too long from 1.1 limits on
+
+
+@pytest.mark.parametrize("speed", ["127 rpm", "3000 rpm"])
+def test_the_limit_is_that_at_rest(speed):
+    """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
+    model = parameters(paper_scene(shaft_speed=speed))
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model))
+    assert 4 < found * 61440 < 5
+
+
+@pytest.fixture(scope="module")
+def rest():
+    contact = {"roller_fit": "printed", "critical_velocity": "0.5 m/s"}
+    return balanced(paper_scene(contact=contact, defect={"kind": "outer"}), pitches=0.25)
+
+
+def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float, remembers: bool) -> FloatArray:
+    """Derivative of one step of the compiled method at `state`, by central differences; roller angles left out."""
+    half, size = len(state) // 2, len(state)
+    rollers = half // 2 - 3
+    whole = 2 * size if remembers else size
+    keep = np.r_[0:rollers, 2 * rollers : half, half:size]
+    if remembers:
+        keep = np.r_[keep, size + half : 2 * size]
+
+    def step(start: FloatArray) -> FloatArray:
+        y, memory = start[:size].copy(), start[size:].copy() if remembers else np.zeros(size)
+        take_steps(model, y, method, step_s=step_s, intervals=range(1), memory=memory)
+        return np.concatenate([y, memory])[:whole]
+
+    columns = []
+    base = np.concatenate([state, np.zeros(whole - size)])
+    for i in keep:
+        nudge = np.zeros(whole)
+        nudge[i] = 1e-10 if i < half else 1e-6
+        columns.append((step(base + nudge) - step(base - nudge))[keep] / (2 * nudge[i]))
+    return np.column_stack(columns)
+
+
+@pytest.mark.parametrize(("name", "remembers"), [("imex1", False), ("imex2", True), ("ros2", False)])
+@pytest.mark.parametrize("steps_per_s", [61440, 15360])
+def test_the_kernels_step_grows_as_the_linear_map(name, remembers, steps_per_s, rest):
+    model, state = rest
+    with one_thread():
+        method, h = METHODS[name], 1 / steps_per_s
+        linear = step_map(method, linearise(model, state), h)
+        own = kernel_map(method, model, state, h, remembers)
+        assert spectral_radius(own) == pytest.approx(spectral_radius(linear), rel=SAME_RADIUS)
+
+
+@pytest.mark.parametrize(
+    ("scene", "solvers"),
+    [
+        (paper_scene(), ("ode1", "imex2")),
+        (paper_scene(contact={"roller_fit": "printed"}), ("ode4",)),
+        (load_scene("rig"), ("imex2",)),  # two cages
+    ],
+    ids=["play 0", "interference", "rig"],
+)
+def test_one_roller_tells_the_whole_bearings_limit(scene, solvers):
+    model = level_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    state = equilibrium_state(model)
+    still, at_rest = balanced(scene)
+    whole = linearise(without_friction(still), at_rest)
+    for name in solvers:
+        limit, expected = elastic_limit_s(METHODS[name], model, state), longest_step(METHODS[name], whole)
+        assert limit == pytest.approx(expected, rel=SINGLE_ROLLER), name

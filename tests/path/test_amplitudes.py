@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from scipy.special import chdtrc, ndtr
 
+from srbval import DataError, Origin, Recording
 from srbval.bearing import Fault
-from srbval.errors import DataError
 from srbval.path import amplitudes
 from srbval.path.amplitudes import LEVEL_BANDS, THIRD_OCTAVES, level_and_pattern, levels, mounting_scatter, pattern
-from srbval.recordings import Origin, Recording
 from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, record_of
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
@@ -27,14 +26,14 @@ def made(samples: np.ndarray, state: Fault = Fault.OUTER) -> Recording:
     return dataclasses.replace(record_of("made", state, samples), origin=Origin.STAND_IN)
 
 
-def test_a_tone_has_its_level_in_its_third_octave_alone() -> None:
+def test_a_tone_has_its_level_in_its_third_octave_alone():
     found = levels(made(2.0 * np.sin(2 * math.pi * THIRD_OCTAVES["1000 Hz"] * TIME_S)), None)
     assert found["1000 Hz"].value == pytest.approx(10 * math.log10(2.0), abs=NEAR_DB)
     assert max(value.value for name, value in found.items() if name in THIRD_OCTAVES and name != "1000 Hz") < -20
     assert found["RMS 500-1500 Hz"].value == pytest.approx(10 * math.log10(2.0), abs=NEAR_DB)
 
 
-def test_the_increment_is_the_power_of_the_fault_and_its_interval_covers_it() -> None:
+def test_the_increment_is_the_power_of_the_fault_and_its_interval_covers_it():
     errors, inside = [], []
     for seed in range(40):
         random = np.random.default_rng(seed)
@@ -47,7 +46,7 @@ def test_the_increment_is_the_power_of_the_fault_and_its_interval_covers_it() ->
     assert np.mean(inside) > 0.85  # of 40; 34 is the least that 95 % make likely
 
 
-def test_the_pattern_of_a_known_modulation() -> None:
+def test_the_pattern_of_a_known_modulation():
     """(1 + m cos)^2 = 1 + m^2 / 2 + 2 m cos + m^2 / 2 cos 2: lines 2 m and m^2 / 2 over the mean 1 + m^2 / 2."""
     depth = 0.4
     modulated = (1 + depth * np.cos(2 * math.pi * LINE_HZ * TIME_S)) * np.sin(2 * math.pi * 2100 * TIME_S)
@@ -59,7 +58,7 @@ def test_the_pattern_of_a_known_modulation() -> None:
     assert "sidebands 1" not in found  # an outer-race fault stands still in the load zone
 
 
-def test_sidebands_of_a_fault_that_passes_the_load_zone() -> None:
+def test_sidebands_of_a_fault_that_passes_the_load_zone():
     line_hz = BEARING.orders.bpfi * SHAFT_HZ
     modulation = (1 + 0.5 * np.cos(2 * math.pi * SHAFT_HZ * TIME_S)) * np.cos(2 * math.pi * line_hz * TIME_S)
     samples = np.sqrt(2 + modulation) * np.sin(2 * math.pi * 2100 * TIME_S)  # its square is the modulation
@@ -69,7 +68,7 @@ def test_sidebands_of_a_fault_that_passes_the_load_zone() -> None:
     assert found["sidebands 2"].value < -30
 
 
-def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
+def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing():
     one, other = (made(np.random.default_rng(seed).standard_normal(TIME_S.size)) for seed in (3, 4))
     value = amplitudes.kurtoses(one)["kurtosis 1400-2800 Hz"]
     assert abs(value.value - 3.0) < 2 * value.ci95
@@ -81,13 +80,13 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
         pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
 
-def test_the_total_of_two_records_is_the_sum_of_their_powers() -> None:
+def test_the_total_of_two_records_is_the_sum_of_their_powers():
     one = made(np.random.default_rng(3).standard_normal(TIME_S.size))
     alone, twice = amplitudes.totals(one)["total 1000 Hz"], amplitudes.totals(one, one)["total 1000 Hz"]
     assert twice.value - alone.value == pytest.approx(10 * math.log10(2))
 
 
-def test_a_common_level_and_a_pattern_are_separated() -> None:
+def test_a_common_level_and_a_pattern_are_separated():
     level, u, d2 = level_and_pattern(np.full(BANDS, 12.0), COVARIANCE)
     assert level == pytest.approx(12.0)
     assert u == pytest.approx(np.sqrt(COMMON_DB**2 + OWN_DB**2 / BANDS))
@@ -98,7 +97,7 @@ def test_a_common_level_and_a_pattern_are_separated() -> None:
     assert level_and_pattern(np.array([-12.0]), np.array([[36.0]]))[0] == pytest.approx(-12.0)
 
 
-def test_right_models_are_rejected_as_often_as_they_may_be() -> None:
+def test_right_models_are_rejected_as_often_as_they_may_be():
     errors = np.random.default_rng(1).multivariate_normal(np.zeros(BANDS), COVARIANCE, TRIALS)
     level, u, d2 = np.array([level_and_pattern(one, COVARIANCE) for one in errors]).T
     for p in (2 * ndtr(-np.abs(level / u)), chdtrc(BANDS - 1, d2)):
@@ -106,9 +105,7 @@ def test_right_models_are_rejected_as_often_as_they_may_be() -> None:
 
 
 @pytest.mark.parametrize("scatter_db", [0.7, 2.0])
-def test_the_scatter_of_mountings_is_found_from_bands_to_which_a_fault_adds_nothing(
-    scatter_db: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_scatter_of_mountings_is_found_from_bands_to_which_a_fault_adds_nothing(scatter_db, monkeypatch):
     monkeypatch.setattr(amplitudes, "band_powers", lambda planted, _: planted.powers)
     inside, means = [], []
     for seed in range(40):
@@ -129,7 +126,7 @@ def planted_pair(random: np.random.Generator, scatter_db: float) -> list[SimpleN
     return pair
 
 
-def test_without_a_quieter_band_the_prior_remains() -> None:
+def test_without_a_quieter_band_the_prior_remains():
     quiet = made(np.random.default_rng(1).standard_normal(TIME_S.size))
     loud = dataclasses.replace(quiet, channels={"a": 10.0 * quiet.channels["a"]})
     found = mounting_scatter([(loud, quiet)], prior_db=2.0)

@@ -1,21 +1,18 @@
 """Identifying the path to the sensor: on simulated truth, its intervals, and bad input."""
 
 import dataclasses
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from srbval import ConfigurationError, DataError, load_scene
 from srbval.bearing import Fault
-from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
 from srbval.path import identify as module
-from srbval.path.identify import Identified, Pair, identify, joined, third_octaves
+from srbval.path.identify import Pair, identify, joined, third_octaves
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
-from srbval.scene import load_scene
-from tests.path.simulated_rig import BEARING, GAINS, RATIO, TRUE, SimulatedRig, simulated_rig
+from tests.path.simulated_rig import BEARING, GAINS, RATIO, TRUE, simulated_rig
 
 NEAR_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
@@ -24,16 +21,16 @@ BAND_HZ = (400.0, 3150.0)
 
 
 @pytest.fixture(scope="module")
-def rig() -> SimulatedRig:
+def rig():
     return simulated_rig(1)
 
 
 @pytest.fixture(scope="module")
-def found(rig: SimulatedRig) -> Identified:
+def found(rig):
     return identify(rig.outer, rig.inner, bearing=BEARING)
 
 
-def test_a_known_path_is_found_in_both_directions(found: Identified) -> None:
+def test_a_known_path_is_found_in_both_directions(found):
     path = found.path
     true = np.abs(TRUE.response(np.array(path.frequency_hz)))
     off_db = 20 * np.log10(np.array(path.load) / true[0])
@@ -48,14 +45,14 @@ def test_a_known_path_is_found_in_both_directions(found: Identified) -> None:
     assert path.used == ("OR", "IR (direction)")
 
 
-def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig: SimulatedRig, found: Identified) -> None:
+def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig, found):
     order = module.line_order(rig.outer.run, BEARING)
     bands = joined(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
     shown = module.locked_db(module.behind(rig.outer.run, found.path), BEARING, bands, order)
     assert shown == pytest.approx(found.bands.record_db.iloc[[0, 2, 4, 5, 6, 7, 8]].tolist(), abs=0.05)
 
 
-def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings() -> None:
+def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings():
     """Edges by hand: 10^2.65 = 446.7, 10^2.85 = 707.9, 10^3.05 = 1122 Hz; 261 and 414 Hz are wide enough, 92 is not."""
     bands = joined(third_octaves(BAND_HZ), 234.0)
     assert [edge for low_high in list(bands.values())[:3] for edge in low_high] == pytest.approx(
@@ -66,9 +63,7 @@ def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings() -> No
     assert joined(third_octaves(BAND_HZ), 4000.0) == {}
 
 
-def test_sidebands_of_the_inner_race_alone_determine_the_ratio(
-    rig: SimulatedRig,
-) -> None:
+def test_sidebands_of_the_inner_race_alone_determine_the_ratio(rig):
     alone = identify(rig.inner, bearing=BEARING).path
     assert alone.cross[0] / alone.load[0] == pytest.approx(RATIO, rel=BIAS)
     assert alone.used == ("IR", "IR (direction)")
@@ -77,7 +72,7 @@ def test_sidebands_of_the_inner_race_alone_determine_the_ratio(
     assert outer.sidebands_db is None
 
 
-def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig: SimulatedRig, found: Identified) -> None:
+def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig, found):
     """A healthy record with half of the faulty one's amplitude has a quarter of its power: sqrt(3/4) of the gains."""
     samples = {"a": 0.5 * rig.outer.record.channels["a"]}
     healthy = dataclasses.replace(rig.outer.record, name="H", state=Fault.HEALTHY, channels=samples)
@@ -85,7 +80,7 @@ def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig: Simulat
     assert np.array(less.load) / found.path.load == pytest.approx(0.75**0.5, rel=0.01)
 
 
-def test_noisy_gains_scatter_as_their_uncertainty_states() -> None:
+def test_noisy_gains_scatter_as_their_uncertainty_states():
     """Over rigs, with a background as strong as the pulses behind the path."""
     rigs = [simulated_rig(seed, noise=3.0) for seed in range(5, 15)]
     paths = [identify(rig.outer, bearing=BEARING, band_hz=(1200.0, 3200.0)).path for rig in rigs]
@@ -97,7 +92,7 @@ def test_noisy_gains_scatter_as_their_uncertainty_states() -> None:
     assert 0.6 < np.std(off) / np.sqrt(np.mean(np.square(u))) < 1.4  # 10 rigs of five bands
 
 
-def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir: Path) -> None:
+def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir):
     files = [str(recordings_dir / "torino" / f"{name}_877rpm_sample.mat") for name in ("OR", "IR")]
     pairs = [Pair(record=one, run=module.simulated_run(one, load_scene("rig"))) for one in map(load_registered, files)]
     bundled, own = load_scene("rig", {"sensor_path": "rig"}).sensor_path, identify(*pairs, bearing=BEARING).path
@@ -112,16 +107,13 @@ def written(path: Path, values: np.ndarray, header: str = "frequency_hz,real_m_s
     return path
 
 
-def test_a_measured_response_from_a_table_and_from_uff(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_measured_response_from_a_table_and_from_uff(tmp_path, srbval_json, monkeypatch):
     values = TRUE.response(FREQUENCY_HZ)[0] / 92.0
     noisy = values + np.random.default_rng(1).normal(0, 1e-5, (values.size, 2)) @ [1, 1j]
     table, across = written(tmp_path / "hammer.csv", noisy), written(tmp_path / "across.csv", 3 * noisy)
     output = str(tmp_path / "path.toml")
     command = ["identify", str(table), "--cross-from", str(across), "--mass-kg", "92", "-o", output]
-    assert main([*command, "--json"]) == 0
-    bands = json.loads(capsys.readouterr().out)["bands"]
+    bands = srbval_json(*command)["bands"]
     assert [band["load"] for band in bands] == pytest.approx(TRUE.load, rel=0.01)
     assert [band["cross"] for band in bands] == pytest.approx([3 * band["load"] for band in bands])
     assert load_scene("rig", {"sensor_path": output}).sensor_path.load == pytest.approx(TRUE.load, rel=0.01)
@@ -150,13 +142,13 @@ def test_a_measured_response_from_a_table_and_from_uff(
         ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not finite"),
     ],
 )
-def test_what_is_no_response_is_refused(text: str, said: str, tmp_path: Path) -> None:
+def test_what_is_no_response_is_refused(text, said, tmp_path):
     (tmp_path / "bad.csv").write_text(text, encoding="utf-8")
     with pytest.raises(DataError, match=said):
         read_frf(tmp_path / "bad.csv")
 
 
-def test_records_that_cannot_be_used_are_refused(rig: SimulatedRig) -> None:
+def test_records_that_cannot_be_used_are_refused(rig):
     def changed(**changes: object) -> Pair:
         return dataclasses.replace(rig.outer, record=dataclasses.replace(rig.outer.record, **changes))
 

@@ -1,18 +1,20 @@
-"""The planner on the measured errors that come with the program, and on tables made by hand."""
+"""The planner on measured errors and tables made by hand; the measures that runs are compared by."""
 
+import math
 from dataclasses import replace
-from typing import Any
 
+import numpy as np
 import pytest
 
-from srbval.bearing import Fault
-from srbval.errors import ConfigurationError, DataError
+from srbval import ConfigurationError, DataError, Scene, load_scene, paper_scene, recording_from_run
+from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import Step, simulate
+from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, RMS_BANDS, SIDEBANDS, THIRD_OCTAVES
 from srbval.plan import measured
 from srbval.plan.measured import LEAST_SCENES, MeasuredErrors, measured_errors, read_errors, scene_values, table_about
+from srbval.plan.measures import line_heights, noise_floor, smooth_mean
 from srbval.plan.plan import Candidate, Plan, make_plan
-from srbval.plan.questions import Question, asked_of, pct_of
-from srbval.scene import Scene, load_scene, paper_scene
+from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct, pct_of
 
 CHEAPER = 50  # times less than the full model: what Table 6 needs
 
@@ -40,7 +42,7 @@ def made(largest: float | None, scenes: int = 19) -> MeasuredErrors:
     return read_errors({"bases": {"paper": about}, "bounds": [row]})["paper"]
 
 
-def test_a_bound_is_the_largest_error_and_states_its_chance() -> None:
+def test_a_bound_is_the_largest_error_and_states_its_chance():
     plan = make_plan(paper("outer"), measured=made(1.9), tolerance_pct=1.95)
     line = candidate(plan, "line")
     assert line.bound is not None
@@ -58,14 +60,14 @@ def test_a_bound_is_the_largest_error_and_states_its_chance() -> None:
         (made(120.0), Question.LINES, "is vacuous"),
     ],
 )
-def test_what_is_not_known_is_never_met(table: MeasuredErrors, question: Question, said: str) -> None:
+def test_what_is_not_known_is_never_met(table, question, said):
     plan = make_plan(paper("outer"), question=question, measured=table, tolerance_pct=1000.0)
     assert (plan.chosen, plan.met) == ("full", False)
     assert said in candidate(plan, "line").why
     assert "not known" in candidate(plan, "full").why
 
 
-def test_a_changed_base_makes_its_table_unknown() -> None:
+def test_a_changed_base_makes_its_table_unknown():
     table = made(0.1)
     old = replace(table, values={**table.values, "housing.mass_kg": 74.0})
     plan = make_plan(paper("outer"), measured=old)
@@ -73,7 +75,7 @@ def test_a_changed_base_makes_its_table_unknown() -> None:
     assert "the scene paper changed since its models were measured (housing.mass_kg = 75" in plan.outside[0]
 
 
-def test_tables_are_read_or_refused() -> None:
+def test_tables_are_read_or_refused():
     broken = ({}, {"bases": {}, "bounds": []}, {"bases": {"paper": {}}, "bounds": []}, {"bases": [1], "bounds": 2})
     for content in broken:
         with pytest.raises(DataError, match="srbval evidence model_levels"):
@@ -82,30 +84,30 @@ def test_tables_are_read_or_refused() -> None:
         made(float("nan"))
 
 
-def test_without_a_result_the_command_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_result_the_command_is_named(monkeypatch):
     monkeypatch.setattr(measured, "newest_result", lambda _: None)
     with pytest.raises(DataError, match="srbval evidence model_levels"):
         measured_errors.__wrapped__()
 
 
 @pytest.mark.parametrize("kind", ["outer", "inner"])
-def test_table6_needs_a_far_cheaper_model(kind: str) -> None:
+def test_table6_needs_a_far_cheaper_model(kind):
     plan = make_plan(paper(kind), question=Question.LINES, tolerance_pct=0.5)
     walls = {c.model: c.wall_s for c in plan.candidates}
     assert plan.met
-    assert walls["full"] / walls[plan.chosen] >= CHEAPER  # type: ignore[operator]
+    assert walls["full"] / walls[plan.chosen] >= CHEAPER
 
 
-def test_a_tighter_tolerance_never_chooses_a_cheaper_model() -> None:
+def test_a_tighter_tolerance_never_chooses_a_cheaper_model():
     for question in asked_of(Fault.OUTER):
         walls = []
         for tolerance in (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01):
             plan = make_plan(paper("outer"), question=question, tolerance_pct=tolerance)
             walls.append(next(c.wall_s for c in plan.candidates if c.model == plan.chosen))
-        assert walls == sorted(walls), question  # type: ignore[type-var]
+        assert walls == sorted(walls), question
 
 
-def test_where_no_model_keeps_the_tolerance_that_is_said() -> None:
+def test_where_no_model_keeps_the_tolerance_that_is_said():
     plan = make_plan(paper("inner"), question=Question.SLIP, tolerance_pct=1e-6)
     assert (plan.chosen, plan.met) == ("full", False)
     assert "cannot answer: its cage turns as in pure rolling" in candidate(plan, "kinematic").why
@@ -124,22 +126,20 @@ def test_where_no_model_keeps_the_tolerance_that_is_said() -> None:
         ({"duration": "0.5 s"}, "short"),
     ],
 )
-def test_a_scene_outside_what_was_measured_is_not_known_and_left_to_the_full_model(
-    changes: dict[str, object], said: str
-) -> None:
+def test_a_scene_outside_what_was_measured_is_not_known_and_left_to_the_full_model(changes, said):
     plan = make_plan(paper_scene(**({"defect": {"kind": "outer"}} | changes)))
     assert (plan.chosen, plan.met) == ("full", False)
     assert any(said in reason for reason in plan.outside), plan.outside
     assert "lies outside what was measured" in candidate(plan, "line").why
 
 
-def test_settings_that_change_no_answer_are_no_reason() -> None:
+def test_settings_that_change_no_answer_are_no_reason():
     scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
     assert not table_about(scene).outside(scene)
 
 
 @pytest.mark.parametrize(("base", "kind"), [("paper", "inner"), ("rig", "outer"), ("rig-oil", "none")])
-def test_each_scene_is_planned_by_the_table_about_its_own_base(base: str, kind: str) -> None:
+def test_each_scene_is_planned_by_the_table_about_its_own_base(base, kind):
     scene = load_scene(base, {"defect": {"kind": kind}, "shaft_speed": "500 rpm", "load": {"radial": "70 kN"}})
     table = table_about(scene)
     assert (table.base, table.outside(scene)) == (base, ())
@@ -151,7 +151,7 @@ def test_each_scene_is_planned_by_the_table_about_its_own_base(base: str, kind: 
     assert make_plan(beyond).chosen == table.reference
 
 
-def test_the_least_model_for_an_amplitude_depends_on_the_amplitude() -> None:
+def test_the_least_model_for_an_amplitude_depends_on_the_amplitude():
     """About the rig's scene: a lower model's load zone makes the depth, none of its contacts makes the level."""
     scene, three = load_scene("rig", {"defect": {"kind": "inner"}}), pct_of(3.0)
     if table_about(scene).bound(scene, "slices", Question.DEPTH) is None:
@@ -164,7 +164,7 @@ def test_the_least_model_for_an_amplitude_depends_on_the_amplitude() -> None:
     assert "which is within 3 dB" in candidate(octaves, "slices").why
 
 
-def test_questions_without_sense_are_refused() -> None:
+def test_questions_without_sense_are_refused():
     with pytest.raises(ConfigurationError, match="no sidebands"):
         make_plan(paper("outer"), question=Question.SIDEBAND_LEVELS)
     with pytest.raises(ConfigurationError, match="no fault line"):
@@ -173,14 +173,14 @@ def test_questions_without_sense_are_refused() -> None:
         make_plan(paper("outer"), tolerance_pct=0.0)
 
 
-def test_power_is_answered_from_the_table_in_oil() -> None:
+def test_power_is_answered_from_the_table_in_oil():
     plan = make_plan(load_scene("rig-oil"), question=Question.POWER, tolerance_pct=2.0)
     assert (plan.chosen, plan.met, plan.outside) == ("slices", True, ())
     assert "knows no oil" in candidate(plan, "full").why
     assert not make_plan(load_scene("rig-oil"), question=Question.POWER, tolerance_pct=1e-6).met
 
 
-def test_free_rollers_lie_outside_the_tables_in_words() -> None:
+def test_free_rollers_lie_outside_the_tables_in_words():
     plan = make_plan(load_scene("rig", {"bodies": {"free_rollers": True}}), question=Question.SLIP)
     assert [reason for reason in plan.outside if "tilt and slide" in reason]
     assert "holds its rollers" in candidate(plan, "line").why
@@ -194,9 +194,68 @@ def test_free_rollers_lie_outside_the_tables_in_words() -> None:
         ({"bearing": "skf-6205", "defect": {"kind": "outer", "shape": "flat", "extent": "0.4 mm"}}, "planar"),
     ],
 )
-def test_the_chosen_model_runs_the_scene(changes: dict[str, Any], chosen: str) -> None:
+def test_the_chosen_model_runs_the_scene(changes, chosen):
     plan = make_plan(paper_scene(duration="50 ms", **changes), question=Question.LINES)
     assert (plan.chosen, plan.met) == (chosen, False)
     assert {c.model for c in plan.candidates if "has no [geometry]" in c.why} >= {"line", "full"}
     run = simulate(paper_scene(duration="50 ms", model=plan.chosen, **changes), step=Step.UNCHECKED)
     assert run.status.usable
+
+
+FS = 20480.0
+MEDIAN_SCATTER = 0.1  # standard error of the median of 600 Rayleigh-distributed lines is 4 %
+LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is taken
+OFF_BIN = 1e-3  # the lines are looked up 1e-5 beside their frequency
+RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
+EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
+
+
+def test_noise_floor_is_that_of_white_noise_and_does_not_see_single_lines():
+    """Spectral lines of white noise are Rayleigh-distributed: median 2 sigma sqrt(ln 2 / n)."""
+    t, sigma, mean = np.arange(20 * 20480) / FS, 1e-3, 1.7
+    noise = np.random.default_rng(4).normal(mean, sigma, t.size)
+    quiet = noise_floor(noise, FS)
+    assert quiet == pytest.approx(2 * sigma * math.sqrt(math.log(2) / t.size) / mean, rel=MEDIAN_SCATTER)
+    lines = noise + 0.2 * np.sin(2 * np.pi * 71.0 * t) + 0.9 * np.sin(2 * np.pi * 97.1 * t)
+    assert noise_floor(lines, FS) == pytest.approx(quiet, rel=LINE_SKIRTS)
+
+
+def test_line_heights():
+    t, hz, heights = np.arange(2 * 20480) / FS, 97.0, (2.0, 1.0, 0.5, 0.25, 0.125)
+    signal = sum(a * np.sin(2 * np.pi * k * hz * t) for k, a in enumerate(heights, start=1))
+    found = line_heights(np.asarray(signal), FS, [k * hz * (1 + 1e-5) for k in range(1, 6)])
+    assert found == pytest.approx(heights, rel=OFF_BIN)
+
+
+def test_ripple_hardly_moves_the_smooth_mean():
+    t = np.arange(8193) / FS
+    ripple = 32.0 + 0.1 * np.sin(2 * np.pi * 96.3 * t + 0.4)
+    assert smooth_mean(ripple) == pytest.approx(32.0, rel=RIPPLE)
+    assert abs(ripple.mean() / 32.0 - 1) > RIPPLE, "the plain mean is what this is better than"
+
+
+@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+def test_lines_stand_where_the_cage_puts_them(kind):
+    run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
+    found = answers(run, load_bearing("skf-22240"))[Question.LINES]
+    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=EQUAL_SAMPLES)
+
+
+def test_amplitudes_are_those_that_are_compared_with_the_rig():
+    known = {*RMS_BANDS, *THIRD_OCTAVES, *KURTOSIS_BANDS, "depth"}
+    known |= {f"harmonic {n}" for n in HARMONICS} | {f"sidebands {n}" for n in SIDEBANDS}
+    assert {name for meaning in MEANING.values() for name in meaning.read} == known
+    run, healthy = (
+        simulate(paper_scene(model="impulse", duration="1 s", defect={"kind": kind})) for kind in ("inner", "none")
+    )
+    bare = answers(run, load_bearing("skf-22240"))
+    assert bare[Question.THIRD_OCTAVES] is None, "an increment is over something"
+    found = answers(run, load_bearing("skf-22240"), recording_from_run(healthy))
+    assert all(found[question] for question, meaning in MEANING.items() if meaning.read)
+
+
+def test_three_decibels_are_41_per_cent_and_what_the_reference_does_not_show_is_not_asked():
+    three = error_pct(Question.HARMONIC_LEVELS, (1.0, 9.0, -3.0), (1.0, None, 0.0))
+    assert three == pytest.approx(41.25, abs=0.01)
+    assert MEANING[Question.HARMONIC_LEVELS].text(three) == "3 dB"
+    assert error_pct(Question.HARMONIC_LEVELS, (1.0, None), (1.0, 2.0)) is None, "what a model does not show it lacks"

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from concurrent.futures import CancelledError
 
 import numpy as np
@@ -21,14 +20,14 @@ ANSWERER = "tests.processes.answerer"
 
 
 @pytest.fixture
-def process() -> Iterator[WorkerProcess]:
+def process():
     started = WorkerProcess(ANSWERER)
     yield started
     started.close()
     started.close()  # more than once does no harm
 
 
-def test_it_answers(process: WorkerProcess) -> None:
+def test_it_answers(process):
     large = bytes(10_000_000)
     assert [process.call(request, limit_s=60.0) for request in (1, "print", large)] == [1, "print", large]
 
@@ -37,7 +36,7 @@ def test_it_answers(process: WorkerProcess) -> None:
     ("request_", "how"),
     [("die", "signal SIGKILL"), ("leave", "exit code 7"), ("raise", "exit code 1"), ("cannot be pickled", "exit code")],
 )
-def test_it_dies(request_: str, how: str, process: WorkerProcess, capfd: pytest.CaptureFixture[str]) -> None:
+def test_it_dies(request_, how, process, capfd):
     with pytest.raises(DiedError) as caught:
         process.call(request_)
     assert not isinstance(caught.value, OverLimitError)
@@ -48,7 +47,7 @@ def test_it_dies(request_: str, how: str, process: WorkerProcess, capfd: pytest.
 
 
 @pytest.mark.parametrize("request_", ["sleep", "hold the interpreter"])
-def test_it_takes_too_long(request_: str, process: WorkerProcess) -> None:
+def test_it_takes_too_long(request_, process):
     assert process.call(1) == 1
     with pytest.raises(OverLimitError):
         process.call(request_, limit_s=0.2)
@@ -75,7 +74,7 @@ worker.WorkerProcess({ANSWERER!r}).call(sys.argv[1], limit_s=float(sys.argv[2]))
 
 
 @pytest.mark.parametrize("request_", ["sleep", "hold the interpreter"])
-def test_it_does_not_outlive_its_parent(request_: str) -> None:
+def test_it_does_not_outlive_its_parent(request_):
     """Code that lets no thread of Python run ends with the request's limit, which a thread of C keeps."""
     mark = {"SRBVAL_TEST": f"{os.getpid()} {request_}"}
     parent = subprocess.Popen([sys.executable, "-c", PARENT, request_, "4"], env=os.environ | mark)
@@ -86,7 +85,7 @@ def test_it_does_not_outlive_its_parent(request_: str) -> None:
     assert parent.returncode == -signal.SIGKILL
 
 
-def test_ctrl_c_does_not_reach_it_even_while_it_starts(capfd: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_does_not_reach_it_even_while_it_starts(capfd):
     for _ in range(5):
         process = WorkerProcess(ANSWERER)
         os.kill(process.pid, signal.SIGINT)
@@ -95,7 +94,7 @@ def test_ctrl_c_does_not_reach_it_even_while_it_starts(capfd: pytest.CaptureFixt
     assert "KeyboardInterrupt" not in capfd.readouterr().err
 
 
-def test_a_handler_set_within_is_taken_back() -> None:
+def test_a_handler_set_within_is_taken_back():
     before = signal.getsignal(signal.SIGINT)
     with without_ctrl_c():
         signal.signal(signal.SIGINT, lambda *_: sys.exit())  # as dask-jobqueue does when it is imported
@@ -103,7 +102,7 @@ def test_a_handler_set_within_is_taken_back() -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
-def test_ctrl_c_within_comes_afterwards() -> None:
+def test_ctrl_c_within_comes_afterwards():
     seen: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
     try:
@@ -120,7 +119,7 @@ def threads() -> set[int]:
     return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
 
 
-def test_the_last_to_leave_restores_what_was_before_the_first_came() -> None:
+def test_the_last_to_leave_restores_what_was_before_the_first_came():
     with threadpool_limits(2):
         first, second = one_thread(), one_thread()
         first.__enter__()

@@ -19,7 +19,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_lines_report_the_beginning_and_the_end() -> None:
+def test_lines_report_the_beginning_and_the_end():
     stream = io.StringIO()
     with progress_display(stream) as progress:
         progress("Simulate [OR]", 0.0)
@@ -32,7 +32,7 @@ def test_lines_report_the_beginning_and_the_end() -> None:
     assert written[2].startswith("Simulate [OR]: done in ")
 
 
-def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch):
     monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()
     with progress_display(stream) as progress:
@@ -45,7 +45,7 @@ def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch:
     assert not any(line.startswith("Compile") for line in written[written.index("Draw ...") :])
 
 
-def test_bars_are_drawn_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bars_are_drawn_on_a_terminal(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
     with progress_display(stream) as progress:
@@ -59,14 +59,14 @@ def test_bars_are_drawn_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "100%" in stream.getvalue()
 
 
-def test_a_failed_stage_is_not_reported_as_done() -> None:
+def test_a_failed_stage_is_not_reported_as_done():
     calls: list[tuple[str, float | None]] = []
     with pytest.raises(KeyError), stage(lambda *call: calls.append(call), "Draw"):
         raise KeyError
     assert calls == [("Draw", None)]
 
 
-def test_many_threads_lose_no_line() -> None:
+def test_many_threads_lose_no_line():
     stream, count = io.StringIO(), 20
 
     def work(name: str) -> None:

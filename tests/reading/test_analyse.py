@@ -1,10 +1,7 @@
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError, DataError
-from srbval.reading.analyse import analyse
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval import ConfigurationError, DataError, Origin, Recording, ShaftSpeed, SpeedSource, analyse, load_bearing
 
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
@@ -20,14 +17,19 @@ READING_PCT = 0.02
 
 def impulses(rate_hz, *, modulation_hz=0.0, depth=0.8, seed=1, noise=0.3):
     """Impulses at `rate_hz` ringing at 2 kHz, their size modulated at `modulation_hz`, and noise."""
-    rng = np.random.default_rng(seed)
-    samples = noise * rng.standard_normal(round(SECONDS * FS_HZ))
+    times_s = np.arange(0.01, SECONDS - 0.02, 1 / rate_hz)
+    sizes = 1 + depth * np.cos(2 * np.pi * modulation_hz * times_s) if modulation_hz else np.ones(times_s.size)
+    return rings(times_s, sizes, seed, noise)
+
+
+def rings(times_s, sizes, seed=1, noise=0.3):
+    """Rings at 2 kHz in noise."""
+    samples = noise * np.random.default_rng(seed).standard_normal(round(SECONDS * FS_HZ))
     ring_s = np.arange(200) / FS_HZ
     ring = np.exp(-ring_s * 1500) * np.sin(2 * np.pi * 2000 * ring_s)
-    for at_s in np.arange(0.01, SECONDS - 0.02, 1 / rate_hz):
+    for at_s, size in zip(times_s, sizes, strict=True):
         first = round(at_s * FS_HZ)
-        size = 1 + depth * np.cos(2 * np.pi * modulation_hz * at_s) if modulation_hz else 1.0
-        samples[first : first + ring.size] += 3 * size * ring
+        samples[first : first + ring.size] += 3 * size * ring[: samples.size - first]
     return samples
 
 

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from srbval import SpeedSource, diagnose, load_recording
 from srbval.bearing import Fault
 from srbval.comparison.speed_and_slip import cage_factor
 from srbval.diagnosis.baseline import Baseline, baseline_of, compare_with_baseline
-from srbval.diagnosis.diagnose import diagnose
 from srbval.diagnosis.fault_verdict import verdict_of
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.lines import detected_fault_lines
-from srbval.recordings import SpeedSource, load_recording
 from tests.diagnosis.test_fault_verdict import assert_no_contradiction
 
 pytestmark = pytest.mark.recordings
@@ -86,7 +85,7 @@ def healthy_file(file: Path, dataset: str) -> Path | None:
     return file.with_name(HEALTHY_OF[dataset]) if dataset in HEALTHY_OF else None
 
 
-def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir: Path) -> None:
+def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir):
     """Recordings alone and beside their healthy ones; labels by the manifest, which no analysis sees.
 
     Every third one, in the long form all.

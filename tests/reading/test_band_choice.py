@@ -3,11 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.reading.analyse import analyse
+from srbval import Origin, analyse, load_bearing
 from srbval.reading.lines import Line, sidak_corrected
 from srbval.reading.pipeline import band_kurtogram, declared_band
-from srbval.recordings import Origin
 from srbval.signal.comb import FALSE_ALARM
 from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
 

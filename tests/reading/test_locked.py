@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal.windows import hann
 
+from srbval import DataError, Recording
 from srbval.bearing import Fault
-from srbval.errors import DataError
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
-from srbval.recordings import Recording
 from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 from tests.signal.test_envelope import bandpass
 
@@ -49,7 +48,7 @@ def cleaned(samples: np.ndarray, state: Fault = Fault.OUTER, order: float | None
     return without_passage_lines(record_of("made", state, samples), BEARING, order, WHOLE_HZ)
 
 
-def test_a_known_power_is_found_whatever_the_background() -> None:
+def test_a_known_power_is_found_whatever_the_background():
     random = np.random.default_rng(1)
     fault = gated(random, 0.2)
     assert locked(fault, WIDE) == pytest.approx(20 * np.log10(0.2), abs=NEAR_DB)
@@ -57,14 +56,14 @@ def test_a_known_power_is_found_whatever_the_background() -> None:
     assert locked(2 * fault, WIDE) == pytest.approx(locked(fault, WIDE) + 20 * np.log10(2))
 
 
-def test_bands_that_cannot_show_the_line_are_left_out() -> None:
+def test_bands_that_cannot_show_the_line_are_left_out():
     found = locked_powers(record_of("made", Fault.OUTER, pulses(np.random.default_rng(2))), BEARING, ORDER, LEVEL_BANDS)
     assert list(found) == ["1259 Hz", "1585 Hz", "1995 Hz", "2512 Hz", "3162 Hz"]  # wider than 2 x 117 Hz
     with pytest.raises(DataError, match="no shaft speed"):
         locked_powers(replace(record_of("x", Fault.OUTER, TIME_S), speed=None), BEARING, ORDER, LEVEL_BANDS)
 
 
-def test_a_line_that_is_no_fault_s_does_not_count() -> None:
+def test_a_line_that_is_no_fault_s_does_not_count():
     random = np.random.default_rng(3)
     quiet = tone(1.0) + background(random, 0.05)
     assert not locked_levels(record_of("made", Fault.OUTER, quiet), BEARING, ORDER)[f"locked {BAND}"].present
@@ -74,7 +73,7 @@ def test_a_line_that_is_no_fault_s_does_not_count() -> None:
     assert abs(locked(with_line) - locked(fault)) > 0.4, "left in it interferes with the passages"
 
 
-def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays() -> None:
+def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays():
     random = np.random.default_rng(4)
     fault = pulses(random) + background(random, 0.01)
     for with_line in (fault, fault + tone(2.0)):
@@ -92,7 +91,7 @@ def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays() -> None:
     assert before < 0.7 * true
 
 
-def test_a_healthy_bearing_has_its_own_multiples() -> None:
+def test_a_healthy_bearing_has_its_own_multiples():
     noise = background(np.random.default_rng(5), 0.05)
     for multiple in (*PASSAGE_LINES[True], *PASSAGE_LINES[False]):
         hz = multiple * ORDER * SHAFT_HZ * 1.001  # the cage slips

@@ -2,15 +2,13 @@
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from srbval import Origin, Recording, SpeedSource, analyse, load_recording
 from srbval.bearing import Fault, load_bearing
 from srbval.reading import speed_search
-from srbval.reading.analyse import analyse
-from srbval.recordings import Origin, Recording, SpeedSource, load_recording
 from srbval.recordings.speed import nominal_speed
 from srbval.signal import Periodogram
 
@@ -57,7 +55,7 @@ def record(*, shaft_hz: float, slip: float = 0.0, seed: int = 0, fault: bool = T
 
 
 @pytest.mark.parametrize(("shaft_hz", "slip"), [(24.65, 0.0), (25.0, 0.006), (25.21, 0.006)])
-def test_speed_and_slip_are_told_apart(shaft_hz: float, slip: float) -> None:
+def test_speed_and_slip_are_told_apart(shaft_hz, slip):
     result = analyse(record(shaft_hz=shaft_hz, slip=slip), bearing=BEARING)
     assert result.speed.source is SpeedSource.ESTIMATED
     assert result.speed.value_hz == pytest.approx(shaft_hz, rel=TOLERANCE)
@@ -66,14 +64,14 @@ def test_speed_and_slip_are_told_apart(shaft_hz: float, slip: float) -> None:
     assert result.line("BPFI").deviation_pct == pytest.approx(100 * slip, abs=SLIP_PCT)
 
 
-def test_noise_gives_no_speed() -> None:
+def test_noise_gives_no_speed():
     for seed in range(2):
         result = analyse(record(shaft_hz=25.0, seed=seed, fault=False), bearing=BEARING)
         assert result.speed.source is SpeedSource.NOMINAL
 
 
 @pytest.mark.parametrize("orders", [(1, 2), (1, 2, 3, 4)])
-def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders: tuple[int, ...]) -> None:
+def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders):
     """A second machine near the set point modulates the same band as the sidebands at the true speed, 6 % away."""
     true = record(shaft_hz=26.5)
     time = np.arange(true.channels["x"].size) / FS_HZ
@@ -86,7 +84,7 @@ def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders: tuple[i
 
 @pytest.mark.slow
 @pytest.mark.recordings
-def test_left_out_records_are_covered(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_left_out_records_are_covered(recordings_dir, monkeypatch):
     """Records with a measured speed, estimated without it: each covered by what the others alone would allow."""
     monkeypatch.setattr(speed_search, "ALLOWANCE", 0.0)
     excess = {}
@@ -116,7 +114,7 @@ def whitened(*shafts_hz: float) -> Periodogram:
     return Periodogram.of(samples, 1000.0, limit_hz=300.0, shaft_hz=25.0)
 
 
-def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_rivals_it() -> None:
+def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_rivals_it():
     nominal = nominal_speed(1500.0, 1.5)
     found = speed_search.speed_by_comb(whitened(26.4), nominal)
     assert abs(found.value_hz - 26.4) <= found.ci95_hz < 0.02 * 26.4

@@ -3,40 +3,29 @@ import dataclasses
 import numpy as np
 import pytest
 
-from srbval.models.run_file import write_run
-from srbval.models.simulate import simulate
-from srbval.reading.analyse import analyse
+from srbval import analyse, simulate, write_run
 from srbval.recordings import SpeedSignal, load_recording, recording_from_run
 from srbval.recordings.speed import tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
-from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording
+from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording, rings
 
 RAMP = 0.05  # of the mean speed, from the first sample to the last
 SLIP = 1.002
 READING_PCT = 0.03
 
 
-def ramped(noise=0.3):
+def ramped():
     """Impulses of a fault at even shaft angles while the shaft speeds up by 5 %."""
     time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
     turns = SHAFT_HZ * ((1 - RAMP / 2) * time_s + RAMP * time_s**2 / (2 * SECONDS))
-    rng = np.random.default_rng(1)
-    samples = noise * rng.standard_normal(time_s.size)
-    ring_s = np.arange(200) / FS_HZ
-    ring = np.exp(-ring_s * 1500) * np.sin(2 * np.pi * 2000 * ring_s)
     strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
-    for at_s in np.interp(strikes, turns, time_s):
-        first = round(at_s * FS_HZ)
-        samples[first : first + ring.size] += 3 * ring[: samples.size - first]
-    return samples
+    return rings(np.interp(strikes, turns, time_s), np.ones(strikes.size))
 
 
 def with_tachometer():
     speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
     return recording(
-        ramped(),
-        speed=tachometer_speed(speed),
-        speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS),
+        ramped(), speed=tachometer_speed(speed), speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
     )
 
 

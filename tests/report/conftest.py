@@ -10,23 +10,7 @@ import pytest
 
 from srbval.recordings import Origin
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.report.blocks import (
-    Badge,
-    Callout,
-    Cell,
-    Column,
-    Command,
-    Figure,
-    FigureGrid,
-    KeyValues,
-    Listing,
-    Paragraph,
-    Report,
-    Section,
-    Table,
-    Tone,
-    VerdictBox,
-)
+from srbval.report import blocks
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import gather as gathering
 from srbval.report.findings.records import SpectrumView, fault_cursors
@@ -41,7 +25,7 @@ HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref 
 
 
 @pytest.fixture(scope="session")
-def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
+def with_rig(tmp_path_factory):
     """The report that everybody gets first, but for its short runs: with the rig's excerpts that come with srbval."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
@@ -80,13 +64,13 @@ def spectrum(record: Any) -> SpectrumView:
     """Its envelope spectrum up to 600 Hz with the harmonics of BPFI, over half of it as that of a healthy bearing."""
     healthy = SimpleNamespace(frequency_hz=record.frequency_hz, amplitude=record.amplitude / 2)
     cursors = fault_cursors("BPFI", 128.04, 600.0, sideband_hz=record.shaft_hz, sidebands=2)
-    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=((128.1, 30.0),), end_hz=600.0)  # type: ignore[arg-type]
+    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=((128.1, 30.0),), end_hz=600.0)
 
 
 @pytest.fixture(scope="session")
-def panels() -> tuple[Figure, ...]:
+def panels():
     """A simulated and a stand-in panel."""
-    stand_in = Figure(
+    stand_in = blocks.Figure(
         id="fig11b",
         label="Figure 11b",
         caption="Acceleration.",
@@ -94,7 +78,7 @@ def panels() -> tuple[Figure, ...]:
         draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"),
         synthetic=True,
     )
-    model = Figure(
+    model = blocks.Figure(
         id="fig12a",
         label="Figure 12a",
         caption="Envelope spectrum.",
@@ -106,25 +90,25 @@ def panels() -> tuple[Figure, ...]:
 
 
 @pytest.fixture(scope="session")
-def table() -> Table:
+def table():
     """A table with intervals, badges, tones, notes, a missing and a hostile value."""
-    model = Cell(value=96.998, ci95=0.004, badge=Badge.SIMULATED, note="cage 96.997")
-    return Table(
+    model = blocks.Cell(value=96.998, ci95=0.004, badge=blocks.Badge.SIMULATED, note="cage 96.997")
+    return blocks.Table(
         id="table6",
         label="Table 6",
         caption="Fault frequencies.",
         columns=(
-            Column(title="Defect"),
-            Column(title="Kinematic", unit="Hz", format=".2f"),
-            Column(title="Model", unit="Hz", format=".3f"),
-            Column(title="Deviation", unit="%", format="+.2f"),
-            Column(title="Verdict"),
+            blocks.Column(title="Defect"),
+            blocks.Column(title="Kinematic", unit="Hz", format=".2f"),
+            blocks.Column(title="Model", unit="Hz", format=".3f"),
+            blocks.Column(title="Deviation", unit="%", format="+.2f"),
+            blocks.Column(title="Verdict"),
         ),
         rows=tuple(
-            tuple(cell if isinstance(cell, Cell) else Cell(value=cell) for cell in row)
+            tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row)
             for row in (
-                ("outer", 96.79, model, 0.2149, Cell(value="within", tone=Tone.GOOD)),
-                ("inner", 128.04, float("nan"), -0.164, Cell(value="outside", tone=Tone.BAD)),
+                ("outer", 96.79, model, 0.2149, blocks.Cell(value="within", tone=blocks.Tone.GOOD)),
+                ("inner", 128.04, float("nan"), -0.164, blocks.Cell(value="outside", tone=blocks.Tone.BAD)),
                 (HOSTILE, None, 1.0, 0.0, "A" * 10_000),
             )
         ),
@@ -133,27 +117,27 @@ def table() -> Table:
 
 
 @pytest.fixture(scope="session")
-def report(panels: tuple[Figure, ...], table: Table) -> Report:
+def report(panels, table):
     """The whole."""
-    blocks = (
-        Paragraph("Text with **weight** and `code`."),
-        Paragraph(literal(HOSTILE)),
-        Paragraph("A" * 10_000),
-        Listing(("first", "second")),
-        Callout(Tone.WARNING, "A stand-in.", title="Mind:"),
-        Command("srbval report -o out"),
-        KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),
+    texts = (
+        blocks.Paragraph("Text with **weight** and `code`."),
+        blocks.Paragraph(literal(HOSTILE)),
+        blocks.Paragraph("A" * 10_000),
+        blocks.Listing(("first", "second")),
+        blocks.Callout(blocks.Tone.WARNING, "A stand-in.", title="Mind:"),
+        blocks.Command("srbval report -o out"),
+        blocks.KeyValues({"seed": 1, "note": HOSTILE, "nothing": None}),
     )
-    grid = FigureGrid(figures=panels[:1], columns=2, caption="One panel.")
-    return Report(
+    grid = blocks.FigureGrid(figures=panels[:1], columns=2, caption="One panel.")
+    return blocks.Report(
         title="Model against rig",
         subtitle="A test",
         generated_utc=datetime(2025, 1, 2, 3, 4, 5, tzinfo=UTC),
-        verdict=VerdictBox(tone=Tone.GOOD, headline="Within **0.25 %**.", points=("One.", "Two.")),
+        verdict=blocks.VerdictBox(tone=blocks.Tone.GOOD, headline="Within **0.25 %**.", points=("One.", "Two.")),
         sections=(
-            Section(id="text", title="Text " + HOSTILE, blocks=blocks),
-            Section(id="numbers", title="Numbers", blocks=(table,)),
-            Section(id="pictures", title="Pictures", blocks=(grid, panels[1])),
+            blocks.Section(id="text", title="Text " + HOSTILE, blocks=texts),
+            blocks.Section(id="numbers", title="Numbers", blocks=(table,)),
+            blocks.Section(id="pictures", title="Pictures", blocks=(grid, panels[1])),
         ),
         data={"table6": [{"defect": "outer", "model_hz": np.float64(96.998), "rig_hz": float("nan")}]},
     )

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from srbval.report.blocks import Report
 from srbval.report.findings.findings import Findings
 
@@ -33,5 +35,5 @@ class Made:
         return self.files[kind].read_text(encoding="utf-8")
 
     def document(self) -> dict[str, Any]:
-        found: dict[str, Any] = json.loads(self.text("json"))
-        return found
+        """Strict JSON: neither NaN nor Infinity."""
+        return dict(json.loads(self.text("json"), parse_constant=lambda name: pytest.fail(f"{name} in JSON")))

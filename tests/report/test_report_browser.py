@@ -7,7 +7,6 @@ Chromium is driven through Playwright: one on the PATH, one named by SRBVAL_CHRO
 import json
 import os
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
@@ -44,7 +43,7 @@ BROKEN = "() => [...document.images].filter((i) => !i.complete || !i.naturalWidt
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
+def chromium():
     sync_api = pytest.importorskip("playwright.sync_api")
     with sync_api.sync_playwright() as playwright:
         path = os.environ.get("SRBVAL_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
@@ -88,7 +87,7 @@ def violations(page: Any) -> list[str]:
 
 
 @pytest.fixture
-def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def document(request, tmp_path, monkeypatch):
     """The page of this name; those of a user's files are written from eight days of a machine and a broken file."""
     if request.param == "default":
         made: Made = request.getfixturevalue("with_rig")
@@ -112,7 +111,7 @@ def document(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("document", ["default", "case", *OWN], indirect=True)
-def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium: Any, document: Path) -> None:
+def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium, document):
     """Wide and narrow, light and dark, before and after every chart is opened for zooming; the answer is the top."""
     with Visit(chromium, document) as visit:
         order = ("#verdict", "#verdict figure", "main section:not(#verdict)")
@@ -130,7 +129,7 @@ def test_nothing_is_cut_asked_for_complained_of_or_inaccessible(chromium: Any, d
         assert visit.complaints == []
 
 
-def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium: Any, with_rig: Made) -> None:
+def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium, with_rig):
     """On a telephone and in the order in which the page is read aloud; a link opens what it leads to, paper all."""
     with Visit(chromium, with_rig.files["html"], viewport={"width": 390, "height": 844}) as visit:
         page = visit.page
@@ -146,7 +145,7 @@ def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium: Any, wi
         assert page.locator(".overflows").count() > 0, "what is wider than its place says so"
 
 
-def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium: Any, with_rig: Made) -> None:
+def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium, with_rig):
     with Visit(chromium, with_rig.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page
         page.keyboard.press("Tab")
@@ -171,7 +170,7 @@ def shown(page: Any) -> list[float]:
     return [float(end) for end in page.locator("#fig12a .explore").get_attribute("data-shown").split(",")]
 
 
-def test_the_pointer_zooms_and_reads(chromium: Any, with_rig: Made) -> None:
+def test_the_pointer_zooms_and_reads(chromium, with_rig):
     """On a line it reads the line's name, where it is expected in Hz and orders, and the highest value there."""
     with Visit(chromium, with_rig.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page

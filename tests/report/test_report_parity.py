@@ -48,7 +48,7 @@ def cells(made: Made) -> Iterator[tuple[str, Column, Cell, str, dict[str, object
                 yield table.id, *one
 
 
-def test_page_and_json_hold_each_cell_at_its_place(with_rig: Made) -> None:
+def test_page_and_json_hold_each_cell_at_its_place(with_rig):
     numbers = 0
     for table, column, cell, text, entry in cells(with_rig):
         assert words(html.escape(printable(cell.text(column)))) in text, (table, column.title)
@@ -59,7 +59,7 @@ def test_page_and_json_hold_each_cell_at_its_place(with_rig: Made) -> None:
 
 
 @pytest.mark.skipif(shutil.which("pdftotext") is None, reason="pdftotext (poppler) is not installed")
-def test_the_paper_has_each_number_and_is_no_book(with_rig: Made) -> None:
+def test_the_paper_has_each_number_and_is_no_book(with_rig):
     run = subprocess.run(["pdftotext", with_rig.files["pdf"], "-"], capture_output=True, check=True)
     assert run.stdout.count(b"\f") <= MOST_PAGES
     paper = words(run.stdout.decode("utf-8"))
@@ -67,7 +67,7 @@ def test_the_paper_has_each_number_and_is_no_book(with_rig: Made) -> None:
         assert isinstance(cell.value, str) or cell.text(column) == MISSING or cell.text(column) in paper
 
 
-def test_each_table_and_the_rows_behind_them_are_csv_files(with_rig: Made) -> None:
+def test_each_table_and_the_rows_behind_them_are_csv_files(with_rig):
     found, folder = with_rig.document(), with_rig.folder / "figures"
     for table in with_rig.report.tables():
         assert len(pd.read_csv(folder / f"{table.id}.csv")) == len(table.rows)

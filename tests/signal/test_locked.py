@@ -18,13 +18,13 @@ def noise(random: np.random.Generator) -> np.ndarray:
     return random.exponential(size=PERIODS.size)
 
 
-def test_a_known_power_is_the_mean_less_the_quiet_level() -> None:
+def test_a_known_power_is_the_mean_less_the_quiet_level():
     found = locked_mean(2.0 * RAISED + 5.0, PERIODS, BLOCKS)
     assert found.value == pytest.approx(0.6)
     assert locked_mean(5.0 - 2.0 * RAISED, PERIODS, BLOCKS).value == pytest.approx(1.4), "a dip is quieter, not louder"
 
 
-def test_noise_alone_has_no_locked_power_and_is_rarely_shown() -> None:
+def test_noise_alone_has_no_locked_power_and_is_rarely_shown():
     """The least of noisy means, taken in the same passages, would be below their mean in every trial."""
     random = np.random.default_rng(1)
     found = [locked_mean(noise(random), PERIODS, BLOCKS) for _ in range(TRIALS)]
@@ -34,7 +34,7 @@ def test_noise_alone_has_no_locked_power_and_is_rarely_shown() -> None:
 
 
 @pytest.mark.parametrize("strength", [0.5, 3.0])
-def test_the_interval_holds_as_often_as_it_says(strength: float) -> None:
+def test_the_interval_holds_as_often_as_it_says(strength):
     random = np.random.default_rng(2)
     found = [locked_mean((strength * RAISED + 1.0) * noise(random), PERIODS, BLOCKS) for _ in range(TRIALS)]
     inside = [abs(one.value - 0.3 * strength) <= one.ci95 for one in found]
@@ -42,7 +42,7 @@ def test_the_interval_holds_as_often_as_it_says(strength: float) -> None:
     assert np.mean([one.ci95 for one in found]) < 2.5 * NORMAL_95 * np.std([one.value for one in found])
 
 
-def test_a_tone_is_read_where_the_passage_is_quiet() -> None:
+def test_a_tone_is_read_where_the_passage_is_quiet():
     """A passage excites the tone's own frequency too; a mean over the whole phase would take both for the tone."""
     amplitude, slip = 0.5 - 0.2j, 1.5
     over = np.arange(PERIODS.size) / PERIODS.size
@@ -54,6 +54,6 @@ def test_a_tone_is_read_where_the_passage_is_quiet() -> None:
     assert abs(steady_tone(passages, 15 * PERIODS, None, 4.0)[0]) > 0.3
 
 
-def test_too_few_passages_are_refused() -> None:
+def test_too_few_passages_are_refused():
     with pytest.raises(DataError, match=r"9\.95 passages .* needs 16"):
         locked_mean(RAISED[:200], PERIODS[:200], BLOCKS)

@@ -53,14 +53,14 @@ def impacts(rng: np.random.Generator, jitter: float = 0.01) -> FloatArray:
     return np.asarray(np.convolve(struck, burst)[: struck.size] + rng.standard_normal(struck.size))
 
 
-def test_a_modulated_gear_mesh_is_gone_and_impacts_stay() -> None:
+def test_a_modulated_gear_mesh_is_gone_and_impacts_stay():
     rng = np.random.default_rng(1)
     mesh, struck = gear_mesh(rng), impacts(rng)
     assert line_to_noise(mesh) > 1000 > 20 > line_to_noise(prewhitened(mesh))
     assert line_to_noise(prewhitened(struck)) > 50
 
 
-def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
+def test_every_line_has_the_same_height_and_keeps_its_phase():
     samples = impacts(np.random.default_rng(3))
     white = np.fft.rfft(prewhitened(samples))[1:-1]
     before = np.fft.rfft(samples[: prewhitened(samples).size])[1:-1]
@@ -70,7 +70,7 @@ def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
 
 
 @pytest.mark.parametrize("size", [4096, 4097])
-def test_random_phases_keep_the_spectrum(size: int) -> None:
+def test_random_phases_keep_the_spectrum(size):
     samples = np.random.default_rng(1).standard_normal(size) + 0.3
     found = phase_randomised(samples, 2)
     np.testing.assert_allclose(np.abs(np.fft.rfft(found)), np.abs(np.fft.rfft(samples)), rtol=ROUNDING)

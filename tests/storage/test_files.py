@@ -1,15 +1,25 @@
-"""A file is replaced as a whole or stays as it was."""
+"""Files: replaced as a whole or left as they were, with a checksum, found where the package is installed."""
 
+import contextlib
 import os
+import subprocess
+import sys
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
-from srbval.errors import DataError
+import srbval
+from srbval import DataError, load_recording
+from srbval.bearing import Fault
 from srbval.storage.files import atomic_write, remove_unfinished
+from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
+from srbval.storage.installation import child_environment, shipped_folder
+from tests.recordings.synthetic_record import write_synthetic_record
 
 
-def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path: Path) -> None:
+def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path):
     path = tmp_path / "x" / "y" / "a.txt"
     with atomic_write(path) as part:  # which makes the folders
         part.write_text("old")
@@ -21,7 +31,7 @@ def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path: Path) -> Non
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
+def test_an_interruption_leaves_nothing(tmp_path):
     def interrupted() -> None:
         with atomic_write(tmp_path / "a.txt") as part:
             part.write_text("half")
@@ -32,14 +42,8 @@ def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:
-    (tmp_path / "a").touch()
-    with pytest.raises(DataError, match="cannot be written"), atomic_write(tmp_path / "a" / "b.txt"):
-        pass
-
-
-@pytest.mark.parametrize("name", ["pipe", "a\0b", "\ud800"])
-def test_what_no_file_can_replace_stays(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["pipe", "pipe/b.txt", "a\0b", "\ud800"])
+def test_what_no_file_can_replace_stays(name, tmp_path):
     """A pipe stands for the devices in /dev, which root could replace, to the harm of every program."""
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(DataError), atomic_write(tmp_path / name) as part:
@@ -47,7 +51,7 @@ def test_what_no_file_can_replace_stays(name: str, tmp_path: Path) -> None:
     assert [path.is_fifo() for path in tmp_path.iterdir()] == [True]
 
 
-def test_only_what_this_program_left_unfinished_is_removed(tmp_path: Path) -> None:
+def test_only_what_this_program_left_unfinished_is_removed(tmp_path):
     own = tmp_path / ".a.txt.x0_yz9ab.srbval-part"
     kept = [".a.txt.x.part", ".b.txt.x0_yz9ab.srbval-part", ".x.part", "a.txt", ".a.txt.srbval-part"]
     for name in (own.name, *kept):
@@ -57,3 +61,99 @@ def test_only_what_this_program_left_unfinished_is_removed(tmp_path: Path) -> No
     remove_unfinished(tmp_path, "a.txt".__eq__)
     left = {path.name for path in tmp_path.iterdir()}
     assert left == {*kept, ".a.txt.aaaaaaaa.srbval-part", ".a.txt.bbbbbbbb.srbval-part"}
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from srbval import DataError, paper_scene
+from srbval.models.simulate import simulate_to_file
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+fractions = []
+scene = paper_scene(model="kinematic", duration_s=2.0, defect={"kind": "outer"})
+try:
+    simulate_to_file(scene, Path(sys.argv[1]), progress=lambda _, fraction: fractions.append(fraction))
+except DataError as error:
+    print(error, max(fractions))
+"""
+
+
+@pytest.mark.parametrize("most_bytes", [0, 600, 100_000, 1_500_000])
+def test_a_full_disk_is_an_error_and_no_crash(most_bytes, tmp_path):
+    """HDF5 used to crash when the file was closed, after tracebacks of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(tmp_path / "run.h5"), str(most_bytes)], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "cannot be written (File too large)" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+    if most_bytes <= 600:
+        assert float(done.stdout.split()[-1]) < 0.5, "it is known long before the end"
+
+
+def test_every_byte_counts(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"content" * 3)
+    assert checked_summary(path) is None
+    append_checksum(path, b"summary\n")
+    assert checked_summary(path) == b"summary\n"
+    whole = path.read_bytes()
+    for at in range(8 * len(whole)):
+        raw = bytearray(whole)
+        raw[at // 8] ^= 1 << at % 8
+        path.write_bytes(raw)
+        with contextlib.suppress(DataError):
+            assert checked_summary(path) is None  # the mark itself is hit
+            assert at // 8 >= len(whole) - END_BYTES
+    for size in range(len(whole)):
+        path.write_bytes(whole[:size])
+        assert checked_summary(path) is None
+
+
+@pytest.fixture
+def stand_in(tmp_path):
+    write_synthetic_record(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=14.3, seconds=0.5, seed=1)
+    return tmp_path / "s.h5"
+
+
+def test_own_files_are_refused_when_a_bit_has_flipped(stand_in):
+    whole = stand_in.read_bytes()
+    for at in range(0, len(whole), len(whole) // 10):
+        raw = bytearray(whole)
+        raw[at] ^= 4
+        stand_in.write_bytes(raw)
+        with pytest.raises(DataError, match=r"damaged|not a known recording"):
+            load_recording(stand_in)
+    stand_in.write_bytes(whole[:-1])
+    with pytest.raises(DataError, match="its checksum is gone"):
+        load_recording(stand_in)
+    stand_in.write_bytes(whole)
+    assert "checksum" not in " ".join(load_recording(stand_in).notes)
+
+
+def test_a_file_of_an_earlier_version_is_read_with_a_note(stand_in):
+    before = load_recording(stand_in)
+    with h5py.File(stand_in, "r+") as file:
+        del file.attrs["srbval_checksum"]
+    after = load_recording(stand_in)
+    assert "no checksum" in " ".join(after.notes)
+    np.testing.assert_array_equal(before.channels["acceleration"], after.channels["acceleration"])
+
+
+HERE = Path(srbval.__file__).parent
+
+
+def test_what_is_shipped_is_found():
+    assert all(any(shipped_folder(name).iterdir()) for name in ("data_manifest/rig_excerpts", "reports"))
+    with pytest.raises(DataError, match="incomplete"):
+        shipped_folder("no_such_folder")
+
+
+def test_a_child_process_imports_this_very_package(tmp_path):
+    found = subprocess.run(
+        [sys.executable, "-P", "-c", "import srbval; print(srbval.__file__)"],
+        env=os.environ | child_environment(), cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(found.stdout.strip()).parent == HERE

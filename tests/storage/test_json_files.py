@@ -80,12 +80,12 @@ PART = {"value": 1.5, "side": "left", "doubled": 3.0}
     ],
     ids=repr,
 )
-def test_values_become_plain_json(value: Any, expected: Any) -> None:
+def test_values_become_plain_json(value, expected):
     assert read(value) == expected
     assert type(to_json(value)) in (str, int, float, bool, list, dict, type(None))
 
 
-def test_a_class_with_a_shape_of_its_own_says_so() -> None:
+def test_a_class_with_a_shape_of_its_own_says_so():
     assert to_json(OwnShape(Part(value=1.5))) == {"inner": PART, "n": 3}
     assert list(to_json(Part(value=0.0))) == ["value", "side", "doubled"]  # fields, then properties
     assert json_text({"unit": "µm"}) == '{\n  "unit": "µm"\n}\n'
@@ -96,13 +96,13 @@ UNWRITABLE |= {"complex": 1j, "bytes": b"x"}
 
 
 @pytest.mark.parametrize("value", UNWRITABLE.values(), ids=UNWRITABLE)
-def test_what_json_does_not_know_is_refused(value: Any) -> None:
+def test_what_json_does_not_know_is_refused(value):
     with pytest.raises(TypeError):
         json_text(value)
 
 
 @pytest.mark.parametrize("text", ["[" * 20_000, "1" * 5_000, "NaN", "-Infinity", b"\xff\xfe\x00", "{", ""])
-def test_a_damaged_document_is_a_value_error(text: str | bytes) -> None:
+def test_a_damaged_document_is_a_value_error(text):
     with pytest.raises(ValueError, match=r"\S"):
         parse_json(text)
 
@@ -129,7 +129,7 @@ RECORD = Record(
 )  # fmt: skip
 
 
-def test_what_was_written_is_read_again() -> None:
+def test_what_was_written_is_read_again():
     again = from_json(Record, json.loads(json_text(RECORD)))
     assert json_text(again) == json_text(RECORD)
     assert (again.part, again.file, again.rows, again.pair) == (RECORD.part, RECORD.file, RECORD.rows, RECORD.pair)
@@ -147,6 +147,6 @@ def test_what_was_written_is_read_again() -> None:
     ],
     ids=repr,
 )  # fmt: skip
-def test_another_table_is_a_value_error(change: dict[str, Any]) -> None:
+def test_another_table_is_a_value_error(change):
     with pytest.raises(ValueError, match=r"\S"):
         from_json(Record, to_json(RECORD) | change)

@@ -1,13 +1,19 @@
-"""What a result was computed by follows from the imports of the code that computes it."""
+"""Sources that a result follows from, the newest stored result that can be read, why evidence no longer holds."""
 
 import ast
+import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from srbval.storage import sources as module
+from srbval.storage import stored_result
+from srbval.storage.behaviour import changed_parts, differing, fingerprint_of, same
 from srbval.storage.installation import package_folder
+from srbval.storage.json_files import write_json
 from srbval.storage.sources import code_sha256, content_version, sources_of
+from srbval.storage.stored_result import ResultKind, StoredResult, newest_result
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
@@ -27,7 +33,7 @@ USED = {"entry.py", "near.py", "far.py", "named.py", "named.toml", "room/__init_
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Path:
+def made(tmp_path):
     package = tmp_path / "made"
     for name, text in SOURCES.items():
         path = package / name
@@ -37,7 +43,7 @@ def made(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", SOURCES)
-def test_the_version_changes_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
+def test_the_version_changes_with_what_is_used_and_with_nothing_else(name, made):
     content_version.cache_clear()
     before = content_version("made.entry", package=made)
     (made / name).write_text(SOURCES[name] + "\nadded = 1", encoding="utf-8")
@@ -64,7 +70,7 @@ OTHER = (("study.py", CODE.replace("LIMIT = 2", "LIMIT = 3")), ("more.py", "x = 
 
 
 @pytest.mark.parametrize(("file", "text"), SAME + OTHER)
-def test_the_hash_of_a_study_follows_what_it_computes(file: str, text: str, tmp_path: Path) -> None:
+def test_the_hash_of_a_study_follows_what_it_computes(file, text, tmp_path):
     """Docstrings, formatting, renamed private functions, moved files and pages leave it as it is."""
     (tmp_path / "study.py").write_text(CODE)
     (tmp_path / "study.toml").write_text('parts = ["full"]\nminutes = 2')
@@ -75,7 +81,7 @@ def test_the_hash_of_a_study_follows_what_it_computes(file: str, text: str, tmp_
     assert (code_of(tmp_path) == before) is ((file, text) in SAME)
 
 
-def test_no_import_of_this_package_is_overlooked() -> None:
+def test_no_import_of_this_package_is_overlooked():
     for source in package_folder().rglob("*.py"):
         text = source.read_text(encoding="utf-8")
         names, tree = set(), ast.parse(text)
@@ -89,15 +95,98 @@ def test_no_import_of_this_package_is_overlooked() -> None:
         assert names <= set(module._imported(text)), source
 
 
-def test_lazily_imported_models_belong_to_a_run() -> None:
+def test_lazily_imported_models_belong_to_a_run():
     names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.models.simulate")}
     assert {"models/full/contact_kernel.py", "models/planar/ring.py", "bearing/geometry.py"} <= names
     assert not any(name.startswith(("studies/", "cli/", "report/findings/")) for name in names)
 
 
-def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache() -> None:
+def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache():
     """Its folder is named by the content of ``*_kernel.py``: a kernel elsewhere could be loaded out of date."""
     models = package_folder() / "models"
     kernels = {path for path in models.rglob("*.py") if "\n@kernel" in path.read_text(encoding="utf-8")}
     assert len(kernels) > 1
     assert {path.name for path in kernels if not path.stem.endswith("_kernel")} == set()
+
+
+NAME = "stability"
+NOW = {"full": {"outer: cage_ratio": 0.43, "outer: rms_m_s2": 2.0}, "reading": {"H: hz": 97.0}}
+CONTENT: dict[str, Any] = {
+    "schema_version": 3, "kind": NAME, "made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc",
+    "command": "srbval evidence", "minutes": 5.5, "machine": {"processor": "P", "usable_cores": 2},
+    "code_sha256": "own", "fingerprint": {"full": NOW["full"]},
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def own_hash(monkeypatch):
+    monkeypatch.setattr(stored_result, "code_sha256", lambda _: "own")
+
+
+def result(**changes: Any) -> StoredResult:
+    return StoredResult(path=Path(f"{NAME}.json"), content=CONTENT | changes)
+
+
+def test_the_newest_is_found_with_its_origin(tmp_path, monkeypatch):
+    monkeypatch.setattr(stored_result, "cache_folder", lambda _: tmp_path / "cache")
+    monkeypatch.setattr(stored_result, "shipped_folder", lambda _: tmp_path)
+    assert newest_result(NAME) is None
+    write_json(tmp_path / f"{NAME}.json", CONTENT)
+    (tmp_path / "cache").mkdir()
+    write_json(tmp_path / "cache" / f"{NAME}.json", CONTENT | {"made_utc": "2026-01-02T00:00:00+00:00"})
+    found = newest_result(NAME)
+    assert found is not None
+    assert found.path.parent.name == "cache"
+    assert found.origin == {
+        "kind": "evidence", "made_utc": "2026-01-02T00:00:00+00:00", "git_revision": "abc", "minutes": 5.5,
+        "command": "srbval evidence", "processor": "P", "usable_cores": 2, "file": f"{NAME}.json",
+    }  # fmt: skip
+    write_json(tmp_path / "cache" / f"{NAME}.json", CONTENT | {"kind": "another"})
+    assert newest_result(NAME).path.parent == tmp_path
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({}, None),
+        ({"git_revision": "abc-dirty"}, "changed working tree"),
+        ({"code_sha256": "other"}, "computes something else"),
+        ({"fingerprint": None}, "does not state the fingerprint"),
+        ({"fingerprint": {"full": {**NOW["full"], "outer: rms_m_s2": 2.001}}}, "part full behaves differently"),
+        ({"fingerprint": {"full": {**NOW["full"], "gone": 1.0}}}, "gone"),
+    ],
+)
+def test_evidence_is_stale_if_what_it_depends_on_has_changed(changes, why):
+    found = result(**changes).why_stale(NOW)
+    assert found is None if why is None else why in (found or "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind"), [({"evidence_kind": "recorded"}, "recorded"), ({"computed_once": "blind"}, "document")]
+)
+def test_other_kinds_are_never_stale(changes, kind):
+    found = result(**changes, code_sha256="other")
+    assert found.kind is ResultKind(kind)
+    assert found.why_stale({}) is None
+
+
+def test_values_agree_within_their_tolerance():
+    assert same("outer: rms_m_s2", 1e-12, 3e-11)  # rounding of a theoretical zero
+    assert same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-7))
+    assert not same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-5))
+    assert same("a", math.nan, math.nan)
+    assert not same("a", math.nan, 1.0)
+    assert not same("a: status", "ok", "skidding")
+    assert differing({"a": 1.0, "b": 2.0}, {"b": 2.1, "c": 3.0}) == ["b", "c", "a"]
+    assert changed_parts(NOW, NOW | {"reading": {}}, ["full"]) == {}
+    assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"[" * 200_000, b"9" * 5000, b"\xff\xfe{}", b"null", b'{"kind": "stability"}']
+)
+def test_a_result_that_cannot_be_read_counts_as_absent(content, tmp_path, monkeypatch):
+    monkeypatch.setattr(stored_result, "cache_folder", lambda _: tmp_path)
+    monkeypatch.setattr(stored_result, "shipped_folder", lambda _: tmp_path / "none")
+    (tmp_path / f"{NAME}.json").write_bytes(content)
+    assert newest_result(NAME) is None

@@ -36,7 +36,7 @@ def compared(*rows: dict, spread: float = 0.0, draws: int = 16) -> tuple[pd.Data
     return compare(rig, found), pd.DataFrame(drawn)
 
 
-def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows() -> None:
+def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows():
     rows, _ = compared(
         row("locked 1000 Hz", 3.0),
         row("locked 1259 Hz", -5.0),
@@ -56,14 +56,14 @@ def test_a_band_that_is_not_shown_counts_by_the_least_error_that_it_allows() -> 
     }
 
 
-def test_reachable_is_what_the_best_gain_of_each_band_reaches_for_all_records_at_once() -> None:
+def test_reachable_is_what_the_best_gain_of_each_band_reaches_for_all_records_at_once():
     for *errors, hidden, expected in ((9.0, 2.0, [], 2), (9.0, 2.0, -5.5, [], 2), (9.0, 16.0, [9.0], 3)):
         rows = [row("locked 1000 Hz", error, record=f"R{i}") for i, error in enumerate(errors)]
         rows += [row("locked 1000 Hz", error, shown=False, record="hidden") for error in hidden]
         assert count_within(compared(*rows)[0])["locked"]["reachable"] == expected
 
 
-def test_a_planted_level_is_unexplained_and_scatter_is_not() -> None:
+def test_a_planted_level_is_unexplained_and_scatter_is_not():
     off = dict(zip(THIRD_OCTAVES, (1.0, -1.0, 0.5, -0.5, 0.3, -0.3), strict=False))
     planted = {"OR_353rpm_sample": 0.0, "IR_353rpm_sample": 12.0}
     rows, drawn = compared(
@@ -76,7 +76,7 @@ def test_a_planted_level_is_unexplained_and_scatter_is_not() -> None:
     assert unexplained(tests[:1], locked).startswith("In no record")
 
 
-def test_the_outcome_is_that_of_the_stored_predictions_on_the_published_records() -> None:
+def test_the_outcome_is_that_of_the_stored_predictions_on_the_published_records():
     predicted, outcome = (newest_result(name) for name in ("predictions", "prediction_outcome"))
     assert predicted is not None
     assert outcome is not None

@@ -1,7 +1,6 @@
 """Every study states its question and options; results are stored as the options ask."""
 
 import argparse
-from pathlib import Path
 
 import pytest
 
@@ -14,7 +13,7 @@ from srbval.studies.harness import Study, StudyResult, load_study, make_result, 
 
 
 @pytest.mark.parametrize("name", study_names())
-def test_every_study_states_its_question_and_has_options_that_parse(name: str) -> None:
+def test_every_study_states_its_question_and_has_options_that_parse(name):
     study = load_study(name)
     assert study.question.endswith("?") or "?" in study.question
     assert study.minutes > 0
@@ -27,9 +26,7 @@ def test_every_study_states_its_question_and_has_options_that_parse(name: str) -
     parser.parse_args([word for option in required for word in (option, "x")])
 
 
-def test_a_complete_result_is_stored_and_a_part_only_if_a_file_is_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_complete_result_is_stored_and_a_part_only_if_a_file_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     own = study_names()[0]
     study = Study(name=own, question="?", minutes=1)
@@ -43,7 +40,7 @@ def test_a_complete_result_is_stored_and_a_part_only_if_a_file_is_named(
         assert not stored or content["file"].is_file()
 
 
-def test_unknown_studies_and_options_are_refused() -> None:
+def test_unknown_studies_and_options_are_refused():
     with pytest.raises(ConfigurationError, match="no study is called 'nothing'"):
         run_study("nothing")
     with pytest.raises(ConfigurationError, match="has no option 'colour'"):

@@ -32,7 +32,7 @@ def stands_for(monkeypatch: pytest.MonkeyPatch, measures: Any) -> list[pd.DataFr
 
 
 @pytest.mark.parametrize("name", ["paper", "rig"])
-def test_every_record_is_run_at_the_same_inputs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_record_is_run_at_the_same_inputs(name, monkeypatch):
     asked = stands_for(monkeypatch, lambda case: {"ratio": 0.43 + 1e-9 * case["shaft_rpm"]})
     at = sobol(8 if name == "paper" else len(rig_inputs()), 2)
     found = study.cage_draws(name, at)
@@ -43,7 +43,7 @@ def test_every_record_is_run_at_the_same_inputs(name: str, monkeypatch: pytest.M
     assert (found["failed"], len(found["effects"])) == (0, len(at[0]))
 
 
-def test_a_failed_draw_is_left_out_and_a_failed_nominal_run_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_draw_is_left_out_and_a_failed_nominal_run_is_an_error(monkeypatch):
     at = sobol(len(rig_inputs()), 3)
 
     def breaks(case: dict[str, Any], where: list[float] | None) -> dict[str, Any]:
@@ -58,7 +58,7 @@ def test_a_failed_draw_is_left_out_and_a_failed_nominal_run_is_an_error(monkeypa
         study.cage_draws("rig", at)
 
 
-def test_scenes_are_nominal_finer_and_drawn() -> None:
+def test_scenes_are_nominal_finer_and_drawn():
     case = study.records(study.CAGE_STATES)[0] | {"turns": 3.0, "finer": False}
     rig = case | {"scene": "rig", "shares": [None] * len(rig_inputs())}
     assert study.scene_of(rig).line_contact == load_scene("rig").line_contact
@@ -70,7 +70,7 @@ def test_scenes_are_nominal_finer_and_drawn() -> None:
     assert all(0.96 <= one[INNER] <= one[OUTER] <= 0.985 for one in drawn)  # one roller has one profile radius
 
 
-def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_effects_are_as_large_as_they_are(monkeypatch):
     """A level that rises by 6 dB over the third input's range and falls by 1 dB over the fifth's."""
 
     def measures(case: dict[str, Any]) -> dict[str, Any]:
@@ -89,13 +89,13 @@ def test_effects_are_as_large_as_they_are(monkeypatch: pytest.MonkeyPatch) -> No
     assert set(cage["shares"].values()) == {0}
 
 
-def test_readings_scatter_about_the_truth_by_reading_and_between_records() -> None:
+def test_readings_scatter_about_the_truth_by_reading_and_between_records():
     own, rng = readings(), np.random.default_rng(1)
     read = np.array([[one.ratio for one in study.read_again(own, np.full(len(own), 0.43), rng)] for _ in range(300)])
     assert read.std(axis=0) / 0.43 == pytest.approx(STUDY.between_pct / 100, rel=0.2)
 
 
-def test_the_larger_an_error_the_more_often_it_is_found() -> None:
+def test_the_larger_an_error_the_more_often_it_is_found():
     rows = list(study.power(variant(), readings(), rigs=20))
     assert [(row["endpoint"], row["planted_pct"]) for row in rows] == [(n, p) for n in NAMES for p in study.PLANTED_PCT]
     for name in NAMES:

@@ -8,63 +8,54 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.progress import silent
+from srbval.studies.model_levels import study
 from srbval.studies.model_levels.page import least, question_table
-from srbval.studies.model_levels.study import (
-    BASES,
-    RANGES,
-    REFERENCE,
-    SCENES_PER_POINT,
-    cases,
-    errors,
-    run,
-    scene_of,
-    spread,
-    summary,
-)
 
 FEW_HOLD = 0.8  # of the bounds on ten scenes; 0.95 on many
 
 
-def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ() -> None:
-    table, fresh = cases(3, 0), cases(3, 8)
-    for axis, (low, high) in RANGES.items():
+def test_scenes_are_drawn_within_the_ranges_and_fresh_ones_differ():
+    table, fresh = study.cases(3, 0), study.cases(3, 8)
+    for axis, (low, high) in study.RANGES.items():
         assert table[axis].between(low, high).all()
         assert not set(table[axis]) & set(fresh[axis])
     first = table.groupby(["base", "fit", "point"]).model.first()
-    assert (first == REFERENCE).all()
-    assert set(table[table.base == "rig-oil"].model) == {REFERENCE, "slices"}
-    assert SCENES_PER_POINT == 10
+    assert (first == study.REFERENCE).all()
+    assert set(table[table.base == "rig-oil"].model) == {study.REFERENCE, "slices"}
+    assert study.SCENES_PER_POINT == 10
 
 
-def test_the_reference_takes_half_the_step() -> None:
-    for name, base in BASES.items():
-        case = cases(1, 0).set_index("base", drop=False).loc[name].iloc[0].to_dict()
-        right, own = scene_of(case, Fault.OUTER), scene_of({**case, "model": base.reference}, Fault.OUTER)
+def test_the_reference_takes_half_the_step():
+    for name, base in study.BASES.items():
+        case = study.cases(1, 0).set_index("base", drop=False).loc[name].iloc[0].to_dict()
+        right, own = study.scene_of(case, Fault.OUTER), study.scene_of({**case, "model": base.reference}, Fault.OUTER)
         assert right.solver.step_s == own.solver.step_s / 2
         assert right.line_contact.slices == (21 if base.finest else own.line_contact.slices)
 
 
-def test_errors_are_those_of_what_the_reference_answers() -> None:
+def test_errors_are_those_of_what_the_reference_answers():
     common = {"base": "paper", "fit": "play", "point": 0, "rpm": 700.0, "radial_kn": 100.0, "height_mm": 0.1}
     right = {"outer": {"lines": [100.0], "power": [50.0]}}
     own = {"outer": {"lines": [101.0], "slip": [1.0]}}
-    found = errors(pd.DataFrame([{**common, "model": m, "answers": a} for m, a in ((REFERENCE, right), ("line", own))]))
+    found = study.errors(
+        pd.DataFrame([{**common, "model": m, "answers": a} for m, a in ((study.REFERENCE, right), ("line", own))])
+    )
     assert dict(zip(found.question, found.error_pct, strict=True)) == {"lines": pytest.approx(1.0), "power": math.inf}
 
 
-def test_the_spread_is_largest_median_and_order_statistics() -> None:
+def test_the_spread_is_largest_median_and_order_statistics():
     """Ranks 5 and 15 of 19 contain the median with 98 % (binomial distribution)."""
-    (row,) = spread(pd.DataFrame({"model": "line", "error_pct": [float(n) for n in range(19, 0, -1)]}), "model")
+    (row,) = study.spread(pd.DataFrame({"model": "line", "error_pct": [float(n) for n in range(19, 0, -1)]}), "model")
     assert (row["error_pct"], row["median_pct"], row["ci95_pct"]) == (19.0, 10.0, [5.0, 15.0])
-    (row,) = spread(pd.DataFrame({"model": "line", "error_pct": [0.1, 0.2, *[math.inf] * 8]}), "model")
+    (row,) = study.spread(pd.DataFrame({"model": "line", "error_pct": [0.1, 0.2, *[math.inf] * 8]}), "model")
     assert (row["error_pct"], row["median_pct"], row["ci95_pct"]) == (None, None, [0.1, None])
     assert (row["silent"], row["scenes"]) == (8, 10)
 
 
-def test_the_page_names_the_cheapest_model_that_is_enough() -> None:
+def test_the_page_names_the_cheapest_model_that_is_enough():
     measured = {"model": ["kinematic", "line", "full"], "error_pct": [100.0, 3.0, 0.1]}
     found = pd.DataFrame({"base": "paper", "question": "power"} | measured)
-    rows = summary(found, {"paper": {"pace": {"kinematic": 0.001, "line": 0.1, "full": 0.4}}})
+    rows = study.summary(found, {"paper": {"pace": {"kinematic": 0.001, "line": 0.1, "full": 0.4}}})
     assert [row["enough"] for row in rows] == [None, True, True]
     assert least(rows) == "line"
     (line,) = question_table(rows).to_dict("records")
@@ -73,9 +64,9 @@ def test_the_page_names_the_cheapest_model_that_is_enough() -> None:
 
 
 @pytest.mark.slow
-def test_bounds_hold_on_fresh_scenes() -> None:
+def test_bounds_hold_on_fresh_scenes():
     """The short form of ``srbval study run model_levels --fresh-scenes 40 --seed 7``."""
-    options = Namespace(fresh_scenes=SCENES_PER_POINT, seed=7, jobs=None)
-    checked = pd.DataFrame(run(options, silent).content["checks"])
-    assert set(checked.base) == set(BASES)
+    options = Namespace(fresh_scenes=study.SCENES_PER_POINT, seed=7, jobs=None)
+    checked = pd.DataFrame(study.run(options, silent).content["checks"])
+    assert set(checked.base) == set(study.BASES)
     assert checked.held.mean() >= FEW_HOLD

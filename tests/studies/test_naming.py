@@ -1,7 +1,6 @@
 """The study of naming: which records, what each method is given, how calls are counted, and the stored result."""
 
 import dataclasses
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -28,7 +27,7 @@ class Made(KnownRecord):
         return dataclasses.replace(record(shaft_hz=25.0), state=None), BEARING
 
 
-def test_a_record_is_seen_by_every_method_without_its_state() -> None:
+def test_a_record_is_seen_by_every_method_without_its_state():
     """No method names another part; in the whole band, prewhitened, a single line is too weak."""
     entry = RegisteredRecording(file="/x/a.mat", sha256="", size_bytes=1, mtime_ns=1, status=FileStatus.OK)
     entry = dataclasses.replace(entry, dataset="cwru")
@@ -42,7 +41,7 @@ def test_a_record_is_seen_by_every_method_without_its_state() -> None:
     assert next(iter(named([seen], silent)))["called"]["record alone"] is None
 
 
-def test_calls_are_counted_by_set_and_class() -> None:
+def test_calls_are_counted_by_set_and_class():
     calls = (
         ("a", Fault.OUTER, Fault.OUTER),
         ("a", Fault.INNER, Fault.OUTER),
@@ -59,7 +58,7 @@ def test_calls_are_counted_by_set_and_class() -> None:
 
 
 @pytest.mark.recordings
-def test_shared_records_of_known_state(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shared_records_of_known_state(recordings_dir, monkeypatch):
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
     records = known_records(listing().recordings)
     assert {r.state for r in records} == {Fault.HEALTHY, *DEFECTS}
@@ -70,7 +69,7 @@ def test_shared_records_of_known_state(recordings_dir: Path, monkeypatch: pytest
     assert all(r.load()[0].state is None for r in records[:3])
 
 
-def test_the_evidence_that_ships_is_that_of_the_stored_records() -> None:
+def test_the_evidence_that_ships_is_that_of_the_stored_records():
     fitted, shipped = fit_evidence(pd.DataFrame(STORED["known"])), evidence()
     for name in NUMBERS:
         assert getattr(fitted, name) == pytest.approx(getattr(shipped, name), rel=FIT_REL)

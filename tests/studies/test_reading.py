@@ -15,7 +15,7 @@ THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
 VARIANCE_SCATTER = 0.05  # of 20,000 samples, with a wide margin
 
 
-def test_the_records_are_as_stated() -> None:
+def test_the_records_are_as_stated():
     record = records.comb(np.random.default_rng(2), 10.0, 40.0, 0.0).samples
     power = sum(amplitude**2 for amplitude in records.AMPLITUDES) / 2
     assert np.var(record) == pytest.approx(power + record.size / 4 / 1e4, rel=VARIANCE_SCATTER)
@@ -23,7 +23,7 @@ def test_the_records_are_as_stated() -> None:
     assert records.bound_hz(10.0, 16.0) == pytest.approx(0.390 / (10 * math.sqrt(information)), rel=THREE_DIGITS)
 
 
-def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named() -> None:
+def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named():
     found = study.background("foreign", 3)
     assert found["named"] == 0
     assert found["placebos"] > 10
@@ -31,7 +31,7 @@ def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named
     assert study.healthy(study.HEALTHY[1])["named"] == 0
 
 
-def test_rows_become_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_become_a_page(monkeypatch):
     """Every cell, background and healthy record has its row; the tables show what the rows contain."""
     monkeypatch.setattr(study, "in_processes", lambda function, items, **_: ((one, function(one)) for one in items))
     monkeypatch.setattr(study, "row_of", fake_row)

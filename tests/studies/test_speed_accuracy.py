@@ -1,12 +1,9 @@
 """The benchmark from end to end on short runs; no time is asserted."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from srbval.cli import main
 from srbval.models.run import works
 from srbval.models.simulate import Step, simulate
 from srbval.report.prose import Prose
@@ -24,14 +21,14 @@ ROW_KEYS = {"scene", "model", "solver", "dt_s", "wall_per_simulated_s", "cpu_per
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def result(tmp_path_factory):
     with stored_in(tmp_path_factory.mktemp("bench")):
         found = study.run_bench(scenes=("interference-outer",), solvers=("ode1", "imex2"), settings=TINY)
     content: dict[str, Any] = to_json(found)
     return content
 
 
-def test_document(result: dict[str, Any]) -> None:
+def test_document(result):
     assert [(r["solver"], round(1 / r["dt_s"])) for r in result["runs"]] == [
         ("ode1", 20480), ("ode1", 61440), ("imex2", 20480), ("imex2", 61440),
     ]  # fmt: skip
@@ -43,7 +40,7 @@ def test_document(result: dict[str, Any]) -> None:
     assert result["seconds_planned"] > 0
 
 
-def test_a_run_ends_as_simulate_does(result: dict[str, Any]) -> None:
+def test_a_run_ends_as_simulate_does(result):
     thrown, *_, good = result["runs"]
     assert (thrown["ok"], thrown["cage_error"], thrown["pareto"]) == (False, None, False)
     assert thrown["reason"]
@@ -53,7 +50,7 @@ def test_a_run_ends_as_simulate_does(result: dict[str, Any]) -> None:
     assert simulate(scene, step=Step.CHECKED).status == good["status"]
 
 
-def test_errors_are_relative_and_what_is_missing_has_none() -> None:
+def test_errors_are_relative_and_what_is_missing_has_none():
     right = {"cage_ratio": 0.43, "band_rms_m_s2": 1.4}
     found = study.errors({"cage_ratio": 0.43 * 0.999, "band_rms_m_s2": 1.4 * 10}, right)
     assert found == pytest.approx({"cage_error": 1e-3, "band_rms_error": 9.0, "band_rms_error_db": 20.0})
@@ -64,29 +61,25 @@ def row(scene: str, cost: float | None, cage: float | None, ok: bool = True) -> 
     return {"scene": scene, "cpu_per_simulated_s": cost, "cage_error": cage, "ok": ok}
 
 
-def test_each_scene_has_its_own_front_and_failed_runs_are_on_none() -> None:
+def test_each_scene_has_its_own_front_and_failed_runs_are_on_none():
     rows = [row("a", 1.0, 1e-4), row("a", 2.0, 1e-5), row("a", 2.0, 1e-3), row("a", 0.1, 0.0, ok=False),
             row("b", 9.0, 1e-1), row("a", None, 1e-9)]  # fmt: skip
     assert [r["pareto"] for r in study.with_fronts(rows)] == [True, True, False, False, True, False]
 
 
-def test_a_quick_chart_is_planned_within_a_minute() -> None:
+def test_a_quick_chart_is_planned_within_a_minute():
     cases = study.grid(scene=[study.SCENES[0], study.SCENES[-1]], solver=list(study.SOLVERS), steps_per_s=[61440])
     assert study.seconds_planned(cases, study.QUICK, jobs=1) < 45
 
 
-def test_page_and_command(
-    result: dict[str, Any], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_page_and_command(result, srbval_json, srbval_text, monkeypatch, tmp_path):
     _, figure, table = blocks(Prose("srbval.studies.speed_accuracy"), result)
     figure.draw(tmp_path, "chart")
     assert (tmp_path / "chart.svg").is_file()
     assert len(table.rows) >= 1
     asked: list[Any] = []
     monkeypatch.setattr(study, "run_bench", lambda **given: asked.append(given) or result)
-    assert main(["bench", "--quick", "--solvers", "ode4", "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = srbval_json("bench", "--quick", "--solvers", "ode4")
     assert (document["status"], len(document["runs"])) == ("ok", 4)
     assert (asked[0]["settings"], asked[0]["solvers"]) == (study.QUICK, ("ode4",))
-    assert main(["bench", "--quick"]) == 0
-    assert "of 4 runs work" in capsys.readouterr().out
+    assert "of 4 runs work" in srbval_text("bench", "--quick").out

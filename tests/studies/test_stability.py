@@ -18,7 +18,7 @@ LOWER = [(f"ode{n}", 710.0) for n in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def result(tmp_path_factory):
     with stored_in(tmp_path_factory.mktemp("stability")):
         found = study.run_stability(
             scenes=("interference-outer",), solvers=("ode1", "imex2"), rpm=(710.0,), steps_per_s=(122880, 61440, 15360)
@@ -27,7 +27,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return content
 
 
-def test_cells_and_limits(result: dict[str, Any]) -> None:
+def test_cells_and_limits(result):
     assert all(set(cell) >= CELL_KEYS for cell in result["cells"])
     assert all(set(limit) >= LIMIT_KEYS for limit in result["limits"])
     limits = {limit["solver"]: limit for limit in result["limits"]}
@@ -37,7 +37,7 @@ def test_cells_and_limits(result: dict[str, Any]) -> None:
     assert all(cell["stable"] == works(cell["status"]) for cell in result["cells"])
 
 
-def test_a_cell_ends_as_simulate_does(result: dict[str, Any]) -> None:
+def test_a_cell_ends_as_simulate_does(result):
     cells = [cell for cell in result["cells"] if cell["solver"] == "imex2"]
     for cell in cells:
         run = simulate(study.scene_of(cell | {"steps_per_s": round(1 / cell["dt_s"])}), step=Step.CHECKED)
@@ -45,7 +45,7 @@ def test_a_cell_ends_as_simulate_does(result: dict[str, Any]) -> None:
     assert {cell["stable"] for cell in cells} == {True, False}
 
 
-def test_every_line_has_a_run_at_the_papers_step_and_runs_of_one_length() -> None:
+def test_every_line_has_a_run_at_the_papers_step_and_runs_of_one_length():
     """The first run of a bisection has the middle step."""
     middle = study.STEPS_PER_S[(len(study.STEPS_PER_S) - 1) // 2]
     assert pytest.approx(PAPER.step_s) == 1 / middle
@@ -68,7 +68,7 @@ def cell(solver: str, rpm: float, stable: bool, **changes: Any) -> dict[str, Any
         (1, [("ode4", 3000.0), ("ode4", 710.0)], False),
     ],
 )  # fmt: skip
-def test_claims_are_answered_by_counting_cells(claim: int, failed: list[tuple[str, float]], borne_out: bool) -> None:
+def test_claims_are_answered_by_counting_cells(claim, failed, borne_out):
     """ode4 is the lowest stable order up to 1000 rpm; it fails at every speed above, and only there."""
     every = {(f"ode{n}", rpm) for n in (1, 2, 3, 4) for rpm in (710.0, 3000.0)} | set(failed)
     cells = [cell(solver, rpm, (solver, rpm) not in failed) for solver, rpm in sorted(every)]

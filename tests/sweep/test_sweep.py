@@ -1,17 +1,15 @@
 """Tables of scenes: grids and draws, measured rows that are stored, bisection along an axis."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.errors import ConfigurationError
+from srbval import ConfigurationError, Scene, paper_scene
 from srbval.models.health import default_solver
 from srbval.models.run import RunStatus, works
-from srbval.scene import Scene, paper_scene
 from srbval.sweep.pool import Attempt, attempt, side_by_side
 from srbval.sweep.scenes import OUTPUT_RATE_HZ, PAPER, bench_scene, lasting_passages
 from srbval.sweep.sweep import Case, bisect, draws, grid, records, sweep
@@ -29,7 +27,7 @@ def measure(case: Case, *tried: Attempt) -> dict[str, Any]:
     return {"bpfo_hz": [one.run.bpfo_hz for one in tried if one.run is not None][-1]}
 
 
-def test_a_grid_has_every_combination_and_draws_fill_their_ranges() -> None:
+def test_a_grid_has_every_combination_and_draws_fill_their_ranges():
     assert grid(a=[1, 2], b=["x", "y"]).to_dict("list") == {"a": [1, 1, 2, 2], "b": ["x", "y", "x", "y"]}
     drawn = draws({"low": (0.0, 1.0), "high": (10.0, 20.0)}, 8, seed=3)
     assert drawn.equals(draws({"low": (0.0, 1.0), "high": (10.0, 20.0)}, 8, seed=3))
@@ -37,7 +35,7 @@ def test_a_grid_has_every_combination_and_draws_fill_their_ranges() -> None:
     assert drawn["high"].between(10, 20).all()
 
 
-def test_rows_are_measured_once_and_then_read(tmp_path: Path) -> None:
+def test_rows_are_measured_once_and_then_read(tmp_path):
     cases = grid(rpm=[300.0, 600.0])
     RUNS.clear()
     with stored_in(tmp_path):
@@ -51,7 +49,7 @@ def test_rows_are_measured_once_and_then_read(tmp_path: Path) -> None:
     assert first["status"].tolist() == ["ok", "ok"]
 
 
-def test_bisection_finds_the_last_value_that_passes(tmp_path: Path) -> None:
+def test_bisection_finds_the_last_value_that_passes(tmp_path):
     values, groups = [100.0, 200.0, 300.0, 400.0, 500.0], grid(limit=[50.0, 320.0, 900.0])
     with stored_in(tmp_path):
         limits, cells = bisect(
@@ -63,7 +61,7 @@ def test_bisection_finds_the_last_value_that_passes(tmp_path: Path) -> None:
     assert sum(row["runs"] for row in found) == len(cells) < len(values) * len(groups)
 
 
-def test_a_refused_scene_is_a_failed_attempt_and_no_jobs_are_refused() -> None:
+def test_a_refused_scene_is_a_failed_attempt_and_no_jobs_are_refused():
     refused = attempt(paper_scene(model="nothing"))
     assert (refused.status, refused.run, refused.works, refused.measurable) == ("refused", None, False, False)
     with pytest.raises(ConfigurationError, match="jobs"):
@@ -71,12 +69,12 @@ def test_a_refused_scene_is_a_failed_attempt_and_no_jobs_are_refused() -> None:
 
 
 @pytest.mark.parametrize("status", list(RunStatus))
-def test_what_works_is_what_simulate_accepts(status: RunStatus) -> None:
+def test_what_works_is_what_simulate_accepts(status):
     assert works(status) == works(status.value) == (status in ("ok", "skidding", "rollers-unloaded"))
     assert status.usable or not works(status)
 
 
-def test_scenes_by_name() -> None:
+def test_scenes_by_name():
     scene = bench_scene("interference-outer", solver=default_solver(), step_s=PAPER.step_s, rpm=355.0)
     assert scene.contact.roller_fit == "printed"
     assert scene.output_rate_hz == OUTPUT_RATE_HZ

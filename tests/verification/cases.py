@@ -1,7 +1,8 @@
 """States at which the equations of motion are checked: near rolling, with everything moving."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tests.verification.harness import (
     FloatArray,
     Parameters,
     Rates,
+    Scene,
     geometry,
     layout_of,
     merged,
@@ -17,6 +19,7 @@ from tests.verification.harness import (
     parameters,
     rates,
     rolling_state,
+    shaft_reversed,
 )
 from tests.verification.world import Contacts, World
 
@@ -38,6 +41,13 @@ EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symm
     "speed_profile": {"time_s": [0.0, 0.02, 0.1], "speed_rad_s": [60.0, 80.0, 70.0]},
     "load_profile": {"time_s": [0.0, 0.1], "radial_n": [120e3, 90e3], "axial_n": [30e3, 5e3]},
 }
+BACKWARDS = "interference, defects off the load zone, shaft turning back"
+TURNED: dict[str, Any] = {
+    "load": {"axial": "20 kN", "direction": "-72 deg"},
+    "contact": PRINTED_FIT,
+    "defect": DEFECTS["roller"] | {"row": 2, "roller": 6, "angle": "9 deg"},
+    "further_defects": [DEFECTS["outer"] | {"angle": "-19 deg"}, DEFECTS["inner"] | {"angle": "19 deg"}],
+}
 CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the state
     "play, paper's case": ({"defect": DEFECTS["healthy"]}, 0.0123),
     # ring far down: contacts of 0 to 0.17 mm, so that both narrow and wide windows are looked up, neighbours differ
@@ -47,8 +57,23 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the sta
     "interference, damaged roller": ({"contact": PRINTED_FIT, "defect": DEFECTS["roller"]}, 0.0),
     "interference, pit with finer points": ({"contact": PRINTED_FIT, "defect": DEFECTS["fine"]}, 0.0),
     "every force at once, changing speed and load": (EVERYTHING, 0.0217),
-    "every force at once, two cages": (merged(EVERYTHING, {"bodies": {"cages": 2}}), 0.0217),
+    "every force at once, two cages": (merged(EVERYTHING, {"bodies": {"cages": 2}}), 0.004),  # while settling
+    BACKWARDS: (TURNED, 0.00445),
 }
+
+
+class Subject(NamedTuple):
+    """A scene, the model of it that is tested, and the same in world axes."""
+
+    scene: Scene
+    model: Parameters
+    world: World
+
+
+def subject(*changes: dict[str, Any], make: Callable[[Scene], Parameters] = parameters) -> Subject:
+    """The paper's scene with changes laid over each other."""
+    scene = paper_scene(**merged(*changes))
+    return Subject(scene, make(scene), World(scene, geometry()))
 
 
 @dataclass(frozen=True)
@@ -66,8 +91,9 @@ class Case:
 def make_case(name: str) -> Case:
     """Model and world formulation of one of `CASES`."""
     changes, t = CASES[name]
-    scene = paper_scene(**changes)
-    model, world = parameters(scene), World(scene, geometry())
+    scene, model, world = subject(changes)
+    if name == BACKWARDS:
+        model, world = shaft_reversed(model), World(scene, geometry(), turning=-1)
     y = disturbed(model, seed=len(name), cage_angle=scene.load.zone_rad)
     return Case(model, world, t, y, rates(model, t, y), world.contacts(t, y))
 

@@ -24,21 +24,7 @@ KERNELS = Path(srbval.__file__).parent / "models" / "full"
 LONGEST_S = 600
 NEEDED = ("numba", "numpy.testing", "scipy.optimize", "scipy.signal", "scipy.fft", "scipy.spatial.transform")
 # Nothing of the project's own settings: checks are run as they stand, and warnings are no matter here.
-OPTIONS = (
-    "-x",
-    "-q",
-    "--tb=no",
-    "-rf",
-    "-p",
-    "no:cacheprovider",
-    "-p",
-    "no:xdist",
-    "-o",
-    "addopts=",
-    "-o",
-    "filterwarnings=",
-    "--timeout=0",
-)
+OPTIONS = "-x -q --tb=no -rf -p no:cacheprovider -p no:xdist -o addopts= -o filterwarnings= --timeout=0"
 
 
 def plant(error: dict[str, str]) -> None:
@@ -55,7 +41,7 @@ def plant(error: dict[str, str]) -> None:
         found = get_data(loader, path)
         return found.replace(error["old"].encode(), error["new"].encode()) if path == planted else found
 
-    SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data  # type: ignore[method-assign]
+    SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data
 
 
 def main() -> None:
@@ -72,7 +58,7 @@ def main() -> None:
                 os.dup2(printed.fileno(), 1)
                 os.dup2(printed.fileno(), 2)
                 plant(error)
-                code = int(pytest.main([*OPTIONS, *error["tests"]]))
+                code = int(pytest.main([*OPTIONS.split(), *error["tests"]]))
                 sys.stdout.flush()
                 os._exit(code)
             _, status = os.waitpid(child, 0)

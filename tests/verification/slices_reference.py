@@ -185,22 +185,20 @@ class SlicedBearing:
         return cases
 
 
-def balanced_ratio(
-    cases: list[tuple[Contacts, FloatArray]], shaft_rad_s: float, friction: Friction, between: float = 1.0
-) -> float:
+def balanced_ratio(cases: list[tuple[Contacts, FloatArray]], shaft_rad_s: float, friction: Friction) -> float:
     """Cage over shaft speed at which friction has no moment about the shaft, summed over `cases`: contacts and slides.
 
-    Slips are averaged over this share of the way `between` neighbouring places.
+    Slips are averaged over the way between neighbouring places.
     """
 
     def moment(ratio: float) -> float:
-        return sum(moment_about_shaft(*case, ratio, shaft_rad_s, friction, between) for case in cases)
+        return sum(moment_about_shaft(*case, ratio, shaft_rad_s, friction) for case in cases)
 
     return float(brentq(moment, *RATIOS, xtol=1e-9))
 
 
 def moment_about_shaft(
-    found: Contacts, slide: FloatArray, ratio: float, shaft_rad_s: float, friction: Friction, between: float
+    found: Contacts, slide: FloatArray, ratio: float, shaft_rad_s: float, friction: Friction
 ) -> float:
     """Moment of friction on rollers about the shaft [N m], each turning so that friction has none about its axis.
 
@@ -217,7 +215,7 @@ def moment_about_shaft(
 
     def drags(spin: FloatArray) -> FloatArray:
         slip = race - carried - spin[:, None] * found.s_m
-        half = between / 2 * np.abs(np.gradient(slip, axis=2)) + LEAST_SLIP
+        half = np.abs(np.gradient(slip, axis=2)) / 2 + LEAST_SLIP
         return found.force_n * friction.mean(slip - half, slip + half)
 
     rolling = -cage * g.pitch_radius_m / found.s_m[0].mean(axis=1)

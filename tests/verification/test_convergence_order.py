@@ -11,20 +11,9 @@ the same limit as ode4.
 import numpy as np
 import pytest
 
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    PRINTED_FIT,
-    FloatArray,
-    Parameters,
-    Scene,
-    advance,
-    geometry,
-    layout_of,
-    paper_scene,
-    parameters,
-    rolling_state,
-)
-from tests.verification.world import World
+from srbval.arrays import FloatArray
+from tests.verification.cases import subject
+from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, Parameters, advance, layout_of, rolling_state
 
 ORDERS = {"ode1": 1, "ode2": 2, "ode3": 3, "ode4": 4, "imex1": 1, "imex2": 2, "ros2": 2}
 IMPLICIT = ("imex1", "imex2", "ros2")
@@ -39,11 +28,6 @@ STIFF_REFERENCE = 16000  # ode4 at 12.5 ns; at 25 ns it is 6e-5 off
 STIFF_LIMITS = {"imex1": 5e-3, "imex2": 5e-4, "ros2": 1e-3}
 STIFF_GAIN = 20.0  # from 48 to 3072 steps, order one would give 64, once the step resolves friction
 LEAST_TOUCHING = 300  # some four points per contact
-
-
-def scene(shaft: str, critical_velocity: str = "10 m/s") -> Scene:
-    contact = PRINTED_FIT | {"critical_velocity": critical_velocity}
-    return paper_scene(contact=contact, shaft_speed=shaft)
 
 
 def settled(model: Parameters) -> FloatArray:
@@ -82,9 +66,9 @@ def swung(y: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize("method", ORDERS)
-def test_order_without_contact_changes(method: str) -> None:
-    case = scene("1e-6 rpm")
-    model, world = parameters(case), World(case, geometry())
+def test_order_without_contact_changes(method):
+    contact = PRINTED_FIT | {"critical_velocity": "10 m/s"}
+    _, model, world = subject({"contact": contact, "shaft_speed": "1e-6 rpm"})
     y = swung(settled(model))
     touching = world.contacts(0.0, y).touching
     coarse, fine = errors(model, y, method, STEPS[method])
@@ -93,10 +77,10 @@ def test_order_without_contact_changes(method: str) -> None:
     assert world.contacts(WINDOW_S, y).touching == touching > LEAST_TOUCHING
 
 
-def test_implicit_methods_go_to_the_same_limit_with_stiff_friction() -> None:
+def test_implicit_methods_go_to_the_same_limit_with_stiff_friction():
     """Sticking and sliding, points coming and going, an outer-race defect under the load."""
-    defect = {"kind": "outer", "angle": "4 deg"}
-    model = parameters(paper_scene(contact=PRINTED_FIT | {"critical_velocity": "1 mm/s"}, defect=defect))
+    contact = PRINTED_FIT | {"critical_velocity": "1 mm/s"}
+    model = subject({"contact": contact, "defect": {"kind": "outer", "angle": "4 deg"}}).model
     start = rolling_state(model)
     advance(model, start, step_s=PAPER_STEP_S, steps=600, method="imex2")
     exact = after(model, start, "ode4", STIFF_REFERENCE, STIFF_S)

@@ -44,7 +44,7 @@ def skf_power_w(rpm: float, radial_n: float) -> float:
         ),
     ],
 )
-def test_drive_power_is_near_skfs(rpm: float, radial_kn: float) -> None:
+def test_drive_power_is_near_skfs(rpm, radial_kn):
     turns_s = TURNS * 60 / rpm
     own = {
         "shaft_speed": f"{rpm} rpm",

@@ -15,19 +15,8 @@ import pytest
 
 from srbval.models.full import columns as col
 from srbval.models.run import EnergyFlow
-from tests.verification.cases import CASES, make_case
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    PRINTED_FIT,
-    FloatArray,
-    geometry,
-    paper_scene,
-    parameters,
-    rates,
-    recorded,
-    rolling_state,
-)
-from tests.verification.world import World
+from tests.verification.cases import CASES, make_case, subject
+from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, FloatArray, rates, recorded, rolling_state
 
 SPAN_S = 1e-9  # so short that no point comes or goes meanwhile
 # The quotient loses 1e-14 of 60 J over 1e-9 s, a thousandth of a watt; the powers are 5 kW and more.
@@ -74,7 +63,7 @@ def supplied(totals: FloatArray) -> float:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_balance_at_an_instant(name: str) -> None:
+def test_balance_at_an_instant(name):
     case = make_case(name)
 
     def stored(ahead_s: float) -> float:
@@ -88,7 +77,7 @@ def test_balance_at_an_instant(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_balance_over_time(name: str) -> None:
+def test_balance_over_time(name):
     (coarse, fine), share, gain = RUNS[name]
     left = {refinement: share_left(SCENES[name], "imex2", refinement) for refinement in (coarse, fine)}
     assert left[fine] < share
@@ -96,15 +85,14 @@ def test_balance_over_time(name: str) -> None:
 
 
 @pytest.mark.parametrize(("method", "contact", "kind", "rpm"), AT_DEFAULT)
-def test_balance_at_the_default_step(method: str, contact: dict[str, Any], kind: str, rpm: int) -> None:
+def test_balance_at_the_default_step(method, contact, kind, rpm):
     changes = {"contact": contact, "defect": {"kind": kind}, "shaft_speed": f"{rpm} rpm"}
     assert share_left(changes, method, 1, DEFAULT_S) < LEFT[method]
 
 
 def share_left(changes: dict[str, Any], method: str, refinement: int, run_s: float = RUN_S) -> float:
     """Energy unaccounted for as a share of all that was lost, over `run_s` from the rolling start."""
-    scene = paper_scene(**changes)
-    model, world = parameters(scene), World(scene, geometry())
+    _, model, world = subject(changes)
     y, step = rolling_state(model), PAPER_STEP_S / refinement
     before = world.mechanical_energy(y) + rates(model, 0.0, y).totals[col.CONTACT_ENERGY]
     steps = round(run_s / step)

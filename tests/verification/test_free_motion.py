@@ -11,19 +11,8 @@ import numpy as np
 import pytest
 
 from srbval.models.full import columns as col
-from tests.verification.harness import (
-    LOOSE_FIT,
-    FloatArray,
-    Parameters,
-    advance,
-    geometry,
-    layout_of,
-    merged,
-    paper_scene,
-    parameters,
-    rates,
-    rolling_state,
-)
+from tests.verification.cases import subject
+from tests.verification.harness import LOOSE_FIT, FloatArray, Parameters, advance, layout_of, rates, rolling_state
 from tests.verification.world import World
 
 STEP_S, STEPS = 2e-5, 25
@@ -37,7 +26,7 @@ CAGE_RAD_S = 33.0
 
 @dataclass(frozen=True)
 class Free:
-    """A model whose rollers float midway between the races, with everything moving."""
+    """A model whose rollers float midway between the races and touch nothing, with everything moving."""
 
     model: Parameters
     world: World
@@ -45,8 +34,7 @@ class Free:
 
 
 def floating(**changes: Any) -> Free:
-    scene = paper_scene(**merged({"contact": LOOSE_FIT}, changes))
-    model = parameters(scene)
+    _, model, world = subject({"contact": LOOSE_FIT}, changes)
     y = rolling_state(model)
     where = layout_of(y)
     y[where.cage] = (0.004, -0.003, 0.7)
@@ -54,20 +42,15 @@ def floating(**changes: Any) -> Free:
     y[where.slide] = np.linspace(-8e-4, 6e-4, where.rollers)
     y[where.slide_rate] = np.linspace(-0.05, 0.04, where.rollers)
     y[where.spin] = np.linspace(-260, -200, where.rollers)
-    return Free(model, World(scene, geometry()), y)
-
-
-def test_nothing_touches() -> None:
-    """The state that the checks below rest on."""
-    free = floating()
-    found = rates(free.model, 0.0, free.y)
+    found = rates(model, 0.0, y)
     assert found.totals[col.DEEPEST] < 0.0
     assert not found.totals[col.RING_FORCE].any()
     assert not found.load_n.any()
+    return Free(model, world, y)
 
 
 @pytest.mark.parametrize("gravity", [False, True], ids=["no weight", "weight"])
-def test_angular_momentum_and_energy_at_an_instant(gravity: bool) -> None:
+def test_angular_momentum_and_energy_at_an_instant(gravity):
     """The inertia terms cancel in both and leave the torque of the weights: nothing but the right-hand side is used."""
     free = floating(load={"gravity": gravity})
     rate = rates(free.model, 0.0, free.y).rate
@@ -86,7 +69,7 @@ def turnover(free: Free) -> float:
     return CAGE_RAD_S * float(np.linalg.norm(free.world.momentum(free.y)))
 
 
-def test_angular_momentum_and_energy_are_kept_over_time() -> None:
+def test_angular_momentum_and_energy_are_kept_over_time():
     free = floating(load={"radial": "0 N"})
     y = free.y.copy()
     advance(free.model, y, step_s=STEP_S, steps=STEPS)

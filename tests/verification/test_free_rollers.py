@@ -19,11 +19,11 @@ from scipy.special import hyp2f1
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.scene import load_scene
-from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, paper_scene, rates
+from tests.verification.cases import subject
+from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, rates
 from tests.verification.slices_reference import C_L_N_MM, SlicedBearing, slices_model
 from tests.verification.test_energy_balance import lost, supplied
 from tests.verification.test_slices_energy import RIG, SPAN_S
-from tests.verification.world import World
 
 SCENE: dict[str, Any] = merged(
     RIG,
@@ -96,8 +96,7 @@ class StaticRoller:
 @cache
 def posed(row: int) -> tuple[Parameters, list[Pose], FloatArray]:
     """The model, every roller's pose under the ring that loads a row (0: both), the model's state there, at rest."""
-    scene = paper_scene(**SCENE)
-    model = slices_model(scene)
+    scene, model, _ = subject(SCENE, make=slices_model)
     bearing = SlicedBearing.like(model, scene)
     poses = [StaticRoller(bearing, number, RINGS_M[row]).balance() for number in range(len(model.slot_angle))]
     where = layout_of(np.zeros(4 * len(poses) + 12))
@@ -113,7 +112,7 @@ def in_order(model: Parameters, row: int) -> FloatArray:
 
 
 @pytest.mark.parametrize("row", RINGS_M)
-def test_loads_tilt_and_shift_are_those_of_the_static_solver(row: int) -> None:
+def test_loads_tilt_and_shift_are_those_of_the_static_solver(row):
     model, poses, y = posed(row)
     found = rates(model, 0.0, y)
     load = found.load_n.sum(axis=2)
@@ -131,7 +130,7 @@ def test_loads_tilt_and_shift_are_those_of_the_static_solver(row: int) -> None:
     assert found.totals[col.RING_FORCE_Z] == pytest.approx(along, rel=LOAD)
 
 
-def test_rollers_align_themselves_in_a_tilted_cage() -> None:
+def test_rollers_align_themselves_in_a_tilted_cage():
     """Where the cage holds them they slide back along their axes and turn back: no load moves."""
     model, _, y = posed(0)
     straight, tilted = rates(model, 0.0, y).load_n.sum(axis=2), y.copy()
@@ -156,14 +155,14 @@ def rolling(model: Parameters, rest: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize("row", RINGS_M)
-def test_power_at_an_instant(row: int) -> None:
+def test_power_at_an_instant(row):
     """Rollers and cage roll and rock: drive and load put in what is stored and lost.
 
     But for what the model leaves out, that a roller shifted by w moves by w tilt' along its slot, the tilt against the
     ring's own axes: nothing in a run, where rollers are in balance; here their slides are not.
     """
     model, _, y = posed(row)
-    world, rng, where = World(paper_scene(**SCENE), geometry()), np.random.default_rng(row), layout_of(y)
+    world, rng, where = subject(SCENE).world, np.random.default_rng(row), layout_of(y)
     y = rolling(model, y)
     y[where.slide_rate] = rng.normal(0, 1e-4, where.rollers)
     y[where.slide] += rng.normal(0, 3e-6, where.rollers)
@@ -228,13 +227,13 @@ def closed_form_shares(model: Parameters, axial_n: float) -> FloatArray:
 
 
 @pytest.mark.parametrize("axial_n", AXIAL_N)
-def test_shares_of_the_rows_are_those_of_the_closed_form(axial_n: float) -> None:
+def test_shares_of_the_rows_are_those_of_the_closed_form(axial_n):
     model, load_n = in_balance(axial_n)
     shares = load_n.sum(axis=1) / load_n.sum()
     assert shares == pytest.approx(closed_form_shares(model, axial_n), rel=SHARE, abs=LEAST_SHARE)
 
 
-def test_without_axial_load_held_rollers_carry_what_free_ones_do() -> None:
+def test_without_axial_load_held_rollers_carry_what_free_ones_do():
     held, free = (in_balance(0.0, free)[1] for free in (False, True))
     assert np.abs(held - free).max() < LOADS * held.max()
     assert np.abs(in_balance(25e3, False)[1] - in_balance(25e3)[1]).max() > 10 * LOADS * held.max()

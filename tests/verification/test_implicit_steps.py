@@ -17,18 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from srbval.bearing import Fault
 from srbval.models.full import columns as col
-from tests.verification.cases import CASES, disturbed
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    FloatArray,
-    Parameters,
-    geometry,
-    layout_of,
-    paper_scene,
-    parameters,
-    rates,
-    stepped,
-)
+from tests.verification.cases import CASES, disturbed, subject
+from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, layout_of, rates, stepped
 from tests.verification.matrices import damping_matrix, damping_with_shaft, mass_matrix
 from tests.verification.world import World
 
@@ -147,9 +137,8 @@ METHODS: dict[str, tuple[Stepper, float]] = {
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("method", METHODS)
-def test_steps_by_dense_matrices(method: str, name: str) -> None:
-    scene = paper_scene(**CASES[name][0])
-    model, world = parameters(scene), World(scene, geometry())
+def test_steps_by_dense_matrices(method, name):
+    scene, model, world = subject(CASES[name][0])
     start = disturbed(model, seed=2, cage_angle=scene.load.zone_rad)
     step, tolerance = METHODS[method]
     found, powers = stepped(model, start, method, step_s=PAPER_STEP_S, first=FIRST_STEP, steps=STEPS)

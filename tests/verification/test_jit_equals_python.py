@@ -14,19 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
-from tests.verification.cases import DEFECTS, disturbed
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    PRINTED_FIT,
-    FloatArray,
-    Parameters,
-    layout_of,
-    paper_scene,
-    parameters,
-    rates,
-    stepped,
-)
+from tests.verification.cases import DEFECTS, disturbed, subject
+from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, Parameters, layout_of, parameters, rates, stepped
 from tests.verification.slices_reference import slices_model
 
 SEEDS = (1, 2)
@@ -45,18 +36,8 @@ FITS = {"play": {}, "interference": PRINTED_FIT}
 SUMS, SINGLE = 1e-12, 1e-11
 STEP = 1e-10  # a step carries what slides and spins are off into its later stages' contacts
 FAMILIES = ("ode4", "imex1", "imex2", "ros2")
-SAME = {
-    "force": SUMS,
-    "cage": SUMS,
-    "ring": SUMS,
-    "inertia": SUMS,
-    "step": STEP,
-    "slide": SINGLE,
-    "spin": SINGLE,
-    "loads": SINGLE,
-    "torque": SINGLE,
-    "powers": SINGLE,
-}
+SAME = dict.fromkeys(("force", "cage", "ring", "inertia"), SUMS) | {"step": STEP}
+SAME |= dict.fromkeys(("slide", "spin", "loads", "torque", "powers"), SINGLE)
 
 # Friction of a slice is an integral over its slips, over their range: a thousandth of them where a slice is narrow, as
 # in a hole, and so rounding counts a thousand times and more.
@@ -65,12 +46,11 @@ ROUGHER = {"torque": 1e-10, "powers": 1e-9, "spin": 1e-8, "step": 1e-8}
 
 def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
     """Everything the right-hand side gives for a state, by kind."""
-    if defect in SLICED:
-        scene = paper_scene(contact=FITS[fit], defect=SLICED[defect], line_contact=OIL if fit == "play" else {})
-        model = slices_model(scene)
-    else:
-        scene = paper_scene(contact=FITS[fit], defect=DEFECTS[defect])
-        model = parameters(scene)
+    line_contact = OIL if defect in SLICED and fit == "play" else {}
+    scene, model, _ = subject(
+        {"contact": FITS[fit], "defect": (DEFECTS | SLICED)[defect], "line_contact": line_contact},
+        make=slices_model if defect in SLICED else parameters,
+    )
     y = disturbed(model, seed, cage_angle=scene.load.zone_rad)
     where, found = layout_of(y), rates(model, 0.0, y)
     return {
@@ -108,7 +88,7 @@ def everything() -> dict[str, FloatArray]:
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FloatArray]:
+def plain(tmp_path_factory):
     """All results of uncompiled kernels."""
     path = tmp_path_factory.mktemp("plain") / "results.npz"
     code = (
@@ -123,7 +103,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FloatArray]:
 
 
 @pytest.mark.parametrize("defect", [*DEFECTS, *SLICED])
-def test_compiled_equals_plain(defect: str, plain: dict[str, FloatArray]) -> None:
+def test_compiled_equals_plain(defect, plain):
     for fit in FITS:
         for seed in seeds(defect):
             for kind, found in kinds(defect, fit, seed).items():

@@ -105,7 +105,7 @@ def expected(one: Case) -> tuple[FloatArray, float, float, float]:
 
 
 @pytest.mark.parametrize("name", ["rolling", "drag"])
-def test_forces_are_those_of_free_bodies(name: str) -> None:
+def test_forces_are_those_of_free_bodies(name):
     one = case(name)
     parts, (couples, cages, on_shaft, power) = state_layout(one.model), expected(one)
     spins, turning = parts.spin.start - parts.half, parts.shaft_cage_rate.start - parts.half
@@ -119,7 +119,7 @@ def test_forces_are_those_of_free_bodies(name: str) -> None:
     assert one.wet.totals[POWERS[name]] == pytest.approx(power, rel=FORM)
 
 
-def test_pockets_rub_between_rollers_and_their_cage() -> None:
+def test_pockets_rub_between_rollers_and_their_cage():
     """Equal and opposite on roller and cage, against the relative turning, no more than friction times the push."""
     one = case("pockets")
     parts, cosine = state_layout(one.model), math.cos(geometry().tilt_rad)
@@ -137,7 +137,7 @@ def test_pockets_rub_between_rollers_and_their_cage() -> None:
 
 
 @pytest.mark.parametrize("name", ONLY)
-def test_power_balance(name: str) -> None:
+def test_power_balance(name):
     """What the shaft brings and the bodies do not take goes into the oil; nothing else changes."""
     one = case(name)
     bodies = float(one.force @ one.state[state_layout(one.model).half :])
@@ -147,7 +147,7 @@ def test_power_balance(name: str) -> None:
     assert all(value > 0 for value in lost) if name == "all" else np.count_nonzero(lost) == 1
 
 
-def test_limits() -> None:
+def test_limits():
     """Nothing at rest; no rolling resistance of a roller that carries nothing, nor of one that turns with its race."""
     still = case("all", still=True)
     np.testing.assert_allclose(still.force, 0.0, atol=1e-6)

@@ -11,19 +11,8 @@ import numpy as np
 import pytest
 
 from srbval.models.full import columns as col
-from tests.verification.cases import CASES, disturbed
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    FloatArray,
-    geometry,
-    layout_of,
-    paper_scene,
-    parameters,
-    rates,
-    recorded,
-    runge_kutta_stages,
-)
-from tests.verification.world import World
+from tests.verification.cases import CASES, disturbed, subject
+from tests.verification.harness import PAPER_STEP_S, layout_of, rates, recorded, runge_kutta_stages
 
 STEPS = 2
 SAME = 1e-9  # the same arithmetic in another order, through contacts that magnify rounding by 1e4
@@ -32,33 +21,24 @@ POWERS = {8: "drive_w", 9: "load_w", 5: "friction_w", 6: "damping_w", 10: "housi
 
 
 @pytest.fixture(params=["play, paper's case", "every force at once, changing speed and load"], scope="module")
-def interval(
-    request: pytest.FixtureRequest,
-) -> tuple[World, FloatArray, FloatArray, FloatArray, FloatArray, dict[str, Any]]:
+def interval(request):
     """World, state at the start and end of an output interval, mean and first contact values, and the record."""
-    scene = paper_scene(**CASES[request.param][0])
-    model = parameters(scene)
+    scene, model, world = subject(CASES[request.param][0])
     start = disturbed(model, seed=3, cage_angle=scene.load.zone_rad)
     end, mean = start.copy(), np.zeros(col.TOTALS)
     for i in range(STEPS):
         for weight, contact in runge_kutta_stages(model, end, i * PAPER_STEP_S, PAPER_STEP_S):
             mean += weight * contact / (STEPS * PAPER_STEP_S)
     first = rates(model, 0.0, start).totals
-    return (
-        World(scene, geometry()),
-        start,
-        end,
-        mean,
-        first,
-        recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=STEPS),
-    )
+    record = recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=STEPS)
+    return world, start, end, mean, first, record
 
 
 def same(found: Any, expected: Any, tolerance: float = SAME) -> None:
     assert found == pytest.approx(expected, abs=tolerance * float(np.abs(expected).max()))
 
 
-def test_motion(interval: Any) -> None:
+def test_motion(interval):
     _, start, end, _, _, record = interval
     where, seconds = layout_of(start), STEPS * PAPER_STEP_S
     same(record["acceleration_m_s2"][0], (end - start)[where.ring_rate] / seconds)
@@ -67,7 +47,7 @@ def test_motion(interval: Any) -> None:
     same(record["cage_rad_s"][0], (end - start)[where.cage][2] / seconds)
 
 
-def test_forces_and_powers(interval: Any) -> None:
+def test_forces_and_powers(interval):
     _, _, _, mean, _, record = interval
     same(record["roller_force_n"][0], mean[col.RING_FORCE])
     for index, name in POWERS.items():
@@ -76,7 +56,7 @@ def test_forces_and_powers(interval: Any) -> None:
         )
 
 
-def test_energies(interval: Any) -> None:
+def test_energies(interval):
     """Of the bodies, weight included, and of the housing's spring: as in world axes."""
     world, start, _, _, first, record = interval
     energy = record["energy"]

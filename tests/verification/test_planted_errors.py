@@ -11,8 +11,7 @@ import queue
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +53,7 @@ Outcome = tuple[int, str]  # exit status of pytest, and what it printed
 
 
 @pytest.fixture(scope="module")
-def outcomes(request: pytest.FixtureRequest) -> Iterator[dict[str, Future[Outcome]]]:
+def outcomes(request):
     """The tests' outcome for each planted error that was asked for and for none, some at once."""
     asked = {item.name for item in request.session.items}
     wanted = [error for error in ERRORS if f"{test_planted_error_is_caught.__name__}[{error.what}]" in asked]
@@ -84,7 +83,7 @@ def outcomes(request: pytest.FixtureRequest) -> Iterator[dict[str, Future[Outcom
         idle.get().communicate()  # ends with its input
 
 
-def test_anchors_are_found_once() -> None:
+def test_anchors_are_found_once():
     """So that the table follows the code."""
     sources = {path.name: path.read_text() for path in KERNELS.glob("*_kernel.py")}
     assert [error.what for error in ERRORS if sources[error.file].count(error.old) != 1] == []
@@ -92,7 +91,7 @@ def test_anchors_are_found_once() -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
-def test_unharmed_kernels_pass(outcomes: dict[str, Future[Outcome]]) -> None:
+def test_unharmed_kernels_pass(outcomes):
     code, printed = outcomes[UNHARMED.what].result()
     assert code == 0, printed
 
@@ -100,6 +99,6 @@ def test_unharmed_kernels_pass(outcomes: dict[str, Future[Outcome]]) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("error", PLANTED, ids=lambda error: error.what)
-def test_planted_error_is_caught(error: PlantedError, outcomes: dict[str, Future[Outcome]]) -> None:
+def test_planted_error_is_caught(error, outcomes):
     code, printed = outcomes[error.what].result()
     assert code == FAILED, f"no check noticed: {error.what}\n{printed}"

@@ -70,7 +70,7 @@ def rolling_ratio(p: float, roller_radius: float) -> float:
 
 
 @pytest.mark.parametrize("circle", [1, 2, 3])
-def test_cage_speed_of_pure_rolling(circle: int) -> None:
+def test_cage_speed_of_pure_rolling(circle):
     scene = paper_scene(**GENTLE)
     model = only_circle(parameters(scene), circle)
     y = rolling_state(model)

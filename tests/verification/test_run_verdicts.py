@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from srbval import Run, RunStatus, Scene
 from srbval.models.estimates import TOLERANCE, Estimate
 from srbval.models.health import CAUTION, SLIDING, default_solver
-from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import block_means, differences
-from srbval.scene import Scene
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene
 
@@ -90,7 +89,7 @@ def is_off(own: Attempt, right: Attempt) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [CONDITIONS, pytest.param(20 * CONDITIONS, marks=pytest.mark.long_form)])
-def test_runs_know_whether_they_are_right(count: int) -> None:
+def test_runs_know_whether_they_are_right(count):
     wrong, words, drawn = list[str](), list[str](), random.Random(SEED)
     for condition in conditions(count, drawn):
         right = attempt(condition.scene(default_solver(), CONVERGED))

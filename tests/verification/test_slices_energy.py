@@ -12,10 +12,10 @@ import pytest
 
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
-from tests.verification.harness import FloatArray, Parameters, Scene, geometry, layout_of, merged, paper_scene, rates
+from tests.verification.cases import subject
+from tests.verification.harness import FloatArray, Parameters, Scene, layout_of, rates
 from tests.verification.slices_reference import slices_model
 from tests.verification.test_energy_balance import lost, supplied
-from tests.verification.world import World
 
 RIG: dict[str, Any] = {
     "load": {"path": "bearing", "gravity": True},
@@ -69,9 +69,8 @@ def moving(scene: Scene, model: Parameters, seed: int, tilt_rad: float = 0.0) ->
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(("tilt_rad", "limit"), [(0.0, INSTANT), (TILT_RAD, TILTED)])
 @pytest.mark.parametrize("name", CASES)
-def test_balance_at_an_instant(name: str, tilt_rad: float, limit: float, seed: int) -> None:
-    scene = paper_scene(**merged(RIG, CASES[name]))
-    model, world = slices_model(scene), World(scene, geometry())
+def test_balance_at_an_instant(name, tilt_rad, limit, seed):
+    scene, model, world = subject(RIG, CASES[name], make=slices_model)
     y = moving(scene, model, seed, tilt_rad)
     found = rates(model, 0.0, y)
 
@@ -86,10 +85,9 @@ def test_balance_at_an_instant(name: str, tilt_rad: float, limit: float, seed: i
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", CASES)
-def test_torque_on_the_shaft_changes_the_momentum_of_cage_and_rollers(name: str, seed: int) -> None:
+def test_torque_on_the_shaft_changes_the_momentum_of_cage_and_rollers(name, seed):
     """What the inner race's contacts give to cage and rollers is what they take from the shaft."""
-    scene = paper_scene(**merged(RIG, CASES[name]))
-    model, world = slices_model(scene), World(scene, geometry())
+    scene, model, world = subject(RIG, CASES[name], make=slices_model)
     y = moving(scene, model, seed, TILT_RAD)
     rows = model.slices.rows.copy()
     rows[1, :, col.SLICE_STIFFNESS] = 0.0

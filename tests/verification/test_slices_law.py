@@ -53,7 +53,7 @@ def integral(depth: float, spread: float, power: float, arm: int = 0) -> float:
 
 @pytest.mark.parametrize("spread", SPREADS_M)
 @pytest.mark.parametrize("depth", DEPTHS_M)
-def test_spring_of_a_slice(depth: float, spread: float) -> None:
+def test_spring_of_a_slice(depth, spread):
     force, slope, twice_energy, part, off = slice_spring(STIFFNESS, depth, spread, FLAT, LEAST_M)
     low, high = touched(depth, spread)
     expected = STIFFNESS * integral(depth, spread, 10 / 9)
@@ -72,7 +72,7 @@ def test_spring_of_a_slice(depth: float, spread: float) -> None:
 
 @pytest.mark.parametrize("bent", BENT)
 @pytest.mark.parametrize("share", [-0.4, -0.25, 0.0, 0.25, 0.5, 1.0, 3.0])
-def test_a_slice_follows_the_bent_gap(share: float, bent: float) -> None:
+def test_a_slice_follows_the_bent_gap(share, bent):
     """Penetration depth + spread x - bend (x^2 / 2 - 1 / 24), x in widths from the middle; depth is its mean."""
     spread = 5e-6
     depth, bend = share * spread, bent * spread
@@ -93,7 +93,7 @@ def coefficient(slip: float, static: float, dynamic: float, critical: float) -> 
 @pytest.mark.parametrize("static", [0.7, 0.5])
 @pytest.mark.parametrize("more", RANGES_M_S)
 @pytest.mark.parametrize("slip", SLIPS_M_S)
-def test_friction_of_a_slice(slip: float, more: float, static: float) -> None:
+def test_friction_of_a_slice(slip, more, static):
     """Mean of eq. (19) over slips from `slip` less `more` to `slip` and `more`, over the slip in the middle."""
     contact = {"static_friction": static, "dynamic_friction": 0.5, "critical_velocity": "1 mm/s"}
     law = law_of_point(slices_model(paper_scene(contact=contact)).law)
@@ -107,7 +107,7 @@ def test_friction_of_a_slice(slip: float, more: float, static: float) -> None:
 
 
 @pytest.mark.parametrize("shaft_rad_s", [35.5, 90.0, -90.0])
-def test_lubricated_friction_grows_with_the_slide_to_roll_ratio(shaft_rad_s: float) -> None:
+def test_lubricated_friction_grows_with_the_slide_to_roll_ratio(shaft_rad_s):
     """Limit at a slip of limit / slope of the rolling speed: half of race's and roller's surface speeds, their sum."""
     oil = {"traction": "lubricated", "traction_slope": 4.0, "traction_limit": 0.06}
     model = slices_model(paper_scene(line_contact=oil))

@@ -15,45 +15,18 @@ import pytest
 
 from srbval.models.full import columns as col
 from srbval.models.full.slices_kernel import foot_of_slice
-from tests.verification.harness import (
-    FloatArray,
-    Parameters,
-    geometry,
-    layout_of,
-    merged,
-    paper_scene,
-    rates,
-    rolling_state,
-)
+from tests.verification.cases import subject
+from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, rates, rolling_state
 from tests.verification.slices_reference import STATIC, slices_model
 
+SPALL: dict[str, Any] = {"shape": "flat", "extent": "6 mm", "width": "10 mm", "axial": "-3 mm"}
+RAISED = SPALL | {"extent": "3 mm", "height": "20 um", "axial": "0 mm"}
 SHAPES: dict[str, dict[str, Any]] = {
     "hole": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm", "axial": "1 mm"},
-    "spall with ramps": {
-        "shape": "flat",
-        "extent": "6 mm",
-        "width": "10 mm",
-        "height": "-0.05 mm",
-        "axial": "-3 mm",
-        "ramp": "1 mm",
-    },
-    "shallow spall": {
-        "shape": "flat",
-        "extent": "6 mm",
-        "width": "10 mm",
-        "height": "-10 um",
-        "axial": "-3 mm",
-        "ramp": "2 mm",
-    },
-    "raised piece with ramps": {
-        "shape": "flat",
-        "extent": "3 mm",
-        "width": "10 mm",
-        "height": "20 um",
-        "axial": "0 mm",
-        "ramp": "1 mm",
-    },
-    "raised piece": {"shape": "flat", "extent": "3 mm", "width": "10 mm", "height": "20 um", "axial": "0 mm"},
+    "spall with ramps": SPALL | {"height": "-0.05 mm", "ramp": "1 mm"},
+    "shallow spall": SPALL | {"height": "-10 um", "ramp": "2 mm"},
+    "raised piece with ramps": RAISED | {"ramp": "1 mm"},
+    "raised piece": RAISED,
 }
 KINDS = ("outer", "inner", "roller")
 PASSAGES = (*KINDS, "roller before the inner race")
@@ -75,7 +48,7 @@ LOADS = 2e-3  # three parts of a contact are summed by size
 
 
 def damaged(kind: str, shape: str) -> Parameters:
-    return slices_model(paper_scene(**merged(STATIC, {"defect": SHAPES[shape] | {"kind": kind}})))
+    return subject(STATIC, {"defect": SHAPES[shape] | {"kind": kind}}, make=slices_model).model
 
 
 def race_and_window(kind: str, model: Parameters) -> tuple[int, int, FloatArray]:
@@ -86,7 +59,7 @@ def race_and_window(kind: str, model: Parameters) -> tuple[int, int, FloatArray]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_hole_is_round(kind: str) -> None:
+def test_a_hole_is_round(kind):
     """Half of each slice's chord, their sum the circle's area; the slices end where the hole does."""
     _, _, rows = race_and_window(kind, damaged(kind, "hole"))
     rows = rows[:, rows[col.SLICE_WIDTH] > 0]
@@ -111,7 +84,7 @@ def below(along: FloatArray, half: float, floor: float, ramp: float) -> FloatArr
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_roller_rests_on_what_reaches_farthest_into_it(kind: str, shape: str) -> None:
+def test_a_roller_rests_on_what_reaches_farthest_into_it(kind, shape):
     model = damaged(kind, shape)
     race, window, rows = race_and_window(kind, model)
     i = int(rows[col.SLICE_HALF].argmax())
@@ -163,7 +136,7 @@ class Passage:
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("kind", PASSAGES)
-def test_forces_over_an_opening_have_a_potential(kind: str, shape: str) -> None:
+def test_forces_over_an_opening_have_a_potential(kind, shape):
     """From beside the opening onto its edge, deeper into the race, back, and up again."""
     passage = Passage(kind, shape)
     near, far = 0.3e-3, WAY_M
@@ -183,7 +156,7 @@ def test_forces_over_an_opening_have_a_potential(kind: str, shape: str) -> None:
 
 
 @pytest.mark.parametrize("aside_m", [-SIDE_M, 0.0, SIDE_M])
-def test_loads_over_an_opening_are_those_that_act(aside_m: float) -> None:
+def test_loads_over_an_opening_are_those_that_act(aside_m):
     """On a ring pushed aside, across the roller's radius, an opening is elsewhere: for forces as for recorded loads."""
     passage = Passage("outer", "spall with ramps")
 

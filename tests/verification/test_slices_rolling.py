@@ -1,8 +1,9 @@
-"""Where rollers roll: the balance of friction on each roller and about the shaft, against runs.
+"""Rollers of slices under load and rolling: loads against continuous integrals, cage speed against friction balances.
 
-Reason: the cage speed makes every fault frequency, and a thousandth of it is what model and rig differ by. Source: two
-equations, moments of friction about a roller's axis and about the shaft are zero, solved in `slices_reference.py` with
-loads of its own. Tolerances are of the ratio of cage and shaft speed.
+Reason: the distribution of load decides where rollers roll and how they strike a defect; the cage speed makes every
+fault frequency, and a thousandth of it is what model and rig differ by. Source: `slices_reference.py`. Loads: integrals
+along the roller with SciPy's root finding, without friction and gravity, at a shaft speed that presses no roller
+outwards. Cage speed: two equations, moments of friction about a roller's axis and about the shaft are zero.
 """
 
 from dataclasses import replace
@@ -16,17 +17,10 @@ from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.steps import take_steps
 from srbval.models.solvers import METHODS
-from tests.verification.harness import (
-    PAPER_STEP_S,
-    FloatArray,
-    Parameters,
-    Scene,
-    geometry,
-    layout_of,
-    merged,
-    paper_scene,
-)
+from tests.verification.cases import subject
+from tests.verification.harness import PAPER_STEP_S, FloatArray, Parameters, Scene, geometry, layout_of, rates
 from tests.verification.slices_reference import (
+    STATIC,
     Contacts,
     Friction,
     SlicedBearing,
@@ -35,6 +29,70 @@ from tests.verification.slices_reference import (
     slices_model,
 )
 from tests.verification.world import P, circle_profile
+
+CASES: dict[str, dict[str, Any]] = {
+    "radial": {},
+    "radial, profiles of one radius": {"line_contact": {"outer_osculation": 1.0, "inner_osculation": 1.0}},
+    "axial": {"load": {"radial": "0 N", "axial": "40 kN"}},
+    "radial and axial": {"load": {"axial": "30 kN"}},
+    "radial and axial, races of different osculation": {
+        "load": {"axial": "20 kN"},
+        "line_contact": {"outer_osculation": 0.985, "inner_osculation": 0.96},
+    },
+    # the contacts' middles lie beyond the rollers' ends: the standard's 30 slices and more for that
+    "play, radial and axial, edges": {
+        "load": {"axial": "49 kN", "direction": "-75 deg"},
+        "contact": {"radial_play": "0.1 mm"},
+        "line_contact": {"slices": 41},
+    },
+}
+ROLLER = 0.02  # of a roller's load: one at the end of the load zone is pressed over two or three slices
+SHARES = 0.03  # of a row's share of the load, of slices at the edges of a contact
+RING, RING_M = 2e-3, 1e-8  # of the displacement: a tenth of `ROLLER`, of all loads together
+NOTICED = 0.01  # of the largest load
+
+
+def load_on_ring(scene: Scene) -> FloatArray:
+    load = scene.load
+    radial = load.radial_n * np.array([np.cos(load.direction_rad), np.sin(load.direction_rad)])
+    return np.array([*radial, load.axial_n])
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_loads_and_displacement_are_those_of_the_integral(name):
+    scene, model, _ = subject(STATIC, CASES[name], make=slices_model)
+    state = equilibrium_state(model)
+    found = rates(model, 0.0, state).load_n.sum(axis=2)
+    bearing = SlicedBearing.like(model, scene)
+    ring, slide = bearing.balance(load_on_ring(scene))
+    expected = bearing.contacts(slide, ring).force_n.sum(axis=2)
+    least = NOTICED * float(expected.max())
+    assert 5 <= (expected[0] > least).sum() < len(slide)
+    assert found == pytest.approx(expected, rel=ROLLER, abs=ROLLER * least)
+    rows = found.reshape(2, 2, -1).sum(axis=2)
+    rows_expected = expected.reshape(2, 2, -1).sum(axis=2)
+    whole = rows_expected.sum(axis=1, keepdims=True)
+    assert rows / rows.sum(axis=1, keepdims=True) == pytest.approx(rows_expected / whole, rel=SHARES, abs=SHARES / 1e3)
+    assert state[layout_of(state).ring] == pytest.approx(ring, rel=RING, abs=RING * np.abs(ring).max() + RING_M)
+
+
+@pytest.mark.parametrize("name", ["radial", "radial and axial"])
+def test_load_along_the_roller(name):
+    """The most loaded roller's slices carry what the integral has between their ends."""
+    scene, model, _ = subject(STATIC, CASES[name], make=slices_model)
+    state = equilibrium_state(model)
+    bearing = SlicedBearing.like(model, scene)
+    where = layout_of(state)
+    found = loads_of_slices(model, state)
+    whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
+    j = int(whole[0].sum(axis=1).argmax())
+    for race in (0, 1):
+        places = np.arange(whole.shape[2] + 1) / whole.shape[2] * geometry().roller_width_m
+        running = np.concatenate([[0.0], np.cumsum(whole[race, j])])
+        edges = np.concatenate([[0.0], np.cumsum(model.slices.rows[race, 0, col.SLICE_WIDTH])])
+        expected = np.diff(np.interp(edges, places, running))
+        assert found[race, j] == pytest.approx(expected, abs=ROLLER * expected.max())
+
 
 RUN = 2e-5  # of the ratio: a fiftieth of what model and rig differ by
 RIG: dict[str, Any] = {"load": {"path": "bearing"}, "shaft_speed": "858.94 rpm"}
@@ -51,7 +109,6 @@ SETTLING_OUTPUTS, OUTPUTS, STEPS = 1, 2, 1024  # of the paper's step: 0.017 s an
 CAGE_TURNS = np.arange(4) / 4 * 2 * np.pi / 19  # within a pitch of the rollers
 PASSING = 1e-7  # by which the ratio differs from one interval to the next, twice that between 3 ms and 0.1 s
 ROLLING_RATIO = 0.4307  # for the rollers' centrifugal force, 50 N of 15 kN, and the speed of rolling
-CIRCLES = 1e-4  # circles under load do not carry the same
 
 
 def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
@@ -86,51 +143,17 @@ def friction_of(scene: Scene) -> Friction:
 def bearing_under_load(osculation: float) -> list[tuple[Contacts, FloatArray]]:
     """The rig's bearing at its load and speed, at several cage angles: the same for every law of friction."""
     profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
-    scene = paper_scene(**merged(RIG, profiles))
-    model = slices_model(scene)
+    scene, model, _ = subject(RIG, profiles, make=slices_model)
     orbit = model.centre_distance * (ROLLING_RATIO * scene.shaft_speed_rad_s * model.tilt_cosine) ** 2
     bearing = replace(SlicedBearing.like(model, scene), swing_n=model.roller_mass * orbit)
     return bearing.at_cage_angles(np.array([0.0, -scene.load.radial_n, 0.0]), CAGE_TURNS)
 
 
 @pytest.mark.parametrize(("name", "osculation"), [("dry", 1.0), *((name, 0.97) for name in RUNS)])
-def test_a_run_turns_the_cage_as_the_balance_says(name: str, osculation: float) -> None:
+def test_a_run_turns_the_cage_as_the_balance_says(name, osculation):
     profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
-    scene = paper_scene(**merged(RIG, RUNS[name], profiles))
-    found = ratio_of_run(scene, slices_model(scene))
+    scene, model, _ = subject(RIG, RUNS[name], profiles, make=slices_model)
+    found = ratio_of_run(scene, model)
     assert np.ptp(found) < PASSING
     expected = balanced_ratio(bearing_under_load(osculation), scene.shaft_speed_rad_s, friction_of(scene))
     assert found.mean() == pytest.approx(expected, abs=RUN)
-
-
-@pytest.mark.parametrize(("kind", "published"), [("dry", 0.43150), ("proportional to slip", 0.43199)])
-def test_three_slices_where_the_paper_has_its_circles(kind: str, published: float) -> None:
-    """The paper's three circles as narrow slices of equal stiffness, with the loads that they then carry."""
-    profiles = {"line_contact": {"slices": 3, "outer_osculation": 1.0, "inner_osculation": 1.0}}
-    scene = paper_scene(**merged(RIG, RUNS[kind], profiles))
-    model = slices_model(scene)
-    rows = model.slices.rows.copy()
-    places = np.array([[circle_profile(geometry(), race, p) for p in P] for race in ("outer", "inner")])
-    rows[:, 0, [col.SLICE_RADIAL, col.SLICE_AXIAL, col.SLICE_NORMAL_RADIAL, col.SLICE_NORMAL_AXIAL]] = np.moveaxis(
-        places, 2, 1
-    )
-    rows[:, 0, col.SLICE_WIDTH], rows[:, 0, col.SLICE_VERTEX] = 1e-6, 1e-8
-    rows[:, 0, [col.SLICE_LIFT, col.SLICE_BEND]] = 0.0
-    rows[:, 0, col.SLICE_STIFFNESS] = rows[:, 0, col.SLICE_STIFFNESS].mean()
-    model = model._replace(slices=model.slices._replace(rows=rows))
-    found = float(ratio_of_run(scene, model).mean())
-    y = equilibrium_state(model)
-    slide, c, s = y[layout_of(y).slide], model.tilt_cosine, model.tilt_sine
-    radial, axial = places[:, None, :, 0], places[:, None, :, 1]
-    ring = SlicedBearing.like(model, scene).slot_and_axis(y[layout_of(y).ring])
-    moved_s, moved_x = (np.stack([own, np.zeros_like(own)])[:, :, None] for own in ring)
-    contacts = Contacts(
-        force_n=loads_of_slices(model, y),
-        x_m=axial * c - radial * s + moved_x,
-        normal_s=np.zeros(0),
-        s_m=radial * c + axial * s + moved_s - (model.centre_distance + slide)[:, None],
-        normal_x=np.zeros(0),
-    )
-    expected = balanced_ratio([(contacts, slide)], scene.shaft_speed_rad_s, friction_of(scene), between=0.0)
-    assert found == pytest.approx(expected, abs=RUN)
-    assert found == pytest.approx(published, abs=CIRCLES)

@@ -74,10 +74,10 @@ class Touching:
 
 
 class World:
-    """One scene in world axes."""
+    """One scene in world axes; `turning`: -1 if a shaft of constant speed turns backwards."""
 
-    def __init__(self, scene: Scene, geometry: SphericalRollerGeometry) -> None:
-        self.scene, self.g = scene, geometry
+    def __init__(self, scene: Scene, geometry: SphericalRollerGeometry, turning: int = 1) -> None:
+        self.scene, self.g, self.turning = scene, geometry, turning
         self.radius = _roller_radius(scene, geometry)
         self.bodies = _bodies(scene, geometry, self.radius)
         self.clouds = {race: _cloud(scene, geometry, race) for race in ("outer", "inner")}
@@ -89,7 +89,8 @@ class World:
         """Speed [rad/s] and angle [rad] of the shaft at time `t` of the run, settling included."""
         profile = self.scene.speed_profile
         if profile is None:
-            return self.scene.shaft_speed_rad_s, self.scene.shaft_speed_rad_s * t
+            speed = self.turning * self.scene.shaft_speed_rad_s
+            return speed, speed * t
         times = np.array(profile.time_s) + self.scene.settle_s
         inside = np.unique(np.concatenate([[0.0, t], times[(times > 0) & (times < t)]]))
         speed = np.interp(inside, times, profile.speed_rad_s)
@@ -150,38 +151,31 @@ class World:
 
     def momentum(self, y: FloatArray) -> FloatArray:
         """Angular momentum of cage and rollers about the bearing centre [kg m2/s], [3]."""
-        own = np.cross(self.centres(y), self.bodies.roller * self.centre_rates(y)) + self._own_momentum(y)
-        return own.sum(axis=0) + self._cage_momentum(y)
+        own = np.cross(self.centres(y), self.bodies.roller * self.centre_rates(y)) + self.own_momenta(y)
+        return own.sum(axis=0) + self.cage_momenta(y).sum(axis=0)
 
     def mechanical_energy(self, y: FloatArray) -> float:
         """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
         where, b = layout_of(y), self.bodies
-        kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self._own_momentum(y)).sum()
-        ahead, along = y[where.relative_rate].sum(), y[where.cage_rate] @ self.cage_axis(y)
-        kinetic += y[where.cage_rate] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
-        kinetic += b.cage_axial / 2 * ahead * (along + ahead)  # half of the cages' mass turns so much faster
+        kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self.own_momenta(y)).sum()
+        ahead = y[where.relative_rate].sum() * self.cage_axis(y)  # of row 2's cage
+        kinetic += ([y[where.cage_rate], y[where.cage_rate] + ahead] * self.cage_momenta(y)).sum()
+        kinetic += b.ring * (y[where.ring_rate] ** 2).sum()
         weight = b.roller * self.centres(y).sum(axis=0) + b.ring * y[where.ring]
         spring = self.housing_stiffness() * (y[where.ring] ** 2).sum()
         return float((kinetic + spring) / 2 - weight @ self.gravity())
 
-    def _own_momentum(self, y: FloatArray) -> FloatArray:
+    def own_momenta(self, y: FloatArray) -> FloatArray:
+        """Angular momenta of the rollers about their centres [kg m2/s], [N, 3]."""
         axis, omega, b = self.slots(y)[:, :, 2], self.roller_omega(y), self.bodies
         along = (omega * axis).sum(axis=1)[:, None] * axis
         return b.roller_transverse * (omega - along) + b.roller_axial * along
 
-    def _cage_momentum(self, y: FloatArray) -> FloatArray:
-        omega, axis, b = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies
-        along = (omega @ axis) * axis
-        ahead = b.cage_axial / 2 * y[layout_of(y).relative_rate].sum() * axis
-        return b.cage_axial / 2 * (omega - along) + b.cage_axial * along + ahead
-
-    def lead_momentum(self, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Momenta [kg m/s] and own angular momenta [kg m2/s] of row 2's rollers, [M, 3]; that of their cage, [3]."""
-        second, axial = self.side < 0, self.bodies.cage_axial / 2
-        axis, where = self.cage_axis(y), layout_of(y)
-        along = y[where.cage_rate] @ axis
-        cage = axial / 2 * (y[where.cage_rate] - along * axis) + axial * (along + y[where.relative_rate].sum()) * axis
-        return self.bodies.roller * self.centre_rates(y)[second], self._own_momentum(y)[second], cage
+    def cage_momenta(self, y: FloatArray) -> FloatArray:
+        """Angular momenta of the two rows' cages, of half of the mass each [kg m2/s], [2, 3]."""
+        omega, axis, half = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies.cage_axial / 2
+        along = (omega @ axis + np.array([0.0, y[layout_of(y).relative_rate].sum()]))[:, None] * axis
+        return half / 2 * (omega - (omega @ axis) * axis) + half * along
 
     def contacts(self, t: float, y: FloatArray) -> Contacts:
         """Every point of both clouds against every roller."""

@@ -1,59 +1,29 @@
-"""The static start: balanced, symmetric, rollers where they belong, impossible loads refused."""
+"""The static start: rolling rollers, settled from the first sample, impossible loads refused.
+
+Its balance is checked in `tests/verification/test_load_distribution.py`.
+"""
 
 from typing import Any
 
 import numpy as np
 import pytest
 
-from srbval.errors import ConfigurationError
-from srbval.models.full.columns import layout_of
-from srbval.models.full.equilibrium import Statics, balance_friction, equilibrium_state
+from srbval import ConfigurationError, paper_scene
+from srbval.models.full.equilibrium import balance_friction, equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
 from srbval.models.solvers import METHODS
-from srbval.scene import paper_scene
 from tests.verification.harness import parameters, rolling_state
 
-BALANCED_N = 1.0  # of 124.8 kN
 ROLLING_M_S = 1e-12  # rounding of some metres per second
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
-CAGE_ANGLES = (0.0, 0.09)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
-
-SCENES: dict[str, dict[str, Any]] = {
-    "play 0": {},
-    "printed": {"contact": {"roller_fit": "printed"}},
-    "play 0.2 mm": {"contact": {"radial_play": "0.2 mm"}},
-    "no load": {"load": {"radial": "0 N"}},
-    "axial": {"load": {"axial": "49 kN"}},
-    "bearing": {"load": {"path": "bearing"}},
-    "bearing, play, axial": {"load": {"path": "bearing", "axial": "49 kN"}, "contact": {"radial_play": "0.2 mm"}},
-    "bump outside": {"defect": {"kind": "outer"}},
-    "bump inside": {"defect": {"kind": "inner"}, "load": {"path": "bearing"}},
-    "pit inside": {"defect": {"kind": "inner", "height": "-0.2 mm"}},
-    "bump on a roller": {"defect": {"kind": "roller", "extent": "2 mm", "angle": "0 deg"}},
-    "fine": {"contact": {"points_per_circle": 4000, "radial_play": "0.2 mm"}, "load": {"path": "bearing"}},
-}
 
 
 def model_of(**changes: Any) -> Parameters:
     return parameters(paper_scene(**changes))
 
 
-def slides_and_ring(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    layout = layout_of(state)
-    return state[layout.slide], state[layout.ring]
-
-
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("cage_angle", CAGE_ANGLES)
-def test_forces_balance(name: str, cage_angle: float) -> None:
-    model = model_of(**SCENES[name])
-    slides, ring = slides_and_ring(equilibrium_state(model, cage_angle_rad=cage_angle))
-    slide_n, ring_n, _ = Statics(model, cage_angle).forces(slides, ring)
-    assert max(np.abs(slide_n).max(), np.abs(ring_n).max()) < BALANCED_N
-
-
-def test_rollers_that_touch_nothing_roll() -> None:
+def test_rollers_that_touch_nothing_roll():
     """Without traction cage and rollers have the speeds of pure rolling, the outer contact at rest."""
     model = model_of(contact={"radial_play": "3 mm"})
     state = balance_friction(model, np.zeros_like(rolling_state(model)))
@@ -80,7 +50,7 @@ def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("fit", ["play", "printed"])
-def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
+def test_a_run_is_settled_from_its_first_sample(fit):
     """From here ring and cage stay within the band of their later values; from mere rolling they do not."""
     model = model_of(contact={"roller_fit": fit}, defect={"kind": "outer"})
     run = settled(model, equilibrium_state(model), 0.5)
@@ -99,6 +69,6 @@ def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
         ({}, {"radial_play": "-0.39 mm"}),
     ],
 )
-def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
+def test_a_crushed_contact_is_refused(load, contact):
     with pytest.raises(ConfigurationError, match=r"overload the contact.* um; .*limit is 200 um"):
         equilibrium_state(model_of(load=load, contact=contact))

@@ -1,21 +1,89 @@
-"""TOML files that are no good: refused at once with one printable line, whoever asks for them."""
+"""TOML files and their values: built into dataclasses, or refused at once with one printable line."""
 
+import enum
 import math
 import os
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import pytest
 
-from srbval.bearing import load_bearing
+from srbval import ConfigurationError, DataError, RunStatus, SrbvalError, load_bearing, load_campaign
 from srbval.campaign.cases import plan_cases
-from srbval.campaign.settings import load_campaign
-from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
-from srbval.storage.tables import parse_quantity
+from srbval.storage.tables import build, parse_quantity, quantity
+
+ROUNDING = 1e-15  # relative; a product of two floating-point numbers
+
+
+class Side(enum.StrEnum):
+    LEFT = "left"
+    RIGHT = "right"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    radial_n: float = quantity("force")
+    count: int = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Every:
+    """One field of each kind that a configuration may hold."""
+
+    side: Side = Side.LEFT
+    share: float = 0.0
+    times_s: tuple[float, ...] = quantity("time", default=())
+    names: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = ()
+    seed: int | None = None
+    whole: bool = False
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [("124.8 kN", "force", 124_800.0), ("710 rpm", "speed", 710 * 2 * math.pi / 60), ("-90 deg", "angle", -math.pi / 2),
+     ("1e-8 m", "length", 1e-8), ("0.2mm", "length", 2e-4), ("5 %", "one", 0.05)],
+)  # fmt: skip
+def test_quantities_with_units(text, dimension, value):
+    assert parse_quantity(text, dimension, "here") == pytest.approx(value, rel=ROUNDING)
+
+
+def test_every_kind_of_field_is_read():
+    table = {
+        "side": "right", "share": "5 %", "times": ["1 s", "20 ms"], "names": ["a", "b"],
+        "parts": [{"radial": "2 kN"}, {"radial_n": 3.0}], "seed": 7, "whole": True,
+    }  # fmt: skip
+    assert build(Every, table, "t") == Every(
+        side=Side.RIGHT, share=0.05, times_s=(1.0, 0.02), names=("a", "b"),
+        parts=(Part(radial_n=2000.0), Part(radial_n=3.0)), seed=7, whole=True,
+    )  # fmt: skip
+    assert build(Every, {}, "t") == Every()
+    assert build(Every, {"times_s": [1, 2.5]}, "t").times_s == (1.0, 2.5)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"side": "rihgt"}, r"t\.side: 'rihgt' is not known; did you mean 'right'"),
+        ({"times": ["1 s", 2.0]}, r"t\.times\[1\]: 2\.0 has no unit"),
+        ({"names": "a"}, r"t\.names: expected a list"),
+        ({"parts": [{"radial": 5.0}]}, r"5\.0 has no unit.*radial_n"),
+        ({"parts": [{"radial_n": "5 N"}]}, "number in SI"),
+        ({"parts": [{"radial": "5 N", "radial_n": 5.0}]}, "given twice"),
+        ({"parts": [{"radail": "5 N"}]}, "did you mean 'radial'"),
+        ({"parts": [{}]}, "missing key 'radial_n'"),
+        ({"parts": [3]}, "expected a table"),
+        ({"parts": [{"radial": "5 N", "count": True}]}, "expected int"),
+        ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not a force unit"),
+        ({"colour": 1}, r"unknown key 'colour'; known: .*side"),
+    ],
+)
+def test_the_place_of_a_wrong_value_is_named(table, message):
+    with pytest.raises(ConfigurationError, match=message):
+        build(Every, table, "t")
+
 
 LONGEST = SrbvalError.longest + 20
 READERS: list[Callable[[str], object]] = [load_scene, load_bearing, load_campaign]
@@ -48,27 +116,17 @@ def refused(act: Callable[[], object]) -> str:
 @pytest.mark.timeout(20)
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.__name__)
 @pytest.mark.parametrize("what", TEXTS)
-def test_hostile_texts(what: str, reader: Callable[[str], object], tmp_path: Path) -> None:
+def test_hostile_texts(what, reader, tmp_path):
     path, text = tmp_path / "file.toml", TEXTS[what]
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     assert "file.toml" in refused(lambda: reader(str(path)))
 
 
 @pytest.mark.timeout(20)
-@pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.__name__)
-def test_what_is_no_file(reader: Callable[[str], object], tmp_path: Path) -> None:
+def test_a_pipe_that_a_campaign_names(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
-    (tmp_path / "folder.toml").mkdir()
-    (tmp_path / "zero.toml").symlink_to("/dev/zero")
-    (tmp_path / "loop.toml").symlink_to("loop.toml")
-    with (tmp_path / "huge.toml").open("wb") as file:
-        file.truncate(2**30)
-    for name in ("pipe", "folder", "zero", "loop", "huge", "a\0b", "a\ud800b", "a\udcffb", "x" * 5000):
-        refused(lambda name=name: reader(f"{tmp_path}/{name}.toml"))
-    campaign = tmp_path / "campaign.toml"
-    campaign.write_text('name = "a"\nscene_file = "pipe.toml"')
-    assert "pipe.toml" in refused(lambda: load_campaign(str(campaign)))
-    refused(lambda: paper_scene(bearing=f"{tmp_path}/pipe.toml") and load_bearing(f"{tmp_path}/pipe.toml"))
+    (tmp_path / "campaign.toml").write_text('name = "a"\nscene_file = "pipe.toml"')
+    assert "pipe.toml" in refused(lambda: load_campaign(str(tmp_path / "campaign.toml")))
 
 
 VALUES = [10**400, -(10**400), 10**5000, "1e400 kN", "9" * 5000, math.inf, math.nan, [[]], {}, "5", "5 lbf", "kN",
@@ -76,31 +134,11 @@ VALUES = [10**400, -(10**400), 10**5000, "1e400 kN", "9" * 5000, math.inf, math.
 
 
 @pytest.mark.parametrize("value", VALUES, ids=range(len(VALUES)))
-def test_hostile_quantities(value: object) -> None:
+def test_hostile_quantities(value):
     assert refused(lambda: parse_quantity(value, "force", "here")).startswith("here")
 
 
-LIMITS = {
-    "--seconds 1e12": ({"duration_s": 1e12}, "1e\\+12"),
-    "output rate": ({"output_rate_hz": 1e15}, "1e\\+15.*1e\\+06"),
-    "step": ({"solver": {"step_s": 1e-30}}, "steps per output"),
-    "points": ({"contact": {"points_per_circle": 10**9}}, "1000000000.*100000"),
-    "defects": ({"further_defects": [{"kind": "outer"}] * 10**6}, "100000[01].*20"),
-    "stiff": ({"contact": {"stiffness_n_m": 1e300}}, "1e\\+300"),
-    "seed": ({"seed": -1}, "seed = -1"),
-    "angle": ({"load": {"direction_rad": 1e300}}, "1e\\+300"),
-}
-
-
-@pytest.mark.timeout(20)
-@pytest.mark.parametrize("what", LIMITS)
-def test_values_that_no_machine_has(what: str) -> None:
-    changes, message = LIMITS[what]
-    with pytest.raises(ConfigurationError, match=message):
-        paper_scene(**changes)
-
-
-def test_what_fits_nowhere_is_refused_before_it_starts(tmp_path: Path) -> None:
+def test_what_fits_nowhere_is_refused_before_it_starts(tmp_path):
     """Days of signals in memory or on the disk; an hour may be streamed."""
     days = paper_scene(duration_s=5e5)
     with pytest.raises(ConfigurationError, match=r"GB of memory, there are .* GB.*use -o"):
@@ -113,7 +151,7 @@ def test_what_fits_nowhere_is_refused_before_it_starts(tmp_path: Path) -> None:
                              solver={"step_s": 1e-4}, defect={"kind": "outer"}))  # fmt: skip
 
 
-def test_a_shaft_that_hardly_turns_and_one_that_spins() -> None:
+def test_a_shaft_that_hardly_turns_and_one_that_spins():
     """No passage at all, and far more of them than the mean speed lets expect."""
     short = {"model": "impulse", "defect": {"kind": "inner"}, "duration_s": 0.003, "settle_s": 0.0}
     slow = simulate(paper_scene(shaft_speed_rad_s=0.005, **short))
@@ -134,7 +172,7 @@ def test_a_shaft_that_hardly_turns_and_one_that_spins() -> None:
         ({"kind": "sobol", "ranges": {f"k{i}": [1, 2] for i in range(30_000)}, "samples": 2}, "30000 keys"),
     ],
 )
-def test_campaigns_that_would_never_be_planned(axes: dict[str, object], message: str, tmp_path: Path) -> None:
+def test_campaigns_that_would_never_be_planned(axes, message, tmp_path):
     text = ", ".join(f"{key} = {toml(value)}" for key, value in axes.items())
     (tmp_path / "c.toml").write_text(f'name = "a"\naxes = [{{{text}}}]')
     with pytest.raises(ConfigurationError, match=message):

@@ -1,16 +1,16 @@
-"""No row of the table of lines contradicts itself: detected, chance, height, place and reason go together."""
+"""Rows of the table of lines: coherent, and the probability that a found peak is the line."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from srbval.bearing import Bearing, load_bearing
-from srbval.reading.families import half_window_hz, window_share
-from srbval.reading.lines import Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
+from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
+from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, half_window_hz, identity_probability, window_share
+from srbval.reading.lines import LEAST_IDENTITY, Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.verdict import describe_lines
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, is_improbable
+from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable
 from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 
 FS_HZ, LIMIT_HZ = 2000.0, 700.0
@@ -66,7 +66,7 @@ def assert_coherent(line: Line, window_hz: float) -> None:
 
 
 @pytest.mark.parametrize("trials", [1, 5])
-def test_no_row_contradicts_itself(trials: int) -> None:
+def test_no_row_contradicts_itself(trials):
     reasons = set()
     for seed in range(RECORDS // trials):
         record, bearing, speed = random_record(seed)
@@ -82,3 +82,44 @@ def test_no_row_contradicts_itself(trials: int) -> None:
         assert "weaker" not in text
         assert all(line.name in text for line in detected_fault_lines(lines))
     assert trials > 1 or reasons >= {*NotDetected, None} - {NotDetected.OUT_OF_REACH, NotDetected.NOISE}
+
+
+HALF, LINE_HZ = 0.01, 100.0
+
+
+def probability(
+    deviation: float, speed_ci95: float, chance: float, *, half: float = HALF, largest_slip: float = LARGEST_SLIP
+) -> float:
+    reading = LineReading(
+        found_hz=LINE_HZ * (1 + deviation),
+        ci95_hz=0.0,
+        snr=(20.0,),
+        noise_false_alarm=chance,
+        half_window_hz=half * LINE_HZ,
+        isolated=True,
+        depth=0.1,
+        resolution_hz=0.1,
+    )
+    return identity_probability(reading, LINE_HZ, speed_ci95, chance, largest_slip)
+
+
+def test_probability_is_the_share_of_lines_whatever_they_slip():
+    """Lines by the prior, others anywhere, equally strong: of those called p a share p are lines, far off too."""
+    rng, count = np.random.default_rng(3), 2000
+    slips = SLIP_SPREAD * rng.standard_t(SLIP_FREEDOM, 2 * count)
+    slips = slips[np.abs(slips) < HALF][:count]
+    places = np.concatenate((slips, rng.uniform(-HALF, HALF, count)))
+    is_line = np.arange(2 * count) < count
+    called = np.array([probability(float(d), 0.0, 1.0) for d in places])
+    for low, high in ((0.0, 0.05), (0.05, 0.1), (0.1, 0.3), (0.3, 0.6), (0.6, 0.8), (0.8, 1.0)):
+        group = (called >= low) & (called < high)
+        scatter = 0.5 / np.sqrt(group.sum())
+        assert np.mean(is_line[group]) == pytest.approx(np.mean(called[group]), abs=4 * scatter)
+
+
+def test_further_off_or_weaker_is_less_probable_and_an_unsure_speed_says_less():
+    near, far = (probability(d, 1e-4, 1e-4) for d in (0.001, 0.006))
+    assert near > 0.99 > LEAST_IDENTITY > probability(0.0095, 1e-4, 1e-4)
+    assert near > far > probability(0.006, 1e-4, 1e-2)
+    assert probability(0.0095, 2e-2, 1e-4) > 0.99
+    assert probability(-0.006, 1e-4, 1e-4) == pytest.approx(far)
