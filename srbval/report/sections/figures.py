@@ -119,7 +119,11 @@ def explore_spectrum(view: records.SpectrumView, y_label: str, curves: Mapping[s
 
 
 def _words(letter: str, record: RecordView, state: Fault) -> dict[str, Any]:
+    return panel_words(f"fig{letter}", f"Figure {letter}", record, state)
+
+
+def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict[str, Any]:
     """Id, badge and the words of a panel's caption and alt text."""
     what = "healthy bearing" if state is Fault.HEALTHY else f"{state.label} defect"
     who = f"{side_of(record.analysis)}, {what}, {60 * record.shaft_hz:.2f} rpm"
-    return {"id": f"fig{letter}", "letter": letter, "badge": badge_of(record.analysis), "who": who}
+    return {"id": name, "label": label, "badge": badge_of(record.analysis), "who": who}

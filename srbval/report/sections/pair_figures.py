@@ -25,16 +25,16 @@ from srbval.report.figures.style import Drawing, Drawn, new_axes, panel
 from srbval.report.findings.records import (
     WINDOW_TURNS,
     RecordView,
-    badge_of,
     envelope_scalogram,
     highest_of,
     record_view,
-    side_of,
     spectrum_view,
 )
 from srbval.report.prose import Prose
-from srbval.report.sections.figures import COLOUR_QUANTILE, LABEL_ROOM
+from srbval.report.sections.figures import COLOUR_QUANTILE, LABEL_ROOM, panel_words
+from srbval.report.sections.figures import TEXTS as FIGURES
 from srbval.signal import Scalogram
+from srbval.signal.spectrum import SCALOGRAM_HZ
 from srbval.validation.sides import SideReading
 from srbval.validation.validate import SIDES, PairReading
 
@@ -72,20 +72,20 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     spectra = _spectra(views, state)
     top = LABEL_ROOM * max(highest_of(one.record, one.end_hz) for one in spectra)
     brightest = float(np.quantile(np.concatenate([one.amplitude.ravel() for one in images]), COLOUR_QUANTILE))
-    kinds = dict[str, list[Figure]](time=[], spectrum=[], scalogram=[])
+    kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
     for view, image, spectrum, title in zip(views, images, spectra, titles, strict=True):
         line = view.analysis.line_of(state) if state.line else None
         period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
         plots = {
-            "time": acceleration_panel(view, limit=limit, title=title, period=period),
+            "acceleration": acceleration_panel(view, limit=limit, title=title, period=period),
             "spectrum": spectrum_panel(spectrum, top=top, title=title, brief=True),
             "scalogram": scalogram_panel(view, image, state, top=brightest, title=title),
         }
-        who = f"{side_of(view.analysis)}, {title}"
+        reach = dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, spectrum.end_hz), strict=True))
         for kind, plot in plots.items():
             name = f"pair-{one.number}-{kind}-{view.origin.value}"
-            figure = TEXTS.figure(kind, drawn_now(plot, folder, name), id=name, badge=badge_of(view.analysis), who=who)
-            kinds[kind].append(figure)
+            words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
+            kinds[kind].append(FIGURES.figure(kind, drawn_now(plot, folder, name), **words, **reach))
     sentences = dict(zip(kinds, _sentences(views, images, state, one.rows), strict=True))
     return tuple(TEXTS.grid(f"grid-{kind}", figures, alike=sentences[kind]) for kind, figures in kinds.items())
 
