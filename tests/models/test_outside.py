@@ -4,7 +4,6 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,15 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError
+from srbval import ConfigurationError, DataError, RunStatus, Scene, paper_scene, write_run
 from srbval.models.outside.names import content_of
 from srbval.models.outside.signals import SimulatedSignals, UnusableSignalsError, recorded, signals_of
-from srbval.models.run import RunStatus
-from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate, stored_run
 from srbval.recordings import Origin, load_recording, recording_from_run
-from srbval.scene import Scene, paper_scene
 from tests.marked import marked, until
 
 MODELS = """
@@ -98,7 +93,7 @@ FAILURES = {
 
 
 @pytest.fixture(autouse=True)
-def _model_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _model_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("models.py").write_text(MODELS, encoding="utf-8")
     mark = {"SRBVAL_TEST": f"outside {os.getpid()}"}
@@ -112,9 +107,7 @@ def scene(function: str = "ring", **changes: Any) -> Scene:
 
 
 @pytest.mark.parametrize("function", FAILURES)
-def test_a_failure_is_the_status_of_the_run(
-    function: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failure_is_the_status_of_the_run(function, monkeypatch, capfd):
     monkeypatch.setenv("SRBVAL_MODEL_GB", "0.5")
     monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "5" if function == "sleeps" else "120")
     status, reason = FAILURES[function]
@@ -124,7 +117,7 @@ def test_a_failure_is_the_status_of_the_run(
     assert "Traceback" not in "".join(capfd.readouterr())
 
 
-def test_a_model_that_calls_the_bundled_one_gives_its_numbers() -> None:
+def test_a_model_that_calls_the_bundled_one_gives_its_numbers():
     own, bundled = simulate(scene("bundled")), simulate(scene(model="impulse"))
     assert np.array_equal(own.acceleration_m_s2, bundled.acceleration_m_s2)
     assert own.band_rms_m_s2 == bundled.band_rms_m_s2
@@ -133,7 +126,7 @@ def test_a_model_that_calls_the_bundled_one_gives_its_numbers() -> None:
     assert own.cpu_s > 0
 
 
-def test_a_run_is_written_and_read_like_any_other(tmp_path: Path) -> None:
+def test_a_run_is_written_and_read_like_any_other(tmp_path):
     run = simulate(scene())
     write_run(run, tmp_path / "run.h5")
     record, read = recording_from_run(run), load_recording(tmp_path / "run.h5")
@@ -146,7 +139,7 @@ def test_a_run_is_written_and_read_like_any_other(tmp_path: Path) -> None:
     assert np.isnan(run.drive_power_w)
 
 
-def test_results_are_kept_under_the_content_of_the_sources() -> None:
+def test_results_are_kept_under_the_content_of_the_sources():
     first = stored_run(scene())
     assert stored_run(scene()).stored_utc is not None
     Path("beside.py").write_text("FACTOR = 2\n", encoding="utf-8")
@@ -162,7 +155,7 @@ def test_results_are_kept_under_the_content_of_the_sources() -> None:
     assert content_of("models.py:ring") != before
 
 
-def test_a_model_offers_its_own_solvers() -> None:
+def test_a_model_offers_its_own_solvers():
     assert simulate(scene()).scene.solver.name == "fine"
     assert simulate(scene(solver={"name": "coarse"})).scene.solver.name == "coarse"
     with pytest.raises(ConfigurationError, match="solver 'ode4' is not known; known: coarse, fine"):
@@ -180,12 +173,12 @@ def test_a_model_offers_its_own_solvers() -> None:
         (f"command {sys.executable}", ConfigurationError, "name the file that it writes"),
     ],
 )
-def test_a_wrong_name_is_an_error_with_its_remedy(model: str, error: type[Exception], text: str) -> None:
+def test_a_wrong_name_is_an_error_with_its_remedy(model, error, text):
     with pytest.raises(error, match=text):
         simulate(scene(model=model))
 
 
-def test_a_program_reads_the_scene_and_writes_columns(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_program_reads_the_scene_and_writes_columns(srbval_text):
     Path("mysim.py").write_text(
         "import json, sys\nimport numpy as np\n"
         "scene = json.load(open(sys.argv[1]))\n"
@@ -197,33 +190,30 @@ def test_a_program_reads_the_scene_and_writes_columns(capsys: pytest.CaptureFixt
         encoding="utf-8",
     )
     text = f"{sys.executable} mysim.py {{scene_json}} {{out_csv}}"
-    words = ["simulate", "--seconds", "0.1", "--defect", "outer", "--json", "-o", "run.h5"]
-    assert main([*words, "--model-command", text]) == 0
-    captured = capsys.readouterr()
-    document = json.loads(captured.out)
+    words = ["simulate", "--seconds", "0.1", "--defect", "outer", "--json", "-o", "run.h5", "--model-command", text]
+    said = srbval_text(*words)
+    document = json.loads(said.out)
     assert document["model"] == f"command {text}"
     assert document["status"] == "ok"
     assert document["cage_ratio"] is None
-    assert "run only what you trust" in captured.err
+    assert "run only what you trust" in said.err
     assert load_recording("run.h5").channels["y"].max() == pytest.approx(2 * 124.8e3, rel=0.01)
     Path("mysim.py").write_text("raise SystemExit('no licence')", encoding="utf-8")
-    assert main([*words, "--model-command", text]) == 4
-    assert "exit code 1 and wrote no signals: no licence" in json.loads(capsys.readouterr().out)["message"]
+    assert "exit code 1 and wrote no signals: no licence" in srbval_text(*words, code=4).err
 
 
-def test_a_campaign_runs_it_and_names_its_failures(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_campaign_runs_it_and_names_its_failures(srbval_json):
     kinds = '[[axes]]\nkind = "list"\ncases = [{ "defect.kind" = "outer" }, { model = "models.py:raises" }]'
     text = f'name = "own"\n[scene]\nduration = "0.1 s"\n{kinds}\n'
     Path("own.toml").write_text(text, encoding="utf-8")
-    assert main(["campaign", "run", "own.toml", "--model", "models.py:bundled", "--jobs", "1", "--json"]) == 1
-    document = json.loads(capsys.readouterr().out)
+    document = srbval_json("campaign", "run", "own.toml", "--model", "models.py:bundled", "--jobs", "1", code=1)
     assert document["cases"] == 2
     assert [(one["status"], "not today" in one["reason"]) for one in document["failed"]] == [("raised", True)]
     table = Path(document["table"]).read_text(encoding="utf-8")
     assert "bpfo_hz" in table
 
 
-def test_forms_of_signals() -> None:
+def test_forms_of_signals():
     xarray = pytest.importorskip("xarray")
     one = scene()
     fine = np.arange(3 * (one.samples + 50)) / (3 * one.output_rate_hz)

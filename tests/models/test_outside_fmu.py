@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.errors import ConfigurationError, DataError
-from srbval.models.run import RunStatus
-from srbval.models.simulate import simulate
-from srbval.scene import Scene, paper_scene
+from srbval import ConfigurationError, DataError, RunStatus, Scene, paper_scene, simulate
 
 for library in ("fmpy", "pythonfmu"):
     pytest.importorskip(library)
@@ -54,7 +51,7 @@ cage_angle_rad = { variable = "cage", unit = "rad" }
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     """Build the FMU once; its description states the unit of the shaft's speed."""
     folder = tmp_path_factory.mktemp("fmu")
     (folder / "bearing.py").write_text(SLAVE, encoding="utf-8")
@@ -73,7 +70,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def fmu(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def fmu(made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("bearing.fmu").write_bytes(made.read_bytes())
     Path("bearing.toml").write_text(TABLE, encoding="utf-8")
@@ -86,7 +83,7 @@ def scene(**changes: Any) -> Scene:
 
 
 @pytest.mark.usefixtures("fmu")
-def test_an_fmu_is_given_the_scene_in_its_own_units() -> None:
+def test_an_fmu_is_given_the_scene_in_its_own_units():
     run = simulate(scene())
     assert run.status is RunStatus.OK, run.reason
     assert run.cage_ratio == pytest.approx(0.43)
@@ -99,7 +96,7 @@ def test_an_fmu_is_given_the_scene_in_its_own_units() -> None:
     ("load", "status", "reason"),
     [("1 MN", RunStatus.DIED, "exit code 9"), ("0 N", RunStatus.RAISED, "the FMU stopped at 0 of")],
 )
-def test_an_fmu_that_fails_is_a_status(load: str, status: RunStatus, reason: str) -> None:
+def test_an_fmu_that_fails_is_a_status(load, status, reason):
     run = simulate(scene(load={"radial": load}))
     assert (run.status, reason in run.reason) == (status, True), run.reason
 
@@ -116,14 +113,14 @@ def test_an_fmu_that_fails_is_a_status(load: str, status: RunStatus, reason: str
         ("acceleration_m_s2", "ring_displacement_m", "is in 'm/s2'"),
     ],
 )
-def test_a_wrong_table_is_an_error_with_its_remedy(old: str, new: str, text: str) -> None:
+def test_a_wrong_table_is_an_error_with_its_remedy(old, new, text):
     Path("bearing.toml").write_text(TABLE.replace(old, new), encoding="utf-8")
     with pytest.raises(ConfigurationError) as caught:
         simulate(scene())
     assert text in str(caught.value)
 
 
-def test_a_file_that_is_no_fmu(fmu: Path) -> None:
+def test_a_file_that_is_no_fmu(fmu):
     fmu.write_bytes(b"PK nothing")
     with pytest.raises(DataError, match=r"bearing\.fmu: this FMU cannot be read"):
         simulate(scene())

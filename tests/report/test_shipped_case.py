@@ -8,17 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval import Analysis, NumericsError, Origin, SpeedSource, Validation, analyse
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.errors import NumericsError
-from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add
 from srbval.report.findings.rows import compared
 from srbval.validation import sides, validate
-from srbval.validation.validate import Validation
 from tests.recordings import files
 from tests.recordings.synthetic_record import vibration
 
@@ -57,7 +54,7 @@ def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     values = values_of_model(analysis, state, order, sides.QUANTITIES)
     run = SimpleNamespace(cage_ratio=CAGE)
-    return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
+    return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)
 
 
 def known(defect: str, line: str) -> dict[tuple[str, str], dict[str, float]]:
@@ -69,7 +66,7 @@ KNOWN = known("outer", "BPFO") | known("inner", "BPFI")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rig")
     for code in CODES:
         rig_file(folder, code)
@@ -85,7 +82,7 @@ def made(folder: Path, counterpart: Any = another_impulse_model, effects: Any = 
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Validation:
+def found(folder, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
@@ -102,7 +99,7 @@ def kinds_of(result: Validation, code: str, rpm: float) -> set[str]:
     return set(frame[frame["record"].str.endswith(f"{code}_{rpm:g}rpm_made.mat")]["kind"])
 
 
-def test_a_record_is_compared_at_its_own_speed(found: Validation) -> None:
+def test_a_record_is_compared_at_its_own_speed(found):
     assert [pair["state"] for pair in found.pairs.to_dict("records")] == ["healthy", "inner", "outer"]
     facts = found.pairs["measured_facts"].iloc[1]
     assert facts["shaft_from"] == SpeedSource.TACHOMETER.value
@@ -112,7 +109,7 @@ def test_a_record_is_compared_at_its_own_speed(found: Validation) -> None:
     assert outer["uncertainty"] > 0.09  # the known term's
 
 
-def test_a_registered_record_is_a_comparison_of_every_quantity(found: Validation, folder: Path, tmp_path: Path) -> None:
+def test_a_registered_record_is_a_comparison_of_every_quantity(found, folder, tmp_path):
     """Nothing but files that are registered: each adds its record, and its rows to every kind of quantity."""
     add(folder)
     for code in ("H", "IR", "OR"):
@@ -130,7 +127,7 @@ def test_a_registered_record_is_a_comparison_of_every_quantity(found: Validation
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
 
 
-def test_bias_is_the_planted_one(found: Validation) -> None:
+def test_bias_is_the_planted_one(found):
     """Both sides are the same impulse model but for the cage: that is the bias, and sidebands show on both."""
     planted = 100 * (19 * CAGE / BEARING.orders.bpfo - 1)
     for state in (Fault.OUTER, Fault.INNER):
@@ -141,7 +138,7 @@ def test_bias_is_the_planted_one(found: Validation) -> None:
     assert shown[["model", "rig"]].to_numpy().tolist() == [[1.0, 1.0]]
 
 
-def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(folder: Path) -> None:
+def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(folder):
     asked = []
 
     def counterpart(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:

@@ -1,16 +1,13 @@
 """A model from outside in the chart and in the map: its own errors, its cost in turns, failures never fast, Ctrl-C."""
 
-import json
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from srbval.cli import main
 from tests.marked import marked, until
 
 MODELS = '''
@@ -47,19 +44,13 @@ LIMIT_S = 2 / (9e9 / 75) ** 0.5  # of semi-implicit Euler without damping, with 
 
 
 @pytest.fixture(autouse=True)
-def _model_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _model_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("models.py").write_text(MODELS, encoding="utf-8")
 
 
-def asked(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
-    assert main([*words, "--quick", "--json"]) == 0
-    found: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return found
-
-
-def test_the_chart_has_the_cost_in_turns_and_both_errors(capsys: pytest.CaptureFixture[str]) -> None:
-    found = asked(capsys, "bench", "--model", "models.py:simulate")
+def test_the_chart_has_the_cost_in_turns_and_both_errors(srbval_json):
+    found = srbval_json("bench", "--model", "models.py:simulate", "--quick")
     own, usual = (next(row for row in found["runs"] if row["solver"] == name) for name in ("euler", "imex2"))
     assert found["model"] == own["model"] == "models.py:simulate"
     assert own["status"] == "ok"
@@ -72,12 +63,12 @@ def test_the_chart_has_the_cost_in_turns_and_both_errors(capsys: pytest.CaptureF
     assert own["ok"]
     assert own["pareto"] or usual["pareto"]
     assert found["seconds_planned"] > 0
-    again = asked(capsys, "bench", "--model", "models.py:simulate")
+    again = srbval_json("bench", "--model", "models.py:simulate", "--quick")
     assert again["runs"] == found["runs"], "what was run is read, so that an interrupted bench goes on"
 
 
-def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(capsys: pytest.CaptureFixture[str]) -> None:
-    found = asked(capsys, "bench", "--model", "models.py:raises")
+def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(srbval_json):
+    found = srbval_json("bench", "--model", "models.py:raises", "--quick")
     own = next(row for row in found["runs"] if row["model"] == "models.py:raises")
     assert own["status"] == "raised"
     assert "no licence" in own["reason"]
@@ -86,17 +77,17 @@ def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(capsys: pytest.Capt
     assert any(row["ok"] for row in found["runs"] if row["model"] == "")
 
 
-def test_the_map_finds_the_largest_step_of_the_model_itself(capsys: pytest.CaptureFixture[str]) -> None:
-    (limit,) = asked(capsys, "stability", "--model", "models.py:simulate")["limits"]
+def test_the_map_finds_the_largest_step_of_the_model_itself(srbval_json, srbval_text):
+    (limit,) = srbval_json("stability", "--model", "models.py:simulate", "--quick")["limits"]
     assert limit["solver"] == "euler"
     assert limit["rpm"] == 710.0
     assert 1 / 61440 <= limit["largest_stable_dt_s"] < LIMIT_S
     assert limit["predicted_limit_dt_s"] is None
-    assert main(["stability", "--model", "models.py:at_any_step", "--quick"]) == 0
-    assert "does the model use scene.solver.step_s?" in capsys.readouterr().out
+    said = srbval_text("stability", "--model", "models.py:at_any_step", "--quick").out
+    assert "does the model use scene.solver.step_s?" in said
 
 
-def test_ctrl_c_ends_the_model_too() -> None:
+def test_ctrl_c_ends_the_model_too():
     mark = {"SRBVAL_TEST": f"bench {os.getpid()}"}
     words = [sys.executable, "-m", "srbval", "stability", "--model", "models.py:sleeps", "--quick"]
     process = subprocess.Popen(words, env=os.environ | mark, stdout=subprocess.PIPE, stderr=subprocess.PIPE)

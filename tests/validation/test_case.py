@@ -1,7 +1,6 @@
 """A case is checked key by key, and its file says the same as the case that wrote it."""
 
 import dataclasses
-from pathlib import Path
 
 import pytest
 
@@ -39,13 +38,13 @@ kinematic_hz = 96.79
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(CASE)
     return path
 
 
-def test_settings_of_a_pair_go_over_those_of_its_side(file: Path) -> None:
+def test_settings_of_a_pair_go_over_those_of_its_side(file):
     case = load_case(file)
     outer, inner = case.pair
     assert (case.known_bearing.name, case.tolerance.cage_pct, case.published[0].kinematic_hz) == (
@@ -60,19 +59,19 @@ def test_settings_of_a_pair_go_over_those_of_its_side(file: Path) -> None:
     assert case.side(inner, "simulated") == Source(band_hz=(500, 1500), unit="m/s2", scene="rig")
 
 
-def test_a_written_case_is_the_same(file: Path) -> None:
+def test_a_written_case_is_the_same(file):
     case = load_case(file)
     write_case(case, file.with_name("again.toml"))
     again = load_case(file.with_name("again.toml"))
     assert dataclasses.replace(again, path=None) == dataclasses.replace(case, path=None)
 
 
-def test_values_can_be_changed_by_their_keys(file: Path) -> None:
+def test_values_can_be_changed_by_their_keys(file):
     case = load_case(file, {"measured.channel": "BA", "tolerance.level_db": 3.0})
     assert (case.measured.channel, case.tolerance.level_db) == ("BA", 3.0)
 
 
-def test_a_bearing_may_stand_in_the_case() -> None:
+def test_a_bearing_may_stand_in_the_case():
     orders = {"orders": {"rolling_elements": 9, "bpfo": 3.585, "bpfi": 5.415, "bsf": 2.357, "ftf": 0.398}}
     case = case_of_pairs([{"measured": "a.csv"}], orders)
     assert (case.known_bearing.rolling_elements, case.known_bearing.orders.bpfo) == (9, 3.585)
@@ -93,14 +92,14 @@ def test_a_bearing_may_stand_in_the_case() -> None:
         ('unit = "m/s2"', 'unit = "furlong"', "unit 'furlong' is not known"),
     ],
 )
-def test_what_is_wrong_is_said(file: Path, old: str, new: str, said: str) -> None:
+def test_what_is_wrong_is_said(file, old, new, said):
     file.write_text(CASE.replace(old, new))
     with pytest.raises(ConfigurationError) as raised:
         load_case(file)
     assert said in str(raised.value)
 
 
-def test_a_case_without_pairs_and_an_unknown_name_are_refused(tmp_path: Path) -> None:
+def test_a_case_without_pairs_and_an_unknown_name_are_refused(tmp_path):
     with pytest.raises(ConfigurationError, match=r"no \[\[pair\]\]"):
         case_of_pairs([])
     with pytest.raises(ConfigurationError, match="torino-22240"):
@@ -109,7 +108,7 @@ def test_a_case_without_pairs_and_an_unknown_name_are_refused(tmp_path: Path) ->
         load_case(tmp_path / "none.toml")
 
 
-def test_files_are_named_by_path_pattern_or_registered_name(tmp_path: Path) -> None:
+def test_files_are_named_by_path_pattern_or_registered_name(tmp_path):
     for name in ("b2.csv", "b1.csv"):
         (tmp_path / name).touch()
     found = files_of_source(Source(file=("b*.csv", "OR_877rpm_sample")), tmp_path, "measured")
@@ -120,7 +119,7 @@ def test_files_are_named_by_path_pattern_or_registered_name(tmp_path: Path) -> N
             files_of_source(Source(file=(name,)), tmp_path, "measured")
 
 
-def test_the_shipped_case_is_the_paper_s() -> None:
+def test_the_shipped_case_is_the_paper_s():
     case = load_case("torino-22240")
     assert [row.state for row in case.published] == [Fault.OUTER, Fault.INNER]
     assert (case.simulated.band_hz, case.measured.band_hz, case.tolerance.cage_pct) == ((500, 1500), (1400, 2800), 0.1)

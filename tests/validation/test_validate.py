@@ -8,12 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from srbval import ConfigurationError, DataError, SrbvalError, paper_scene, simulate, write_run
 from srbval.bearing import Fault, load_bearing
-from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.models.run_file import write_run
-from srbval.models.simulate import simulate
 from srbval.recordings.registry import add
-from srbval.scene import paper_scene
 from srbval.validation.case import Case, Source, case_of_pairs
 from srbval.validation.pairing import pair_files, state_in_name
 from srbval.validation.validate import validate
@@ -65,26 +62,26 @@ def case_of(folder: Path, shift_pct: float, seed: int = 1, **changes: Any) -> Ca
 
 
 @pytest.mark.parametrize(("shift_pct", "verdict"), [(0.3, "differs"), (0.02, "not resolved"), (0.0, "agrees")])
-def test_a_planted_shift_is_found_and_a_small_one_is_not(shift_pct: float, verdict: str, tmp_path: Path) -> None:
+def test_a_planted_shift_is_found_and_a_small_one_is_not(shift_pct, verdict, tmp_path):
     table = validate(case_of(tmp_path, shift_pct, **{"uncertainty.cage_pct": 0.05})).table.set_index("quantity")
     assert table.loc["BPFO", "error"] == pytest.approx(shift_pct, abs=0.02)
     assert table.loc["BPFO", "verdict"] == verdict
 
 
-def test_without_an_uncertainty_of_the_simulation_there_is_no_verdict(tmp_path: Path) -> None:
+def test_without_an_uncertainty_of_the_simulation_there_is_no_verdict(tmp_path):
     found = validate(case_of(tmp_path, 0.3))
     assert set(found.table["verdict"]) == {"insufficient data"}
     assert found.holds
     assert found.headline.startswith("No verdict")
 
 
-def test_a_missed_tolerance_does_not_hold(tmp_path: Path) -> None:
+def test_a_missed_tolerance_does_not_hold(tmp_path):
     found = validate(case_of(tmp_path, 0.3, **{"uncertainty.cage_pct": 0.02, "tolerance.cage_pct": 0.05}))
     assert found.table.set_index("quantity").loc["cage ratio", "verdict"] == "missed"
     assert not found.holds
 
 
-def test_nothing_simulated_passes_as_measured(tmp_path: Path) -> None:
+def test_nothing_simulated_passes_as_measured(tmp_path):
     run = simulate(paper_scene(model="impulse", duration="2 s", defect={"kind": "outer"}))
     write_run(run, tmp_path / "run.h5")
     pairs = [{"simulated": str(tmp_path / "run.h5"), "measured": str(tmp_path / "run.h5")}]
@@ -102,14 +99,12 @@ def test_nothing_simulated_passes_as_measured(tmp_path: Path) -> None:
         ({"simulated.scene": "rig"}, ConfigurationError, "takes the place"),
     ],
 )
-def test_bad_input_is_refused_with_its_reason(
-    changes: dict[str, Any], error: type[SrbvalError], said: str, tmp_path: Path
-) -> None:
+def test_bad_input_is_refused_with_its_reason(changes, error, said, tmp_path):
     with pytest.raises(error, match=said):
         validate(case_of(tmp_path, 0.0, **changes))
 
 
-def test_a_pair_that_fails_leaves_the_others(tmp_path: Path) -> None:
+def test_a_pair_that_fails_leaves_the_others(tmp_path):
     good = case_of(tmp_path, 0.0)
     broken = dataclasses.replace(good.pair[0], measured=Source(file=("none.npy",)))
     found = validate(dataclasses.replace(good, pair=(broken, *good.pair)))
@@ -117,7 +112,7 @@ def test_a_pair_that_fails_leaves_the_others(tmp_path: Path) -> None:
     assert list(found.pairs["pair"]) == [2]
 
 
-def test_both_races_make_a_sum(tmp_path: Path) -> None:
+def test_both_races_make_a_sum(tmp_path):
     faults = (Fault.OUTER, Fault.INNER)
     pairs = [{"measured": measured(tmp_path / f"{one.code}_877rpm_made.mat", one, seed=3)} for one in faults]
     (total,) = validate(case_of_pairs(pairs)).sums
@@ -125,7 +120,7 @@ def test_both_races_make_a_sum(tmp_path: Path) -> None:
     assert (total.origin, total.closed) == ("measured", True)
 
 
-def test_files_are_paired_by_state_and_nearest_speed(tmp_path: Path) -> None:
+def test_files_are_paired_by_state_and_nearest_speed(tmp_path):
     states = {"outer_a": Fault.OUTER, "outer_b": Fault.OUTER, "inner": Fault.INNER}
     own = [simulated(tmp_path / f"sim_{name}.npy", one, seed=1, seconds=0.5) for name, one in states.items()]
     faults = (Fault.OUTER, Fault.INNER)
@@ -138,7 +133,7 @@ def test_files_are_paired_by_state_and_nearest_speed(tmp_path: Path) -> None:
         pair_files(own, theirs[:1], settings)
 
 
-def test_a_file_whose_state_is_not_known_is_refused(tmp_path: Path) -> None:
+def test_a_file_whose_state_is_not_known_is_refused(tmp_path):
     assert state_in_name("outer_and_inner") is None
     file = simulated(tmp_path / "x.npy", Fault.OUTER, seed=1, seconds=0.5)
     settings = {side: Source(fs_hz=FS_HZ, rpm=RPM, unit="m/s2") for side in ("simulated", "measured")}
@@ -156,7 +151,7 @@ def simulate(scene):
 """
 
 
-def test_a_model_from_outside_is_run_beside_the_record(tmp_path: Path) -> None:
+def test_a_model_from_outside_is_run_beside_the_record(tmp_path):
     (tmp_path / "mine.py").write_text(OUTSIDE)
     record = measured(tmp_path / "OR_877rpm_made.mat", Fault.OUTER, seed=3)
     side = {"scene": "paper", "model": f"{tmp_path}/mine.py:simulate"}
@@ -165,7 +160,7 @@ def test_a_model_from_outside_is_run_beside_the_record(tmp_path: Path) -> None:
     assert found.loc["cage ratio", "verdict"] == "insufficient data"  # the paper's scene says nothing about it
 
 
-def test_another_bearing_on_another_rig(recordings_dir: Path) -> None:
+def test_another_bearing_on_another_rig(recordings_dir):
     """The planar model has no contact angle, and the rig's outer-race line is 0.3 % above kinematics without one."""
     add(recordings_dir / "cwru")
     table = validate("cwru-6205").table.set_index("quantity")
@@ -174,7 +169,7 @@ def test_another_bearing_on_another_rig(recordings_dir: Path) -> None:
     assert set(table["verdict"]) == {"insufficient data"}
 
 
-def test_another_engine_s_model_of_the_rig_s_bearing(recordings_dir: Path) -> None:
+def test_another_engine_s_model_of_the_rig_s_bearing(recordings_dir):
     """MuJoCo's run with the cage's angle: 0.43154 of the shaft, 0.17 % above the rig's outer-race record."""
     file = recordings_dir.parent / "cases" / "simulation" / "mujoco_outer.csv"
     if not file.is_file():
@@ -192,7 +187,7 @@ def verdict_of(case: Case) -> pd.Series:
 
 
 @pytest.mark.long_form
-def test_right_simulations_are_seldom_called_different_and_intervals_hold_the_truth(tmp_path: Path) -> None:
+def test_right_simulations_are_seldom_called_different_and_intervals_hold_the_truth(tmp_path):
     """Both sides are read in noise; the second simulation of each seed is off by a normal error that it states."""
     rng, right, off = np.random.default_rng(11), [], []
     for seed in range(SEEDS):
