@@ -65,8 +65,8 @@ def headline(stated: Sequence[Row], trend_endpoint: str, slowest: str, fastest: 
 
 def trend_sentence(trend: Row, slowest: str, fastest: str) -> str:
     """Sentence on the change of the cage ratio with speed: of the rig, and of the model if it is known."""
-    name = "trend" if trend["model_pct"] is None else "trend-with-model"
-    return TEXTS.text(name, **trend, slowest=slowest, fastest=fastest)
+    model = "" if trend["model_pct"] is None else TEXTS.text("trend-of-model", **trend)
+    return TEXTS.text("trend", **trend, slowest=slowest, fastest=fastest, model=model)
 
 
 def cage_ratio_section(findings: Findings) -> Section:

@@ -45,7 +45,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]
     values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own": max(own), "paper_s": paper_s, **paper}
     yield prose.paragraph("intro", **values | {"steps_per_s": 1 / paper["step_s"]})
-    yield prose.figure("speed-accuracy-chart", chart(runs, paper_s), badge=Badge.SIMULATED, **values)
+    yield prose.figure("speed-accuracy-chart", chart(runs, paper_s), badge=Badge.SIMULATED)
     noted = runs.assign(
         steps_per_s=1 / runs["dt_s"],
         solver_note=runs["mark"],
