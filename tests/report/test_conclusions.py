@@ -47,7 +47,7 @@ SENTENCES = [  # text, words that it has, words that it has not
         None,
     ),
     (headline(STATED, "877 rpm", "877 rpm", "877 rpm"), "met at 877 rpm", "change"),  # one speed has no change
-    (headline([], TREND, *SPEEDS), "How far the model's cage speed is from the rig's is not", None),
+    (headline([], TREND, *SPEEDS), "The error of the model's cage speed is not known", None),
     (trend_sentence(CHANGE, *SPEEDS), "", "scene"),
     (trend_sentence(CHANGE | {"model_pct": -0.02}, *SPEEDS), "`rig` it changes by -0.02 %", None),
     (
