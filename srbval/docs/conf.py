@@ -150,7 +150,7 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def _signature(action: argparse.Action) -> str:
-    value = action.metavar or "|".join(action.choices or ())
+    value = action.metavar or "|".join(map(str, action.choices or ()))
     value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
     return " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
 
