@@ -13,7 +13,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.reading.verdict import SumRule
+from srbval.reading.verdict import sum_rule
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import read_toml
 
@@ -126,7 +126,7 @@ def _row(
 
 def sum_rules(
     printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run], rig: Mapping[Fault, Analysis]
-) -> Iterator[SumRule]:
+) -> Iterator[dict[str, Any]]:
     """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings.
 
     Our model's two runs have their own mean cage speeds, which are known; the rig's are not.
@@ -134,8 +134,9 @@ def sum_rules(
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed.shaft_rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
         bpfo, bpfi = (getattr(printed.of(fault.value), f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
-        orders: dict[str, Any] = {"bpfo_order": bpfo, "bpfi_order": bpfi, "rolling_elements": rollers}
-        yield SumRule(source=name, origin="published", **orders, ci95=None, stated_rpm=printed.shaft_rpm)
+        stated = {"ci95": None, "stated_rpm": printed.shaft_rpm, "slip_difference": 0.0}
+        orders = {"rolling_elements": rollers, "bpfo_order": bpfo, "bpfi_order": bpfi}
+        yield sum_rule({"source": name, "origin": "published", **orders, **stated})
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = paper[Fault.OUTER].bearing.rolling_elements * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", paper, slip)
@@ -144,21 +145,23 @@ def sum_rules(
         yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rig)
 
 
-def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip_difference: float = 0.0) -> SumRule:
+def _read_pair(source: str, origin: str, sides: Mapping[Fault, Analysis], slip: float = 0.0) -> dict[str, Any]:
     orders, ci95 = [], []
     for fault in (Fault.OUTER, Fault.INNER):
         (_, found_hz, ci95_hz), speed = found_line(sides[fault], fault), sides[fault].speed
         orders.append(found_hz / speed.value_hz)
         ci95.append(math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz) * orders[-1])
-    return SumRule(
-        source=source,
-        origin=origin,
-        rolling_elements=sides[Fault.OUTER].bearing.rolling_elements,
-        bpfo_order=orders[0],
-        bpfi_order=orders[1],
-        ci95=math.hypot(*ci95),
-        stated_rpm=60 * (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2,
-        slip_difference=slip_difference,
+    return sum_rule(
+        {
+            "source": source,
+            "origin": origin,
+            "rolling_elements": sides[Fault.OUTER].bearing.rolling_elements,
+            "bpfo_order": orders[0],
+            "bpfi_order": orders[1],
+            "ci95": math.hypot(*ci95),
+            "stated_rpm": 60 * (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2,
+            "slip_difference": slip,
+        }
     )
 
 

@@ -5,12 +5,13 @@ together: no band is chosen.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from srbval.bearing import DEFECTS, Fault
+from srbval.bearing import DEFECTS
 from srbval.reading.analyse import Analysis
 from srbval.reading.families import HARMONICS, families_of, is_placebo_order
 from srbval.reading.pipeline import whitened_bands
@@ -35,29 +36,17 @@ SILENT = -1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class PartScore:
-    """Excess of a fault's comb over a typical comb of the record, its fundamental `found_hz`, and its `false_alarm`.
-
-    `false_alarm` is the chance that a placebo is as strong. Values are None if the comb is out of the record's reach,
-    `false_alarm` also if there are no placebos.
-    """
-
-    fault: Fault
-    found_hz: float | None
-    excess: float | None
-    false_alarm: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
 class FaultScores:
     """Scores of all faults, and excess and order of the strongest comb that neither they nor the shaft explain.
 
-    If that comb is stronger than every fault's, the faults are scored without its lines; otherwise that comb is
-    searched without the lines of the strongest fault. `cage` is the excess of the cage's comb, which names no fault;
-    None if out of reach. `unmasked` are the excesses of the faults with no lines masked.
+    `parts` are rows: a fault, the excess of its comb over a typical comb of the record, its fundamental `found_hz`, and
+    `false_alarm`, the chance that a placebo is as strong; None out of the record's reach, or without placebos. If the
+    unexplained comb is stronger than every fault's, the faults are scored without its lines; otherwise it is searched
+    without the lines of the strongest fault. `cage` is the excess of the cage's comb, which names no fault; None if out
+    of reach. `unmasked` are the excesses of the faults with no lines masked.
     """
 
-    parts: tuple[PartScore, ...]
+    parts: tuple[dict[str, Any], ...]
     unexplained: float
     unexplained_order: float | None
     cage: float | None
@@ -74,7 +63,7 @@ class FaultScores:
 
         A comb of another machine part is no evidence against a fault.
         """
-        excess = [SILENT if part.excess is None else part.excess for part in self.parts]
+        excess = excesses_of(self.parts)
         others = [max(0.0, *excess[:n], *excess[n + 1 :]) for n in range(len(excess))]
         own = (e - other for e, other in zip(excess, others, strict=True))
         return tuple(max(SILENT, value) for value in (*own, self.unexplained - max(0.0, *excess)))
@@ -93,8 +82,8 @@ def fault_scores(analysis: Analysis) -> FaultScores:
         bands = [replace(band, masks_hz=np.empty((0, 2))) for band in bands]
     whole = CombSpectrum.of(bands, LEAST_ORDER * shaft_hz, HARMONICS)
     parts, (unexplained, order) = _parts(whole, analysis, relative), _unexplained(whole, analysis, relative)
-    excesses = tuple(SILENT if part.excess is None else part.excess for part in parts)
-    lines_hz = parts[int(np.argmax(excesses))].found_hz
+    excesses = excesses_of(parts)
+    lines_hz = parts[int(np.argmax(excesses))]["found_hz"]
     if is_foreign := order is not None and unexplained > max(0.0, *excesses):
         lines_hz = order * shaft_hz
     if lines_hz is not None:
@@ -110,12 +99,12 @@ def fault_scores(analysis: Analysis) -> FaultScores:
         parts=parts,
         unexplained=unexplained,
         unexplained_order=order,
-        unmasked=excesses,
+        unmasked=tuple(excesses),
         cage=None if math.isnan(cage) else cage - whole.typical(relative),
     )
 
 
-def _parts(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[PartScore, ...]:
+def _parts(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[dict[str, Any], ...]:
     """Scores of all faults, searched within the share `relative` about their kinematic frequencies."""
     families, parts = families_of(analysis.bearing, analysis.speed.value_hz), []
     typical = combs.typical(relative)
@@ -126,8 +115,13 @@ def _parts(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[Pa
         chance = neg_log_rank(score, placebos, independent=placebos.size / REPEATED)
         excess, found = (None, None) if math.isnan(score) else (score - typical, found_hz)
         false_alarm = None if math.isnan(chance) else math.exp(-chance)
-        parts.append(PartScore(fault=fault, found_hz=found, excess=excess, false_alarm=false_alarm))
+        parts.append({"fault": fault, "found_hz": found, "excess": excess, "false_alarm": false_alarm})
     return tuple(parts)
+
+
+def excesses_of(parts: Iterable[Mapping[str, Any]]) -> list[float]:
+    """Excess of the comb of each fault, `SILENT` if it is out of the record's reach."""
+    return [SILENT if part["excess"] is None else part["excess"] for part in parts]
 
 
 def _unexplained(combs: CombSpectrum, analysis: Analysis, relative: float) -> tuple[float, float | None]:

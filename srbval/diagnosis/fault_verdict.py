@@ -238,9 +238,9 @@ def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagn
     best = diagnosis.best_class
     if best == OTHER and diagnosis.scores.unexplained_order is not None:
         yield f"a comb at {diagnosis.scores.unexplained_order:.3f} times the shaft speed"
-    for score in diagnosis.scores.parts:
-        if score.fault == best or (score.false_alarm is not None and score.false_alarm < FALSE_ALARM):
-            yield f"the {score.fault.label}'s comb in the whole band"
+    for part in diagnosis.scores.parts:
+        if part["fault"] == best or (part["false_alarm"] is not None and part["false_alarm"] < FALSE_ALARM):
+            yield f"the {part['fault'].label}'s comb in the whole band"
     if analysis.outside is not None:
         yield f"a comb at {analysis.outside.found_hz:.2f} Hz, outside the search windows"
     if analysis.outside_speed is not None:

@@ -19,7 +19,7 @@ from srbval.reading.pipeline import (
     process,
 )
 from srbval.reading.speed_search import SpeedSearch, search
-from srbval.reading.verdict import Closure, closure_of, describe_lines
+from srbval.reading.verdict import closure_of, describe_lines
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import NORMAL_95
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
@@ -39,7 +39,7 @@ class Analysis(SpeedSearch):
     band: BandChoice
 
     @property
-    def closure(self) -> Closure:
+    def closure(self) -> dict[str, Any]:
         """Sum of the race lines (`closure_of`)."""
         return closure_of(self.lines, self.bearing, self.speed)
 

@@ -20,9 +20,8 @@ PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's freq
 # A weaker line at one of these ratios of a stronger line's frequency is taken as part of it.
 RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
 # Scale and degrees of freedom of Student's t for the relative deviation of a line from kinematics by slip. Stated, not
-# estimated. A normal prior of this scale would pass only the strongest lines of cages that slip by half a per cent, and
-# so bias the slip of lines passed towards none. Ten degrees of freedom give four scales fifteen times the odds of a
-# normal prior; fewer would pass strong lines of other sources at the window's edge, six scales off (the rig's H 877).
+# estimated. A normal prior would pass only the strongest lines of cages that slip by half a per cent; fewer degrees of
+# freedom would pass strong lines of other sources at the window's edge, six scales off (the rig's H 877).
 SLIP_SPREAD, SLIP_FREEDOM = 1.5e-3, 10
 
 

@@ -134,11 +134,6 @@ class Line:
         """True for the first harmonic of a fault's line, false for sidebands."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
-    @property
-    def detected_deviation_pct(self) -> float | None:
-        """Deviation from kinematics if the line is detected [%]."""
-        return self.deviation_pct if self.detected else None
-
 
 _IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
 
@@ -160,9 +155,9 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    With a nominal speed the first detected line also settles the scale of the others. Each family is ranked among
-    `combs` placebos. The cage line is read by itself, since its harmonics coincide with those of every other line. With
-    `brief` only first harmonics are read, and ranked if noise does not explain them; the same lines are detected.
+    With a nominal speed the first detected line also settles the scale of the others. The cage line is read by itself,
+    since its harmonics coincide with those of every other line. With `brief` only first harmonics are read, and ranked
+    among `combs` placebos if noise does not explain them; the same lines are detected.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -312,7 +307,6 @@ def _lines_of(
 
 
 def _without_own_line(line: Line) -> Line:
-    """A harmonic or sideband of a line that was not detected is not detected either."""
     return replace(line, detected=False, explained_by=OWN_LINE) if line.detected else line
 
 

@@ -36,9 +36,7 @@ from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
 RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
-# Shorter records do not resolve a line from the neighbouring harmonics of the shaft: 11 of 60 records of noise at 12
-# kHz show a BPFO line in four revolutions, 7 in six, 3 in seven, none in eight.
-LEAST_REVOLUTIONS = 8
+LEAST_REVOLUTIONS = 8  # of 60 records of noise at 12 kHz 11 show a BPFO line in four, 7 in six, 3 in seven
 HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a band must contain
 SAME_SIZE = 0.01  # a bearing larger by a smaller share keeps the paper's band
 WHOLE_BAND = (0.01, 0.47)  # the whole band, as shares of the sampling rate
@@ -46,11 +44,8 @@ HIGHEST_EDGE = 0.499  # the same, of a band that another record must contain too
 SQUARED_UNIT = "squared standard deviations"  # of the whole record, by which signals are normalised
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 LEAST_COVERAGE = 0.98  # share of the record that the speed signal must cover
-# Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
-USABLE_SHARE = 0.9
-# Largest width of the mask of a shaft harmonic, as a share of its frequency: with a nominal speed wider masks would
-# join and hide every line.
-LARGEST_MASK_SHARE = 5e-4
+USABLE_SHARE = 0.9  # of the band's width: the floor of the squared envelope's spectrum ends at the width
+LARGEST_MASK_SHARE = 5e-4  # of a shaft harmonic's frequency: wider masks would join and hide every line
 # Largest number of parts of the whole band whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by
 # the log score of the diagnoses with each rig left out (-0.66, -0.60, -0.61).
 WHITENED_BANDS = 4
@@ -226,10 +221,9 @@ def declared_band(
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """The whole band and the most impulsive band of the record, between which the lines decide (`clearness`).
+    """The whole band and, if one fits, the most impulsive band of the record; the lines decide (`clearness`).
 
-    Every band tried counts as a trial. Only the whole band is returned if no other fits the record (`kurtogram`). A
-    record sampled at `within_fs_hz` [Hz] contains both bands too.
+    Every band tried counts as a trial. A record sampled at `within_fs_hz` [Hz] contains both bands too.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
@@ -250,7 +244,7 @@ def bands_of_record(
 def band_kurtogram(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> Kurtogram:
-    """Kurtogram of the signal to analyse, of bands within reach of a record sampled at `within_fs_hz` [Hz].
+    """Kurtogram of bands within reach of a record sampled at `within_fs_hz` [Hz].
 
     They are wide enough for `HARMONICS_HELD` of the race lines, and for ends (`end_s`) that leave `LEAST_REVOLUTIONS`.
     """

@@ -27,11 +27,9 @@ SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 # Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
 SEARCH_SHARE = 0.1
-# Placebos for each speed tried: the least rank, times all speeds and the two bands to choose from, stays below
-# `comb.PLACEBO_FALSE_ALARM`.
+# Placebos for each speed tried: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`.
 COMBS_PER_SPEED = 220
-# Every speed but the best is a placebo: the next best peak of the score may rise above the median by at most this share
-# of the best peak's rise. Lines of other sources form combs by chance, several about as good.
+# Largest rise of the next best peak of the score above the median, as a share of the best peak's.
 RIVAL_SHARE = 0.5
 SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
 LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
@@ -41,10 +39,9 @@ FALSE_ALARM = 1e-3
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
 # Least standard error of a peak's frequency, in bins: it is read by a parabola, and shaft speeds are not constant.
 LEAST_PEAK_ERROR_BINS = 0.01
-# Share of the speed that the fit's scatter does not show: clocks of recorder and tachometer, drift within the record,
-# rounding of the measured value. It is the error of estimates on records whose speed is measured (CWRU's integer rpm,
-# the rig's tachometer). With each of those left out, the largest excess of the others covers 16 of 17: the rig's 2 s
-# excerpt needs 6.5e-4, the others 2.1e-4 at most (tests/reading/test_shaft_speed.py).
+# Share of the speed that the fit's scatter does not show: clocks, drift within the record, rounding. It is the error of
+# estimates on records whose speed is measured: with each left out, the largest excess of the others covers 16 of 17
+# (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
 # The shaft's comb in a whitened envelope: its lines, and the least score. Wrong combs of 61 measured records within
@@ -255,9 +252,8 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 
     First the speed within `SEARCH_SHARE` of the nominal one is found at which sidebands of the deepest detected fault
     line and harmonics of the shaft stand out most together. Then line and shaft are fitted by least squares through the
-    peaks of all terms that stand out; the scatter about the fit (Birge's ratio) and `ALLOWANCE` widen the interval. No
-    kinematics is used. None if noise does as well or another speed nearly as well (`RIVAL_SHARE`), or if fewer than
-    `LEAST_TERMS` shaft terms show. The speed may be outside the nominal speed's interval.
+    peaks of all terms that stand out; the scatter about the fit (Birge's ratio) and `ALLOWANCE` widen the interval.
+    None if noise does as well or another speed nearly as well (`RIVAL_SHARE`), or fewer than `LEAST_TERMS` terms show.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)

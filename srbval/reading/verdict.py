@@ -5,91 +5,47 @@ up was not taken at the stated speed.
 """
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.reading.lines import RACE_LINES, Line, detected_fault_lines
 from srbval.recordings import ShaftSpeed, SpeedSource
 
 
-@dataclass(frozen=True, kw_only=True)
-class Closure:
-    """Sum of both race lines of one record, with the uncertainty of lines and speed; None for the reason `why`."""
+def sum_rule(pair: Mapping[str, Any]) -> dict[str, Any]:
+    """A pair of race lines, as orders of the shaft speed of each, with their sum, and the speed for which it is exact.
 
-    expected_hz: float
-    expected_ci95_hz: float
-    sum_hz: float | None = None
-    sum_ci95_hz: float | None = None
-    difference_pct: float | None = None
-    ci95_pct: float | None = None
-    closed: bool | None = None
-    why: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SumRule:
-    """One pair of race lines, as orders of the shaft speed of each; `ci95` is the 95 % half width of their sum.
-
-    `slip_difference` of the cage speeds of two records, in orders, is subtracted from the sum for `closed`.
+    `closed` is true if the sum, less the `slip_difference` of the cage speeds of two records, agrees with the number of
+    rolling elements within `ci95`; None without an uncertainty.
     """
-
-    JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
-
-    source: str
-    origin: str
-    rolling_elements: int
-    bpfo_order: float
-    bpfi_order: float
-    ci95: float | None
-    stated_rpm: float
-    slip_difference: float = 0.0
-
-    @property
-    def total(self) -> float:
-        """Sum of the two orders."""
-        return self.bpfo_order + self.bpfi_order
-
-    @property
-    def difference_pct(self) -> float:
-        """Sum relative to the number of rolling elements [%]."""
-        return 100 * (self.total / self.rolling_elements - 1)
-
-    @property
-    def implied_rpm(self) -> float:
-        """Shaft speed at which the sum would be exact [rpm]."""
-        return self.stated_rpm * self.total / self.rolling_elements
-
-    @property
-    def closed(self) -> bool | None:
-        """True if the sum agrees within its uncertainty; None without an uncertainty."""
-        difference = self.total - self.slip_difference - self.rolling_elements
-        return None if self.ci95 is None else bool(abs(difference) <= self.ci95)
+    total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
+    return {
+        **pair,
+        "total": total,
+        "difference_pct": 100 * (total / rollers - 1),
+        "implied_rpm": pair["stated_rpm"] * total / rollers,
+        "closed": None if ci95 is None else bool(abs(total - pair["slip_difference"] - rollers) <= ci95),
+    }
 
 
-def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> Closure:
-    """Closure of the race lines read in one recording, at the same speed."""
+def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> dict[str, Any]:
+    """Sum of both race lines of one record, with the uncertainty of lines and speed; None for the reason `why`."""
     expected, expected_ci = (bearing.rolling_elements * hz for hz in (speed.value_hz, speed.ci95_hz))
+    closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
+    closure |= dict.fromkeys(("sum_hz", "sum_ci95_hz", "difference_pct", "ci95_pct", "closed"))
     races = [line for line in lines if line.name in RACE_LINES and line.harmonic == 1]
-    missing = [line.name for line in races if not line.detected]
-    if missing:
+    if missing := [line.name for line in races if not line.detected]:
         why = f"{' and '.join(missing)} not detected in this recording, so there is no sum to compare."
-        return Closure(expected_hz=expected, expected_ci95_hz=expected_ci, why=why)
+        return closure | {"why": why}
     total = sum(line.found_hz or 0.0 for line in races)
     total_ci = math.hypot(*(line.ci95_hz or 0.0 for line in races))
     difference = 100 * (total / expected - 1)
     ci_pct = 100 * math.hypot(total_ci / expected, expected_ci / expected)
     closed = abs(difference) <= ci_pct
-    return Closure(
-        expected_hz=expected,
-        expected_ci95_hz=expected_ci,
-        sum_hz=total,
-        sum_ci95_hz=total_ci,
-        difference_pct=difference,
-        ci95_pct=ci_pct,
-        closed=closed,
-        why="" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong.",
-    )
+    why = "" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong."
+    found = {"sum_hz": total, "sum_ci95_hz": total_ci, "difference_pct": difference, "ci95_pct": ci_pct}
+    return closure | found | {"closed": closed, "why": why}
 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:

@@ -124,7 +124,7 @@ def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(mon
             channels = {"x": impulsive(np.random.default_rng([1, number]))}
             processed = process(dataclasses.replace(plain, channels=channels), band_hz=(500.0, 5500.0))
             parts = fault_scores(dataclasses.replace(base, processed=processed)).parts
-            chances += [part.false_alarm for part in parts]
+            chances += [part["false_alarm"] for part in parts]
         return int(np.count_nonzero(np.array(chances) < 0.05))
 
     assert 3 * below(pipeline.CLIP) < below(1e9)

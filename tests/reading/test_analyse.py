@@ -125,9 +125,9 @@ def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
 
 def test_both_race_lines_close_on_the_number_of_rollers():
     closure = both_races().closure
-    assert closure.expected_hz == pytest.approx(19 * SHAFT_HZ)
-    assert closure.difference_pct == pytest.approx(0.0, abs=2 * READING_PCT)
-    assert closure.closed
+    assert closure["expected_hz"] == pytest.approx(19 * SHAFT_HZ)
+    assert closure["difference_pct"] == pytest.approx(0.0, abs=2 * READING_PCT)
+    assert closure["closed"]
 
 
 @pytest.mark.parametrize(

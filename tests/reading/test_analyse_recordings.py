@@ -43,7 +43,7 @@ def test_rig_orders_with_the_tachometer_s_speed(recordings_dir, name, line, orde
     assert result.speed.source.value == "tachometer"
     assert result.line(line).detected
     assert result.line(line).found_hz / result.speed.value_hz == pytest.approx(order, rel=ORDER_TOLERANCE)
-    assert result.closure.closed in (None, True)
+    assert result.closure["closed"] in (None, True)
 
 
 @pytest.mark.parametrize(

@@ -187,7 +187,7 @@ def _line_row(line: Line, healthy: Line | None) -> dict[str, Any]:
         "part": fault.label if fault else "cage",
         "found_hz": line.found_hz if line.detected else None,
         "found_hz_ci95": line.ci95_hz,
-        "deviation_pct": line.detected_deviation_pct,
+        "deviation_pct": line.stated().deviation_pct,
         "deviation_pct_ci95": line.deviation_ci95_pct,
         "depth_pct": None if line.depth is None else 100 * line.depth,
         "healthy_pct": None if healthy is None or healthy.depth is None else 100 * healthy.depth,
