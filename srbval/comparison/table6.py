@@ -134,7 +134,7 @@ def sum_rules(
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
         shaft_hz, rollers = printed.shaft_rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
         bpfo, bpfi = (getattr(printed.of(fault.value), f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
-        stated = {"ci95": None, "stated_rpm": printed.shaft_rpm, "slip_difference": 0.0}
+        stated = {"ci95": None, "stated_rpm": printed.shaft_rpm}
         orders = {"rolling_elements": rollers, "bpfo_order": bpfo, "bpfi_order": bpfi}
         yield sum_rule({"source": name, "origin": "published", **orders, **stated})
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}

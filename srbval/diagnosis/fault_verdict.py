@@ -100,10 +100,7 @@ class FaultVerdict:
             "cage_excess": named and named.scores.cage,
             "channel": named and named.channel,
             "parts": named.scores.parts if named else (),
-            "line": compared.line,
-            "ratio": compared.ratio,
-            "ratio_ci95": compared.ratio_ci95,
-            "baseline": compared.baseline,
+            **{name: getattr(compared, name) for name in ("line", "ratio", "ratio_ci95", "baseline")},
         }
 
 

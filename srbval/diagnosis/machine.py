@@ -16,22 +16,8 @@ from srbval.bearing import load_bearing
 from srbval.diagnosis.trend import zone_boundaries
 from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, RecordingSettings
-from srbval.storage.tables import UNITS, Limited, build, limited, quantity, read_toml, without_unit
+from srbval.storage.tables import UNITS, Limited, build, limited, read_toml, without_unit
 
-OPTIONS = {  # option and its unit, for fields with another name
-    "speed_rad_s": ("rpm", "rpm"),
-    "speed_tolerance_pct": ("rpm_tolerance", ""),
-    "radial_n": ("radial_kn", "kN"),
-    "axial_n": ("axial_kn", "kN"),
-    "rate_hz": ("fs", "Hz"),
-    "sensitivity_mv_per_g": ("sensitivity", ""),
-    "resample_hz": ("resample", "Hz"),
-    "skip_s": ("skip", "s"),
-    "records": ("baseline", ""),
-    "band_hz": ("band", "Hz"),
-    "cage_slip_pct": ("cage_slip", ""),
-    "zones_m_s": ("zones_mm_s", "mm/s"),
-}
 BELONGS_TO = {  # option whose presence on the command line discards the machine's value
     "rpm_tolerance": "rpm",
     "scale": "unit",
@@ -44,14 +30,20 @@ BELONGS_TO = {  # option whose presence on the command line discards the machine
 }
 
 
+def _option(name: str, unit: str = "", dimension: str = "", **limits: float) -> Any:
+    """Declare a field that stands for an option with another `name`, whose number is in `unit`."""
+    of_quantity = {"dimension": dimension} if dimension else {}
+    return limited(metadata={"option": (name, unit)} | of_quantity, default=None, **limits)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SetPoint(Limited):
     """Speed and load of the machine; a speed without a tolerance counts as measured."""
 
-    speed_rad_s: float | None = quantity("speed", above=0, default=None)
-    speed_tolerance_pct: float | None = limited(above=0, most=10, default=None)
-    radial_n: float | None = quantity("force", default=None)
-    axial_n: float | None = quantity("force", default=None)
+    speed_rad_s: float | None = _option("rpm", "rpm", "speed", above=0)
+    speed_tolerance_pct: float | None = _option("rpm_tolerance", above=0, most=10)
+    radial_n: float | None = _option("radial_kn", "kN", "force")
+    axial_n: float | None = _option("axial_kn", "kN", "force")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,15 +51,15 @@ class Sensor(Limited):
     """Channel, rate and unit of the samples, of a simulation too; see `RecordingSettings`."""
 
     channel: str | None = None
-    rate_hz: float | None = quantity("frequency", above=0, default=None)
+    rate_hz: float | None = _option("fs", "Hz", "frequency", above=0)
     unit: str | None = None
     scale: float | None = limited(above=0, default=None)
-    sensitivity_mv_per_g: float | None = limited(above=0, default=None)
+    sensitivity_mv_per_g: float | None = _option("sensitivity", above=0)
     tacho: str | None = None
     pulses_per_rev: float | None = limited(above=0, default=None)
     origin: Origin | None = None
-    resample_hz: float | None = quantity("frequency", above=0, default=None)
-    skip_s: float | None = quantity("time", least=0, default=None)
+    resample_hz: float | None = _option("resample", "Hz", "frequency", above=0)
+    skip_s: float | None = _option("skip", "s", "time", least=0)
     derivative: int | None = limited(least=1, most=2, default=None)
     cage_channel: str | None = None
     shaft_channel: str | None = None
@@ -79,7 +71,7 @@ class BaselineRecords(Limited):
 
     healthy: Path | None = None
     healthy_scale: float | None = limited(above=0, default=None)
-    records: int | None = limited(least=1, default=None)
+    records: int | None = _option("baseline", least=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,11 +81,11 @@ class MachineLimits(Limited):
     `zones_m_s` are the RMS velocities at which zones B, C and D begin, in place of those of a `machine_class`.
     """
 
-    band_hz: tuple[float, float] | None = quantity("frequency", above=0, default=None)
+    band_hz: tuple[float, float] | None = _option("band", "Hz", "frequency", above=0)
     auto_band: bool | None = None
-    cage_slip_pct: float | None = limited(above=0, most=5, default=None)
+    cage_slip_pct: float | None = _option("cage_slip", above=0, most=5)
     machine_class: str | None = None
-    zones_m_s: tuple[float, float, float] | None = quantity("velocity", above=0, default=None)
+    zones_m_s: tuple[float, float, float] | None = _option("zones_mm_s", "mm/s", "velocity", above=0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -162,7 +154,7 @@ def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
     for table in fields(Machine):
         if isinstance(table.default_factory, type):
             for one in fields(table.default_factory):
-                yield table.name, one, *OPTIONS.get(one.name, (one.name, ""))
+                yield table.name, one, *one.metadata.get("option", (one.name, ""))
 
 
 def _in_unit(value: Any, field: Field[Any], unit: str) -> Any:

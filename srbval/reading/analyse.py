@@ -77,12 +77,8 @@ class Analysis(SpeedSearch):
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON in SI units, without the arrays; None for missing values."""
         return {
-            "file": self.recording.file,
-            "name": self.recording.name,
+            **{key: getattr(self.recording, key) for key in ("file", "name", "origin", "fs_hz", "seconds")},
             "bearing": self.bearing.name,
-            "origin": self.recording.origin,
-            "fs_hz": self.recording.fs_hz,
-            "seconds": self.recording.seconds,
             "band_hz": self.processed.band_hz,
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "search": self.search,

@@ -256,13 +256,32 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     None if noise does as well or another speed nearly as well (`RIVAL_SHARE`), or fewer than `LEAST_TERMS` terms show.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
-    line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
-    half = max(SEARCH_SHARE, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
-    start = _search(bare, line, nominal.value_hz, half)
-    if start is None:
+    line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
+    nominal_hz, bin_hz = nominal.value_hz, record.bin_hz
+    half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal_hz) * nominal_hz
+    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / _GRID_PER_BIN)
+    score, used = np.zeros(speeds.size), 0  # joint -log p of all terms
+    for harmonic, order in _terms(line_hz):
+        frequencies = harmonic * line_hz + order * speeds
+        ends = frequencies[0], frequencies[-1]
+        if min(ends) < 3 * bin_hz or max(ends) > record.limit_hz:
+            continue
+        noise = bare.noise_near(harmonic * line_hz + order * nominal_hz, abs(order) * half_hz)
+        snr = bare.power_at(frequencies) / noise.mean_power
+        score += np.minimum(NOISE_BINS * np.log1p(snr / NOISE_BINS), LARGEST_NEG_LOG_P)
+        used += 1
+    if not used:
         return None
-    found = _fit(bare, line, start)
-    return None if found is None or abs(found.value_hz - nominal.value_hz) > half else found
+    best = int(np.argmax(score))
+    trials = max(1.0, 2 * half_hz / bin_hz * SIDEBANDS)  # independent speeds
+    rival = np.max(score, where=np.abs(speeds - speeds[best]) > SAME_BINS * bin_hz, initial=-np.inf)
+    usual = float(np.median(score))
+    if rival - usual > RIVAL_SHARE * (score[best] - usual):
+        return None
+    if trials * scipy.special.gammaincc(used, float(score[best])) >= FALSE_ALARM:
+        return None
+    found = _fit(bare, line_hz, float(speeds[best]))
+    return None if found is None or abs(found.value_hz - nominal_hz) > half_hz else found
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
@@ -289,30 +308,6 @@ def _terms(line_hz: float) -> list[tuple[int, int]]:
     orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
     sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
-
-
-def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
-    """Speed in the window with the largest joint -log p of all terms; None if noise or another speed is as high."""
-    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
-    score, used = np.zeros(speeds.size), 0
-    for harmonic, order in _terms(line_hz):
-        frequencies = harmonic * line_hz + order * speeds
-        ends = frequencies[0], frequencies[-1]
-        if min(ends) < 3 * record.bin_hz or max(ends) > record.limit_hz:
-            continue
-        noise = record.noise_near(harmonic * line_hz + order * nominal_hz, abs(order) * half_hz)
-        snr = record.power_at(frequencies) / noise.mean_power
-        score += np.minimum(NOISE_BINS * np.log1p(snr / NOISE_BINS), LARGEST_NEG_LOG_P)
-        used += 1
-    if not used:
-        return None
-    best = int(np.argmax(score))
-    trials = max(1.0, 2 * half_hz / record.bin_hz * SIDEBANDS)  # independent speeds
-    rival = np.max(score, where=np.abs(speeds - speeds[best]) > SAME_BINS * record.bin_hz, initial=-np.inf)
-    usual = float(np.median(score))
-    if rival - usual > RIVAL_SHARE * (score[best] - usual):
-        return None
-    return float(speeds[best]) if trials * scipy.special.gammaincc(used, float(score[best])) < FALSE_ALARM else None
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:

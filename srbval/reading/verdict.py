@@ -20,12 +20,14 @@ def sum_rule(pair: Mapping[str, Any]) -> dict[str, Any]:
     rolling elements within `ci95`; None without an uncertainty.
     """
     total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
+    slip = pair.get("slip_difference", 0.0)
     return {
         **pair,
+        "slip_difference": slip,
         "total": total,
         "difference_pct": 100 * (total / rollers - 1),
         "implied_rpm": pair["stated_rpm"] * total / rollers,
-        "closed": None if ci95 is None else bool(abs(total - pair["slip_difference"] - rollers) <= ci95),
+        "closed": None if ci95 is None else bool(abs(total - slip - rollers) <= ci95),
     }
 
 

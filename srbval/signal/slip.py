@@ -63,12 +63,23 @@ def track_slip(
         found = posterior(weak, number, line_hz=line_hz, block_s=block_s)
         wide = found.credible_hz / (NORMAL_95 * noise_error_hz(weak, number, block_s))
         return found.shift_hz, weak_factor(found.steady, wide) * found.credible_hz
-    for sums, snr in _in_blocks(phasors, noise_power, period_s):
-        if float(snr.max()) >= BLOCK_SNR:
-            block_s = phasors.seconds / sums.shape[1]
-            walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
-            return _strong_estimate(sums, number, walk, block_s)
-    return 0.0, math.inf
+    found_blocks = _in_blocks(phasors, noise_power, period_s)
+    if (sums := next((sums for sums, snr in found_blocks if float(snr.max()) >= BLOCK_SNR), None)) is None:
+        return 0.0, math.inf
+    # The mean over tracks from several starts, weighted by their evidence; their differences widen the interval.
+    block_s = phasors.seconds / sums.shape[1]
+    walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
+    starts = [np.zeros(sums.shape[1]), *(_viterbi_path(sums, number, walk * share) for share in STEP_SHARES)]
+    log_evidence, slope, half = np.array([_track(sums, number, start) for start in starts]).T
+    log_evidence[0] += STRAIGHT_MARGIN
+    weight = np.exp(TEMPER * (log_evidence - log_evidence.max()))
+    if weight[0] == 1:
+        weight = np.eye(1, weight.size)[0]
+    weight /= weight.sum()
+    mean = float(weight @ slope)
+    spread = float(weight @ (half**2 + (NORMAL_95 * (slope - mean)) ** 2))
+    rad_per_hz = 2 * math.pi * block_s
+    return mean / rad_per_hz, math.sqrt(spread) / rad_per_hz
 
 
 def weak_sums(
@@ -96,21 +107,6 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
-
-
-def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> tuple[float, float]:
-    """Mean over tracks from several starts, weighted by their evidence; their differences widen the interval."""
-    starts = [np.zeros(sums.shape[1]), *(_viterbi_path(sums, number, step_rad2 * share) for share in STEP_SHARES)]
-    log_evidence, slope, half = np.array([_track(sums, number, start) for start in starts]).T
-    log_evidence[0] += STRAIGHT_MARGIN
-    weight = np.exp(TEMPER * (log_evidence - log_evidence.max()))
-    if weight[0] == 1:
-        weight = np.eye(1, weight.size)[0]
-    weight /= weight.sum()
-    mean = float(weight @ slope)
-    spread = float(weight @ (half**2 + (NORMAL_95 * (slope - mean)) ** 2))
-    rad_per_hz = 2 * math.pi * block_s
-    return mean / rad_per_hz, math.sqrt(spread) / rad_per_hz
 
 
 def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:

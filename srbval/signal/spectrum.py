@@ -178,18 +178,14 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
     parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= narrowest]
     edges = [(nyquist * n / part, nyquist * min((n + 1) / part, _TOP)) for part in parts for n in range(1, part)]
     bands = [(low, high) for low, high in edges if high - low >= narrowest and high <= highest_hz]
-    excess = np.array([_excess(lines, fs_hz / length, band, seconds) for band in bands])
+    excess, bin_hz = np.empty(len(bands)), fs_hz / length
+    for n, (low, high) in enumerate(bands):
+        inside = lines[math.ceil(low / bin_hz) : math.floor(high / bin_hz)]
+        # Twice as many samples as are independent, so that the square is sampled without aliases.
+        reduced = scipy.fft.next_fast_len(2 * inside.size)
+        end, count = math.ceil(END_S * reduced * bin_hz), math.floor(seconds * reduced * bin_hz)
+        excess[n] = kurtosis(scipy.fft.ifft(inside, n=reduced)[end : count - end]) - 2  # 2: of Gaussian noise
     return Kurtogram(band_hz=np.array(bands).reshape(-1, 2), kurtosis=np.nan_to_num(excess, nan=-1.0))
-
-
-def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> float:
-    """Kurtosis of the complex envelope of one band less 2, that of Gaussian noise."""
-    inside = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
-    # Twice as many samples as are independent, so that the square is sampled without aliases.
-    reduced = scipy.fft.next_fast_len(2 * inside.size)
-    rate = reduced * bin_hz
-    end, count = math.ceil(END_S * rate), math.floor(seconds * rate)
-    return kurtosis(scipy.fft.ifft(inside, n=reduced)[end : count - end]) - 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

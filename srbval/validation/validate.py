@@ -16,7 +16,7 @@ from srbval.comparison.comparison import Row
 from srbval.comparison.vocabulary import Verdict
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.reading.verdict import SumRule
+from srbval.reading.verdict import sum_rule
 from srbval.storage.stored_result import newest_result
 from srbval.validation.case import Case, CasePair, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
@@ -59,7 +59,7 @@ class Validation:
     table: "pd.DataFrame"
     pairs: "pd.DataFrame"
     comparisons: tuple[Row, ...]
-    sums: tuple[SumRule, ...]
+    sums: tuple[Row, ...]
     failed: tuple[Row, ...]
 
     @property
@@ -229,7 +229,7 @@ def _facts(reading: SideReading) -> Row:
     }
 
 
-def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
+def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
     """BPFO + BPFI of each side, of pairs of both races at one speed."""
     lines = [row for row in rows if row["kind"] == RACE_LINE.kind]
     for place, (side, name) in enumerate(zip(SIDES, ("model", "rig"), strict=True)):
@@ -241,15 +241,10 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[SumRule]:
                 continue  # a line made of the cage's own speed says nothing about the shaft's
             if abs(inner["speeds_hz"][place] / shaft_hz - 1) > SAME_POINT:
                 continue
-            yield SumRule(
-                source=f"{side}, {60 * shaft_hz:.5g} rpm",
-                origin=side,
-                rolling_elements=rolling_elements,
-                bpfo_order=outer[name],
-                bpfi_order=inner[name],
-                ci95=math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner))),
-                stated_rpm=60 * shaft_hz,
-            )
+            pair = {"source": f"{side}, {60 * shaft_hz:.5g} rpm", "origin": side, "rolling_elements": rolling_elements}
+            pair |= {"bpfo_order": outer[name], "bpfi_order": inner[name], "stated_rpm": 60 * shaft_hz}
+            pair["ci95"] = math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner)))
+            yield sum_rule(pair)
 
 
 def headline(table: "pd.DataFrame") -> str:

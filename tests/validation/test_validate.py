@@ -116,8 +116,8 @@ def test_both_races_make_a_sum(tmp_path):
     faults = (Fault.OUTER, Fault.INNER)
     pairs = [{"measured": measured(tmp_path / f"{one.code}_877rpm_made.mat", one, seed=3)} for one in faults]
     (total,) = validate(case_of_pairs(pairs)).sums
-    assert total.total == pytest.approx(19, abs=2e-2)  # two records slip at random
-    assert (total.origin, total.closed) == ("measured", True)
+    assert total["total"] == pytest.approx(19, abs=2e-2)  # two records slip at random
+    assert (total["origin"], total["closed"]) == ("measured", True)
 
 
 def test_files_are_paired_by_state_and_nearest_speed(tmp_path):

@@ -104,7 +104,7 @@ def _speed(result: Validation) -> Section | None:
     rollers = result.case.known_bearing.rolling_elements
     rows = [
         {
-            name: getattr(one, name)
+            name: one[name]
             for name in (
                 "source",
                 "bpfo_order",
