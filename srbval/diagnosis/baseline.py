@@ -31,8 +31,7 @@ RISEN_RATIO = 2.0
 class Baseline:
     """A healthy record analysed in the band of the record that is compared with it.
 
-    `conditions` lists differences in speed or load that make the records incomparable. `remarks` lists other
-    differences, and what the records do not state.
+    `conditions` lists differences in speed or load that make the records incomparable, `remarks` all others.
     """
 
     analysis: Analysis
@@ -44,9 +43,9 @@ class Baseline:
 class BaselineComparison:
     """The fault lines of a record compared with those of a healthy one.
 
-    `ratios` are the modulations of all lines that stand out over the healthy record's, by name, with 95 % intervals;
-    empty without a comparable healthy record. `line` is the deepest line that has risen, `risen` its part. `baseline`
-    is the file of the comparable healthy record. `by_level` is true if levels are compared, not shares of the mean.
+    `ratios` are the modulations of all lines that stand out over the healthy record's, by name, with 95 % intervals.
+    `line` is the deepest line that has risen, `risen` its part. `baseline` is the file of a comparable healthy record.
+    `by_level` is true if levels are compared, not shares of the mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -90,9 +89,8 @@ def _is_same(one: Recording, other: Recording) -> bool:
 def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record from its file, with the settings of the record that is compared with it.
 
-    Its own speed, state and loads are used; the speed of `settings` only if it states none. Its `scale` is given or
-    registered, since each file has its own gain, and its registered unit and sensitivity are used. Raises
-    `ConfigurationError` if it is declared faulty, or if a scale is given for the other record alone.
+    Its own speed, state, loads, unit and sensitivity go before; its `scale` is given or registered, since each file has
+    its own gain. Raises `ConfigurationError` if it is declared faulty, or a scale is given for the other record alone.
     """
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
@@ -165,9 +163,8 @@ def _same(one: float, other: float) -> bool:
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with those of a healthy record in the same band.
 
-    Modulations are compared in the unit of the squared envelope if both records state a unit, else as depths (shares
-    of the mean). Nothing is compared if a `Baseline` states `conditions` that differ: lines of a healthy bearing rise
-    with speed and load. The declared state of the record is not used. Raises `ValueError` for different bands.
+    Modulations are compared in the unit of the squared envelope if both records are in m/s2, else as depths. Nothing is
+    compared if a `Baseline` states `conditions` that differ. Raises `ValueError` for different bands.
     """
     healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
     if healthy is None:
@@ -246,9 +243,8 @@ def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
 def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recording:
     """Add a background to a run: the spectrum of a `healthy` record with random phases.
 
-    With it depth of modulation, kurtosis and signal-to-noise ratio can be compared with a measured record. Increments
-    over that healthy record mean nothing. Raises `ConfigurationError` if the records are not simulated and measured, or
-    if rate, unit or length do not fit.
+    Increments over that healthy record mean nothing. Raises `ConfigurationError` if the records are not simulated and
+    measured, or if rate, unit or length do not fit.
     """
     if run.origin is not Origin.SIMULATED or healthy.origin is not Origin.MEASURED:
         raise ConfigurationError(

@@ -15,20 +15,14 @@ from srbval.reading.lines import OTHER_LINE
 from srbval.reading.pipeline import process
 from srbval.recordings import SpeedSource
 
-CAGE_SENTENCE = (
-    "The cage's comb stands out (evidence {:.1f}), as of one rolling element or one pocket that strikes once a turn of "
-    "the cage; it names no fault."
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis:
     """Class called (`state`) and `probabilities` of all classes.
 
     "undecided" means that no class is probable enough, or that the line of the part contradicts the speed used
-    (`contradicts_speed`). `log_likelihood` is that of each class over healthy, for other priors; here healthy is as
-    probable as all else together. `rigs` is the number of rigs learnt from. `channel` shows the class best, and
-    `scores` belong to it.
+    (`contradicts_speed`). `log_likelihood` is that of each class over healthy, for other priors. `rigs` is the number
+    of rigs learnt from. `channel` shows the class best, and `scores` belong to it.
     """
 
     state: str
@@ -44,26 +38,27 @@ class Diagnosis:
         return most_probable(self.probabilities)
 
     @property
-    def _answer(self) -> str:
-        if decide(self.probabilities) == UNDECIDED:
-            return "none is probable enough to be named"
-        if self.state == UNDECIDED:
-            return "none is named, for its line is not there at the speed stated"
-        return "no fault is named" if self.state == Fault.HEALTHY else f"named: {label_of(self.state)}"
-
-    @property
     def sentence(self) -> str:
         """The diagnosis in words."""
         shares = ", ".join(f"{label_of(name)} {100 * share:.0f} %" for name, share in self.probabilities.items())
+        if decide(self.probabilities) == UNDECIDED:
+            answer = "none is probable enough to be named"
+        elif self.state == UNDECIDED:
+            answer = "none is named, for its line is not there at the speed stated"
+        else:
+            answer = "no fault is named" if self.state == Fault.HEALTHY else f"named: {label_of(self.state)}"
         order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f"Channel {self.channel} shows it best."
-        cage = "" if not self.scores.cage_shows else CAGE_SENTENCE.format(self.scores.cage)
+        cage = (
+            f"The cage's comb stands out (evidence {self.scores.cage or 0.0:.1f}), as of one rolling element or one "
+            "pocket that strikes once a turn of the cage; it names no fault."
+        )
         said = (
             f"By the record alone, beside records of known state of {self.rigs} rigs and with a healthy bearing as "
-            f"probable beforehand as all else together: {shares}; {self._answer}."
+            f"probable beforehand as all else together: {shares}; {answer}."
         )
-        return " ".join(filter(None, (said, best, comb, cage)))
+        return " ".join(filter(None, (said, best, comb, cage if self.scores.cage_shows else "")))
 
 
 def label_of(name: str) -> str:

@@ -1,8 +1,7 @@
 """Posterior probabilities of the state that a record shows: healthy, a fault of one part, or something else.
 
-A record has one feature for each fault and one for the strongest comb that no fault explains (`FaultScores`): the
-excess of a comb over a typical comb. For a healthy bearing large values are exponentially rare. For a faulty one they
-are spread over a range many times as wide, or the fault is hidden and its feature is that of a healthy bearing. So the
+The features of a record (`FaultScores`) are excesses of combs over a typical comb. For a healthy bearing large values
+are exponentially rare; for a faulty one they are spread over a range many times as wide, or the fault is hidden. So the
 log likelihood ratio of a class rises with its feature: four numbers for all parts and machines (`Evidence`).
 """
 
@@ -25,9 +24,7 @@ OTHER, UNDECIDED = "other", "undecided"
 CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
 # Healthy or not with equal odds, and all other classes equally probable. Stated, not fitted; see `log_likelihood`.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for name in CLASSES}
-# A wrong call costs this many times as much as no call: a class is called from the probability `LEAST_NAMED`.
-WRONG_COST = 3.0
-LEAST_NAMED = 1 - 1 / WRONG_COST
+LEAST_NAMED = 1 - 1 / 3.0  # probability from which a class is called: a wrong call costs three times as much as none
 # Correlation of the features of two records of one bearing, which share rig, mounting and load: 0.36 in 84 records of
 # healthy bearings, 0.73 in 53 of faulty races. A value between both is stated.
 SHARED = 0.5
@@ -53,8 +50,7 @@ class Evidence:
 
             r = log(h + (1 - h) exp(slope x - onset))
 
-        with the hidden share h: an exponential tail of scale 1 / slope for x of healthy records against a uniform
-        density for x of a fault that shows. Something else may be present beside a fault (`FOREIGN_COMB`).
+        with the hidden share h. Something else may be present beside a fault (`FOREIGN_COMB`).
         """
         parts = [name in RACE_DEFECTS or name == OTHER for name in CLASSES[1:]]
         hidden = np.where(parts, self.hidden, self.roller_hidden)
@@ -97,8 +93,7 @@ def evidence() -> Evidence:
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """Log likelihood ratios of n records of one bearing together: their sum over 1 + (n - 1) `SHARED`.
 
-    This is the design effect of cluster samples with the same correlation between any two (Kish 1965, Survey Sampling,
-    sect. 5.4). Any number of records is worth at most 1 / `SHARED` records.
+    The design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4).
     """
     count = len(log_likelihoods)
     return {name: sum(one[name] for one in log_likelihoods) / (1 + (count - 1) * SHARED) for name in CLASSES}

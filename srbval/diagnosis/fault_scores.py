@@ -27,9 +27,8 @@ SIDEBANDS, WANDER = 4, 1e-3
 # So many placebos count as one: windows overlap by half, and mixed combs repeat the record's lines. With it 0.6 to
 # 1.4 % of the chances are below 1 % on seven kinds of background without a fault, 2.8 % on another bearing's impacts.
 REPEATED = 6.5
-# The cage's comb stands out from this excess: one rolling element or pocket strikes once a turn of the cage. Of 30
-# records of healthy bearings 6 reach it, those of the IMS bearing whose roller failed a month later (6.4 to 7.2); the
-# others stay below 3.
+# The cage's comb stands out from this excess. Of 30 records of healthy bearings 6 reach it, those of the IMS bearing
+# whose roller failed a month later (6.4 to 7.2); the others stay below 3.
 CAGE_SHOWN = 5.0
 # Least value of a feature: a comb this far below a typical one, or below another fault's, is silent.
 SILENT = -1.0

@@ -26,12 +26,10 @@ from srbval.recordings import Origin
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
-# A defect struck once a period modulates the squared envelope by about its mean and more. Lines below half of that
-# occur in healthy bearings and beside other faults.
+# A defect struck once a period modulates the squared envelope by about its mean; healthy bearings by less than half.
 SHALLOW_DEPTH, STRUCK_DEPTH = 0.5, 1.0
 # An outer-race line with a weaker second harmonic is a smooth modulation by rollers that pass under the load (varying
-# compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The healthy model at 997 rpm has 0.2 with
-# a line half as deep as its mean, measured outer-race faults 0.48 and more.
+# compliance, Sunnersjo 1978, J. Sound Vib. 58, 363). The healthy model has 0.2, measured outer-race faults from 0.48.
 IMPACT_SECOND_HARMONIC = 1 / 3
 # A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
 # of the noise in phase with it, half of the noise's power (Rice 1945).
@@ -133,7 +131,15 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     elif strong:
         finding = Finding.UNDECIDED
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:MOST_NAMED])}"
-        advice = _why_not_named(analysis, diagnosis)
+        # Why no part is named although a line is like a fault's, and what would decide.
+        if alike := [one for one in DEFECTS if is_fault_like(analysis, analysis.line_of(one))]:
+            likely = max(alike, key=lambda one: analysis.line_of(one).snr or 0.0)
+            advice = (
+                f"Not named: once tones and all that repeats exactly are taken out, {likely.label} has "
+                f"{100 * diagnosis.probabilities[likely]:.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of "
+                "rolling elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of "
+                "the machine can decide: --healthy FILE."
+            )
     elif unseen:
         finding = Finding.UNDECIDED
         lines = " and ".join(unseen)
@@ -163,26 +169,8 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     )
 
 
-def _why_not_named(analysis: Analysis, diagnosis: Diagnosis) -> str:
-    """Why no part is named although a line is like a fault's, and what would decide; empty without such a line."""
-    lines = {part: analysis.line_of(part) for part in DEFECTS}
-    alike = [part for part in DEFECTS if is_fault_like(analysis, lines[part])]
-    if not alike:
-        return ""
-    part = max(alike, key=lambda one: lines[one].snr or 0.0)
-    return (
-        f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
-        f"{100 * diagnosis.probabilities[part]:.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of rolling "
-        "elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of the machine can "
-        "decide: --healthy FILE."
-    )
-
-
 def is_fault_like(analysis: Analysis, line: Line) -> bool:
-    """True if `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
-
-    If its second harmonic is out of reach, the line is taken for a train of impacts.
-    """
+    """True if `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation."""
     if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
         return False
     second = [x.depth for x in analysis.lines if (x.name, x.harmonic) == (line.name, 2) and x.depth is not None]
@@ -192,8 +180,8 @@ def is_fault_like(analysis: Analysis, line: Line) -> bool:
 def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
     """Depth from which a line at the frequency of `line` stands out in 95 of 100 records; infinite if it cannot.
 
-    It is that of `SEEN_SNR` times the noise or, at a line of the healthy bearing, `RISEN_RATIO` times its depth. The
-    line is assumed to have the harmonics of impacts; without them the depth is some 1.4 times as large.
+    It is that of `SEEN_SNR` times the noise or, at a line of the healthy bearing, `RISEN_RATIO` times its depth, for a
+    line with the harmonics of impacts.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf

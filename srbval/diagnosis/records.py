@@ -98,7 +98,12 @@ def read_record(request: RecordRequest) -> RecordReading:
     """
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
-    recording = _load(request)
+    try:
+        recording = load_registered(request.file, request.settings, request.band_hz)
+    except LeftOpenError as error:
+        if not error.band or request.band_hz or request.auto_band or request.auto_band_if_undeclared:
+            raise
+        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     if request.background:
         if healthy is not None:
@@ -174,7 +179,7 @@ def without_other_files(
 ) -> tuple[list[FailedFile], list[str]]:
     """The failed files, and separately the files of a folder that are no recordings, such as a licence.
 
-    Such a file is no recording by its content, was not `named` itself, and has the suffix of no file that was read.
+    Such a file was not `named` itself, and has the suffix of no file that was `read`.
     """
     endings = {Path(one["file"]).suffix for one in read}
     other = [
@@ -197,11 +202,7 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """One row for a document: verdict, most probable fault by the record alone and its probability, alarm, features.
-
-    The alarm is "yes" if a fault is named, "check" if strong lines stay unexplained, else "no"; "-" if the record is
-    not measured.
-    """
+    """One row for a document: verdict, most probable fault by the record alone, its probability, `ALARMS`, features."""
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
@@ -221,8 +222,8 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Entry of JSON documents for all records of one bearing together (`of_one_machine`).
 
-    Used are measured records whose lines do not fit another speed than the stated one. `cage_excess` is the excess of
-    the cage's comb in each. Raises `ConfigurationError` if the records name more than one bearing.
+    Used are measured records whose lines do not fit another speed than the stated one. Raises `ConfigurationError` if
+    the records name more than one bearing.
     """
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
@@ -286,16 +287,6 @@ def band_is_declared(recording: Recording, bearing: Bearing | None = None) -> bo
     except ConfigurationError:
         return False
     return True
-
-
-def _load(request: RecordRequest) -> Recording:
-    """The record; if it leaves something open, the error also asks for the band, which no file states."""
-    try:
-        return load_registered(request.file, request.settings, request.band_hz)
-    except LeftOpenError as error:
-        if not error.band or request.band_hz or request.auto_band or request.auto_band_if_undeclared:
-            raise
-        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
 
 
 def _ask_at_once(recording: Recording, request: RecordRequest) -> None:

@@ -42,12 +42,10 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 class ChannelTrend:
     """Records of one channel in the order of time: `points` with file, time, rpm, velocity and zone.
 
-    Their `levels` are those of the lines and the RMS, in the recording's unit; `ci95_db` are the 95 % half widths of
-    the lines [dB]; `risen` names the levels above their limits. A record that is not `comparable`, since its speed is
-    not that of the baseline, is not judged.
-    `reference` are the geometric means of the baseline's levels, `limits` the levels above which they have risen (empty
-    without a baseline), `zones` the least velocities of B, C and D [mm/s]; `velocity_missing` is the reason for no
-    velocity or no zone.
+    Their `levels` are those of the lines and the RMS, in the recording's unit; `ci95_db` are 95 % half widths [dB];
+    `risen` names the levels above their limits. A record of another speed than the baseline's is not `comparable`.
+    `reference` are the geometric means of the baseline's levels, `limits` the levels above which they have risen,
+    `zones` the least velocities of B, C and D [mm/s]; `velocity_missing` is the reason for no velocity or no zone.
     """
 
     channel: str | None
@@ -140,8 +138,8 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
     """Time of each file, and the source of the times: a table with the columns `file` and `time`, or the files' names.
 
-    Times in a table are dates (ISO 8601) or numbers. Names contain dates, or else one number each; otherwise the dates
-    of change of the files are used. Raises `ConfigurationError` for a table that cannot be used.
+    Names contain dates, or else one number each; otherwise the dates of change of the files are used. Raises
+    `ConfigurationError` for a table that cannot be used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:

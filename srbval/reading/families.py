@@ -110,8 +110,7 @@ def identity_probability(
 
     with B(p) = -e p ln p, the least Bayes factor in favour of another source whose peak is as strong with the chance p,
     `other_chance` (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e).
-    Both are equally likely beforehand. If the cage may slip by more than `LARGEST_SLIP`, half of the difference to
-    `largest_slip` is a further standard uncertainty in s.
+    If the cage may slip by more than `LARGEST_SLIP`, half of the difference to `largest_slip` adds to s.
     """
     window = reading.half_window_hz / centre_hz
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2

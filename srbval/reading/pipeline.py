@@ -34,23 +34,18 @@ from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: the best bands for the simulated signals and for the rig's.
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
-RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
 LEAST_REVOLUTIONS = 8  # of 60 records of noise at 12 kHz 11 show a BPFO line in four, 7 in six, 3 in seven
 HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a band must contain
-SAME_SIZE = 0.01  # a bearing larger by a smaller share keeps the paper's band
 WHOLE_BAND = (0.01, 0.47)  # the whole band, as shares of the sampling rate
-HIGHEST_EDGE = 0.499  # the same, of a band that another record must contain too
 SQUARED_UNIT = "squared standard deviations"  # of the whole record, by which signals are normalised
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
-LEAST_COVERAGE = 0.98  # share of the record that the speed signal must cover
 USABLE_SHARE = 0.9  # of the band's width: the floor of the squared envelope's spectrum ends at the width
 LARGEST_MASK_SHARE = 5e-4  # of a shaft harmonic's frequency: wider masks would join and hide every line
 # Largest number of parts of the whole band whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by
-# the log score of the diagnoses with each rig left out (-0.66, -0.60, -0.61).
+# the log score of the diagnoses with each rig left out.
 WHITENED_BANDS = 4
-# Noise alone exceeds this many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
-CLIP = 12.0
+CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in 4096 values, 2^-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -159,7 +154,7 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
     signal = recording.speed_signal
     if signal is None or speed is not recording.speed or speed.source not in MEASURED_SPEEDS:
         return Tracking(why="no order tracking: the speed used comes without its course")
-    if signal.values_hz.size / signal.rate_hz < LEAST_COVERAGE * recording.seconds:
+    if signal.values_hz.size / signal.rate_hz < 0.98 * recording.seconds:
         return Tracking(why="no order tracking: the speed signal is shorter than the record")
     course = ShaftAngle.from_speed(signal.values_hz, signal.rate_hz)
     bins = course.drift_bins(max(bearing.orders.bpfo, bearing.orders.bpfi))
@@ -206,12 +201,12 @@ def declared_band(
         return BandChoice(band_hz=recording.band_hz, why="stated for the record, by its data set or the user")
     simulated = recording.origin is Origin.SIMULATED
     size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
-    if size is not None and size > 1 + SAME_SIZE:
+    if size is not None and size > 1 + 0.01:  # below it the paper's band stays
         low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
         return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # the same bearing in another machine
     if simulated or (recording.bearing == RIG_BEARING and not own):
-        return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")
+        return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else BANDS_HZ["1400-2800"], why="the paper's")
     raise ConfigurationError(
         f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
         "[Hz], about a structural resonance that the fault would excite, or --auto-band."
@@ -255,7 +250,7 @@ def band_kurtogram(
         normalise(one_signal(recording)),
         recording.fs_hz,
         least_width_hz=max(lines_hz, ends_hz),
-        highest_hz=HIGHEST_EDGE * within_fs_hz,
+        highest_hz=0.499 * within_fs_hz,
     )
 
 
@@ -276,8 +271,7 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
 
-    They are those of squared envelopes after cepstrum prewhitening, clipped at `CLIP` medians: without the clip a few
-    loud knocks would form combs of any order.
+    They are those of squared envelopes after cepstrum prewhitening, clipped lest a few loud knocks form combs.
     """
     low, high = (share * processed.fs_hz for share in WHOLE_BAND)
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

@@ -44,8 +44,7 @@ LEAST_PEAK_ERROR_BINS = 0.01
 # (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
-# The shaft's comb in a whitened envelope: its lines, and the least score. Wrong combs of 61 measured records within
-# `SEARCH_SHARE` reach 9.5; all 26 above 12 whose speed is known otherwise are right to 0.2 %.
+# Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0
 SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 
@@ -137,7 +136,6 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or about a set point at the speed that the record shows within its tolerance.
 
-    The record's speed is estimated by `estimate_speed` or `speed_by_comb` and, if a line is found, with its sidebands.
     A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
     """
     if stated.source is not SpeedSource.NOMINAL:
@@ -287,8 +285,8 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
     """Shaft speed by the strongest comb of a whitened envelope within `SEARCH_SHARE` of a `nominal` speed, or None.
 
-    For records whose band shows too few lines of the shaft for `estimate_speed`. The interval reaches to the farthest
-    comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; None if a comb beyond it does.
+    The interval reaches to the farthest comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; None if a comb
+    beyond it does.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     combs = CombSpectrum.of([bare], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)

@@ -21,9 +21,8 @@ COMBS = 1000  # least number of placebos: their least rank, times nine trials, s
 ORDERS = 2  # number of fundamentals of the lines of one placebo
 GRID = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
-# Assumed share of records with a comb of another source. Without it any window would exclude the comb of another
-# machine part, and the stronger of two combs would exclude the other in a diagnosis. Of 0, 0.1, 0.2 and 0.3 the best by
-# the log score of diagnoses with rigs left out.
+# Assumed share of records with a comb of another source: without it the stronger of two combs would exclude the other.
+# Of 0, 0.1, 0.2 and 0.3 the best by the log score of diagnoses with rigs left out.
 FOREIGN_COMB = 0.1
 APART = 2.0  # windows this many half windows apart share no line
 TAIL = 0.1  # upper share of the placebos to which the tail is fitted
@@ -94,12 +93,11 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 def neg_log_rank(score: float, placebos: FloatArray, *, independent: float = math.inf, ties: bool = False) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
 
-    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n]; the mean excess over the threshold is
-    that of the tail (a generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted
-    from memory, not checked). With m of so many `independent` placebos in the upper tenth, the predictive tail is
-    (1 + x / m)^-m for an excess of x means (exponential variable with Jeffreys' prior, Aitchison & Dunsmore 1975,
-    Statistical Prediction Analysis, quoted from memory, not checked). With `ties`, for placebos that share lines, those
-    equal to the threshold belong to the tail; if all of the upper tenth are equal, the result is the rank.
+    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n] (a generalised Pareto tail of shape
+    zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). With m of so many
+    `independent` placebos in the upper tenth, the predictive tail is (1 + x / m)^-m for an excess of x means (Aitchison
+    & Dunsmore 1975, Statistical Prediction Analysis, quoted from memory, not checked). With `ties`, for placebos that
+    share lines, those equal to the threshold belong to the tail; if all of it are equal, the result is the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -150,9 +148,8 @@ def rank_among_placebos(
     """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
     `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the same number of
-    lines, in windows of the same relative width, masked as the comb's own lines are. One of its fundamentals may be in
-    the comb's own window, so that the record's strongest line may be among the placebos. None if `placebo_hz` covers
-    fewer than `LEAST_WINDOWS` windows.
+    lines, in windows of the same relative width, masked as the comb's own lines are. None if `placebo_hz` covers fewer
+    than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID * LEAST_WINDOWS:

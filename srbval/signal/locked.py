@@ -41,8 +41,7 @@ class LockedMean:
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
     """Locked mean of `samples` [n], none negative, at the phase `periods` of a passage [n, rising].
 
-    The `blocks` (at least `LEAST_BLOCKS`) count as independent: they must be as long as a pattern that repeats after
-    several passages. Raises `DataError` for fewer than `LEAST_PASSAGES`.
+    The `blocks` (at least `LEAST_BLOCKS`) count as independent. `DataError` for fewer than `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(

@@ -76,11 +76,6 @@ class Phasors:
         """Power |sum over the record|^2 of each line, [c]."""
         return np.abs(self.sums.sum(axis=1)) ** 2
 
-    def in_blocks(self, blocks: int) -> ComplexArray:
-        """Sums in fewer blocks, [c, blocks]; `blocks` should divide their number."""
-        bounds = np.linspace(0, self.sums.shape[1], blocks + 1).astype(int)[:-1]
-        return np.add.reduceat(self.sums, bounds, axis=1)
-
 
 class Noise(NamedTuple):
     """Local mean noise power: the median of an odd number of `bins` over ln 2."""

@@ -23,9 +23,7 @@ REACH_BINS, REACH_ERRORS = 1.5, 4.0
 STEP, FINEST_BINS = 0.6, 0.08
 _FIRST_ROUNDS, _LATER_ROUNDS = 5, 2
 _ORDER = np.arange(CIRCLE // 2 + 1)
-# Points of the circle for a line without slip, and of the density that joins all jitters.
-_STEADY_CIRCLE, _DENSITY = 512, 4001
-COVERAGE = 0.95
+_STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and of the density that joins all jitters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +41,8 @@ class Posterior:
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
     """Posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
 
-    Blocks of `block_s` are demodulated at the multiples of `line_hz`. The prior is flat in the frequency and over
-    `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes maximise the likelihood for each
-    jitter, by expectation maximisation (Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
+    The prior is flat in the frequency and over `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes
+    maximise the likelihood for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).
     """
     step_rad2 = (2 * math.pi * JITTERS) ** 2 * line_hz * block_s
     rad_per_hz = 2 * math.pi * block_s
@@ -89,7 +86,7 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     centre = float(density @ shift)
     distance = np.abs(shift - centre)
     order = np.argsort(distance)
-    half = float(distance[order][np.searchsorted(np.cumsum(density[order]), COVERAGE)])
+    half = float(distance[order][np.searchsorted(np.cumsum(density[order]), 0.95)])
     return Posterior(shift_hz=centre, credible_hz=half, steady=float(weight[0] / weight.sum()))
 
 

@@ -54,11 +54,7 @@ class Spectrum:
 
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
-    """Spectrum of `samples` [n] less their mean, without a window; a sine of amplitude a on a bin has the height a.
-
-    A carrier of amplitude A modulated with depth m has a line of A m in the spectrum of the envelope and of 2 A^2 m in
-    that of the squared envelope.
-    """
+    """Spectrum of `samples` [n] less their mean, without a window; a sine of amplitude a on a bin has the height a."""
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
     return Spectrum(

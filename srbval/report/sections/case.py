@@ -116,7 +116,7 @@ def _speed(result: Validation) -> Section | None:
                 "closed",
             )
         }
-        | {"source_badge": one.origin, "total_ci95": one.ci95}
+        | {"source_badge": one["origin"], "total_ci95": one["ci95"]}
         for one in result.sums
     ]
     return SPEED.section(
