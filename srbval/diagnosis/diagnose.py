@@ -72,11 +72,7 @@ def fault_of(name: str) -> Fault | None:
 
 
 def contradicts_speed(analysis: Analysis, part: Fault | None) -> bool:
-    """True if the comb of a `part` would be its line only at a speed other than the one used.
-
-    Then its line is not detected at the speed used, and either a peak is too far off for slip, or the record's lines
-    fit a speed outside the tolerance of the set point.
-    """
+    """True if the comb of a `part` would be its line only at a speed other than the one used."""
     if part is None or (line := analysis.line_of(part)).detected:
         return False
     return analysis.outside_speed is not None or line.explained_by == OTHER_LINE

@@ -61,8 +61,7 @@ class Evidence:
     def log_likelihood(self, *views: FloatArray) -> dict[str, float]:
         """Log likelihood ratio of each class over healthy, for use with any prior.
 
-        It is the mean likelihood over several `views` (channels or speeds; features [4] each), of which any may be the
-        view that shows the class: so the number of views is accounted for.
+        It is the mean likelihood over several `views` (channels or speeds; features [4] each): any may show the class.
         """
         ratios = np.logaddexp.reduce(self.log_ratios(np.array(views)), axis=0) - math.log(len(views))
         return dict(zip(CLASSES, (0.0, *ratios.tolist()), strict=True))

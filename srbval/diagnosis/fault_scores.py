@@ -1,7 +1,6 @@
 """Scores of all faults in a record on one scale: the excess of a fault's comb over a typical comb of the record.
 
-Combs are searched after cepstrum prewhitening, which removes tones and gear meshes, in all parts of the whole band
-together: no band is chosen.
+Combs are searched after cepstrum prewhitening in all parts of the whole band together: no band is chosen.
 """
 
 import math
@@ -71,8 +70,7 @@ class FaultScores:
 def fault_scores(analysis: Analysis) -> FaultScores:
     """Score an analysed record about the speed that its analysis found.
 
-    At a set point no harmonics of the shaft are masked: they may be anywhere within its tolerance, and masks at the set
-    point itself could hide a fault (BPFI of the 6203, order 4.95, at 1 % more speed).
+    At a set point no harmonics of the shaft are masked: they may be anywhere within its tolerance.
     """
     speed, bearing = analysis.speed, analysis.bearing
     shaft_hz, relative = speed.value_hz, bearing.largest_slip + speed.ci95_hz / speed.value_hz

@@ -3,11 +3,9 @@
 Headline, reasons and tone of a report, the text of ``analyse`` and its JSON follow from it alone.
 
 *Named*: a part is probable enough by the record alone (`diagnose`), or its line is like a fault's and has risen against
-a comparable healthy record. A healthy record never withdraws a part that the record alone names. *Undecided*: something
-strong names no part, such as a line above the noise (unless a comparable healthy record has it too and it is too
-shallow for a fault), a comb that another class explains better than a healthy bearing, or a race line that could not be
-searched. *Nothing found*: all other records, with the modulation from which a fault's line would have been seen. The
-declared state of a record is not used.
+a comparable healthy record. *Undecided*: something strong names no part, such as a line above the noise (unless a
+comparable healthy record has it too and it is too shallow for a fault), or a race line could not be searched. *Nothing
+found*: all other records. The declared state of a record is not used.
 """
 
 import enum
@@ -127,7 +125,14 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     unseen = [name for name in RACE_LINES if smallest_seen(analysis.line(name), comparison) >= STRUCK_DEPTH]
     limits = advice = ""
     if part is not None:
-        finding, headline = Finding.NAMED, f"{part.label.capitalize()} fault: {_evidence(analysis, comparison, part)}"
+        finding, line = Finding.NAMED, analysis.line_of(part)
+        shown = "the record alone shows the comb of its lines in the whole band"
+        if comparison.risen is part:
+            ratio = short_ratio(comparison.ratio or 0.0)
+            shown = f"the {line.name} line stands {ratio} {comparison.times} as in the healthy record"
+        elif line.detected:
+            shown = f"the {line.name} line stands {line.snr:,.0f} times above the noise"
+        headline = f"{part.label.capitalize()} fault: {shown}"
     elif strong:
         finding = Finding.UNDECIDED
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:MOST_NAMED])}"
@@ -188,31 +193,16 @@ def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
     return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(SEEN_SNR / line.snr))
 
 
-def _evidence(analysis: Analysis, comparison: BaselineComparison, part: Fault) -> str:
-    """The clearest evidence for a named part: its line against the healthy record or the noise, or its comb."""
-    line = analysis.line_of(part)
-    if comparison.risen is part:
-        ratio = short_ratio(comparison.ratio or 0.0)
-        return f"the {line.name} line stands {ratio} {comparison.times} as in the healthy record"
-    if line.detected:
-        return f"the {line.name} line stands {line.snr:,.0f} times above the noise"
-    return "the record alone shows the comb of its lines in the whole band"
-
-
 def _strong(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> Iterator[str]:
     """All that stands out without naming a part, in a few words each: risen lines first, then the highest."""
-
-    def is_accounted_for(line: Line) -> bool:
-        ratio = comparison.ratios.get(line.name)
-        return ratio is not None and ratio[0] < RISEN_RATIO and (line.depth or 0.0) < SHALLOW_DEPTH
-
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     firsts = sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0))
     for line in firsts:
-        is_deep = line.detected and (line.depth or 0.0) >= SHALLOW_DEPTH  # a healthy cage modulates too
-        stands = line.stands_out if Fault.of_line(line.name) else is_deep
-        if stands and line.name != comparison.line and not is_accounted_for(line):
+        is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
+        stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
+        ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
+        if stands and line.name != comparison.line and (is_deep or ratio >= RISEN_RATIO):
             yield f"{line.name} {line.snr:,.0f} times the noise"
         elif (
             line.covered

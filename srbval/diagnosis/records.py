@@ -122,7 +122,22 @@ def read_recording(
 
     The files that `request` names are ignored; `all_channels`: see `fault_verdict`.
     """
-    _ask_at_once(recording, request)
+    is_declared = band_is_declared(recording)
+    known = {
+        BEARING_QUESTION: recording.bearing or request.bearing,
+        SPEED_QUESTION: recording.speed,
+        BAND_QUESTION: request.auto_band
+        or request.auto_band_if_undeclared
+        or request.band_hz
+        or is_declared
+        or recording.origin is not Origin.MEASURED,
+    }
+    missing = [question for question, answer in known.items() if not answer]
+    if len(missing) > 1:  # a single missing statement raises its own error below
+        subject = subject_of(Path(recording.file)) if recording.file else recording.name
+        error = ConfigurationError(f"{subject} leaves open: {'; '.join(map(str, missing))}.")
+        error.subject, error.questions = subject, tuple(missing)
+        raise error
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     analysis = analyse(
         recording,
@@ -130,9 +145,17 @@ def read_recording(
         band_hz=request.band_hz,
         healthy=healthy,
         choose_on_record=request.auto_band
-        or (request.auto_band_if_undeclared and request.band_hz is None and not band_is_declared(recording)),
+        or (request.auto_band_if_undeclared and request.band_hz is None and not is_declared),
     )
-    baseline, cautions = (None, ()) if request.background else _baseline(analysis, healthy)
+    baseline, cautions = None, tuple[str, ...]()
+    try:
+        own = healthy if healthy is not None or request.background else registered_baseline(analysis)
+    except DataError as unreadable:  # an unreadable register must not hide what the file itself shows
+        own, cautions = None, (f"no healthy baseline: {unreadable}",)
+    if own is not None and not request.background:
+        baseline = baseline_of(analysis, own)
+        said = (*own.cautions, *(baseline.remarks if healthy is not None else ()))
+        cautions = tuple(f"caution: healthy baseline {own.file}: {caution}" for caution in said)
     verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
     return RecordReading(analysis=analysis, baseline=baseline, verdict=verdict, cautions=cautions)
 
@@ -142,8 +165,7 @@ def read_records(
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
     """Documents of many files, the most serious first, and the files that failed; `jobs` at a time (one per core).
 
-    A file without a stated channel has one document for each channel. Each result is stored as soon as it is complete.
-    Raises the error of the files if all of them fail.
+    A file without a stated channel has one document for each channel. Raises the error of the files if all fail.
     """
     register = repr(listing(or_none=True).recordings)
     contents = {request: _content(request, register) for request in requests}
@@ -220,10 +242,9 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Entry of JSON documents for all records of one bearing together (`of_one_machine`).
+    """Entry of JSON documents for all measured records of one bearing together (`of_one_machine`).
 
-    Used are measured records whose lines do not fit another speed than the stated one. Raises `ConfigurationError` if
-    the records name more than one bearing.
+    `ConfigurationError` if they name more than one. Records whose lines fit another speed than the stated are left out.
     """
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
@@ -287,32 +308,3 @@ def band_is_declared(recording: Recording, bearing: Bearing | None = None) -> bo
     except ConfigurationError:
         return False
     return True
-
-
-def _ask_at_once(recording: Recording, request: RecordRequest) -> None:
-    """Raise one error if several statements are missing; a single missing one raises its own error later."""
-    band = request.auto_band or request.auto_band_if_undeclared or request.band_hz or band_is_declared(recording)
-    known = {
-        BEARING_QUESTION: recording.bearing or request.bearing,
-        SPEED_QUESTION: recording.speed,
-        BAND_QUESTION: band or recording.origin is not Origin.MEASURED,
-    }
-    missing = [question for question, answer in known.items() if not answer]
-    if len(missing) > 1:
-        subject = subject_of(Path(recording.file)) if recording.file else recording.name
-        error = ConfigurationError(f"{subject} leaves open: {'; '.join(map(str, missing))}.")
-        error.subject, error.questions = subject, tuple(missing)
-        raise error
-
-
-def _baseline(analysis: Analysis, given: Recording | None) -> tuple[Baseline | None, tuple[str, ...]]:
-    """The healthy record given, or else the registered one of the same rig, speed and load; and cautions."""
-    try:
-        healthy = given if given is not None else registered_baseline(analysis)
-    except DataError as error:  # an unreadable register must not hide what the file itself shows
-        return None, (f"no healthy baseline: {error}",)
-    if healthy is None:
-        return None, ()
-    baseline = baseline_of(analysis, healthy)
-    said = (*healthy.cautions, *(baseline.remarks if given is not None else ()))
-    return baseline, tuple(f"caution: healthy baseline {healthy.file}: {caution}" for caution in said)

@@ -56,27 +56,21 @@ def without_passage_lines(
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz
     turns = speed.value_hz * at_s if course is None else course.turns_at(at_s)
-    signal = one_signal(recording)
+    signal, fs_hz = one_signal(recording), recording.fs_hz
     for multiple in PASSAGE_LINES[recording.state is Fault.HEALTHY]:
         order = multiple * bearing.orders.bpfo
         if within_hz[0] < order * speed.value_hz < within_hz[1]:
-            signal = signal - _line(signal, recording.fs_hz, order * turns, order * speed.value_hz, turns, found_order)
+            band_hz = (order * speed.value_hz / HALF_OCTAVE, order * speed.value_hz * HALF_OCTAVE)
+            kept = drop_ends(turns, fs_hz, end_s(band_hz)).size
+            first = (signal.size - kept) // 2
+            inside = slice(first, first + kept)
+            periods = None if found_order is None else found_order * turns[inside]
+            analytic = analytic_signal(signal, fs_hz, band_hz)[inside]
+            reach = SLIP * (order * speed.value_hz) * kept / fs_hz
+            amplitude, slip = steady_tone(analytic, (order * turns)[inside], periods, reach)
+            slipped = slip * (np.arange(signal.size) - first) / kept
+            signal = signal - (amplitude * np.exp(2j * np.pi * (order * turns + slipped))).real
     return replace(recording, channels={"sensor": signal}, channel="sensor", axes=None)
-
-
-def _line(
-    signal: FloatArray, fs_hz: float, tone: FloatArray, near_hz: float, turns: FloatArray, found_order: float | None
-) -> FloatArray:
-    """The line near the phase `tone` [n, in periods] in the signal."""
-    band_hz = (near_hz / HALF_OCTAVE, near_hz * HALF_OCTAVE)
-    kept = drop_ends(tone, fs_hz, end_s(band_hz)).size
-    first = (signal.size - kept) // 2
-    inside = slice(first, first + kept)
-    periods = None if found_order is None else found_order * turns[inside]
-    analytic = analytic_signal(signal, fs_hz, band_hz)[inside]
-    amplitude, slip = steady_tone(analytic, tone[inside], periods, SLIP * near_hz * kept / fs_hz)
-    slipped = slip * (np.arange(signal.size) - first) / kept
-    return np.asarray((amplitude * np.exp(2j * np.pi * (tone + slipped))).real)
 
 
 def _speed(recording: Recording) -> ShaftSpeed:
