@@ -45,10 +45,9 @@ class Finding(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class FaultVerdict:
-    """Verdict on a record: the `part` named, a `headline`, and `reasons` in sentences, the `advice` first.
+    """Verdict on a record: the `part` named, a `headline`, and `reasons`, first the `advice` if no part is named.
 
-    `advice` says why no part is named although lines are strong, and what to do; otherwise it is empty. `finding` and
-    `diagnosis` are None if the record is not measured.
+    `finding` and `diagnosis` are None if the record is not measured.
     """
 
     finding: Finding | None

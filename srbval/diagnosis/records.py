@@ -1,7 +1,6 @@
 """From one file to its verdict, and from many files to theirs in parallel.
 
-The result of a file is stored under all that it depends on: the file's bytes, the request, the bearing, the healthy
-record, the register and the sources. So an interrupted batch continues, and only what changed is read again.
+The result of a file is stored under all that it depends on, so that an interrupted batch continues.
 """
 
 import json

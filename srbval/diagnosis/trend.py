@@ -7,9 +7,8 @@ records of the history, with mean m and standard deviation s::
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
 for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not
-checked). K counts all comparisons: records after the baseline times levels times channels. By Bonferroni's inequality
-the chance of any false alarm in the whole history is at most alpha, whatever the dependence of the comparisons, as long
-as a healthy machine does not change: a change of load or temperature is a rise too.
+checked). K counts all comparisons: by Bonferroni's inequality the chance of any false alarm in the whole history is at
+most alpha, as long as a healthy machine does not change: a change of load or temperature is a rise too.
 """
 
 import csv
@@ -188,8 +187,7 @@ def trend_of(
     """Trend of the `documents` of `read_records`, by channel.
 
     `baseline` is the number of first records that show the machine's scatter (default: a third, from `LEAST_BASELINE`
-    to `MOST_BASELINE`). `zones_mm_s`, the velocities at which zones B, C and D begin, replace those of `machine_class`
-    (one of `machine_classes`). Raises `ConfigurationError` for a baseline that is too short.
+    to `MOST_BASELINE`). `zones_mm_s` replace the velocities of `machine_class` at which zones B, C and D begin.
     """
     import pandas as pd
 

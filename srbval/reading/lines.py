@@ -1,8 +1,7 @@
 """The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
 The strongest family is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at
-a simple ratio of a stronger line is marked as explained by it: in several bearings three times BPFO is within one per
-cent of twice BPFI.
+a simple ratio of a stronger line is marked as explained by it.
 """
 
 import enum
@@ -68,9 +67,9 @@ class Line:
     """One line of a bearing in a record; values read are those of `LineReading`, None if the line cannot be read.
 
     The uncertainty of the speed is part of the deviation's interval alone. The first harmonic comes from the joint fit
-    of all and is ranked among placebos; the others are read one by one. A harmonic or sideband is detected only with
-    its line. `explained_by` names a stronger line of which this line is a simple multiple, or another explanation of
-    the peak; `identity_probability` is the probability that the peak of a first harmonic is the line.
+    of all and is ranked among placebos; the others are read one by one. `explained_by` names a stronger line of which
+    this line is a simple multiple, or another explanation of the peak; `identity_probability` is the probability that
+    the peak of a first harmonic is the line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")

@@ -129,9 +129,8 @@ class Processed:
 def process(recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED) -> Processed:
     """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
 
-    The pass equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within
-    1e-5 of the largest value. Raises `ConfigurationError` for an unknown channel or an impossible band, `DataError` for
-    a constant or short signal.
+    It equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within 1e-5 of
+    the largest value. `ConfigurationError` for an unknown channel or impossible band, `DataError` for a poor signal.
     """
     signal = one_signal(recording)
     whole = normalise(signal)
@@ -192,8 +191,7 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the record's, or the paper's for the model or its rig; else `ConfigurationError`.
 
-    A model of a bearing larger than the paper's rings as much lower (`scene.read.for_size`), so the paper's band is
-    scaled with the `bearing`; a smaller one's line shows in the paper's band.
+    A model of a `bearing` larger than the paper's rings as much lower (`scene.read.for_size`): the band is scaled.
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")

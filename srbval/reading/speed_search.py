@@ -1,8 +1,7 @@
 """Lines and shaft speed of a processed record, with search windows as wide as slip and speed require.
 
-A set point may be wrong by more than a window. Then the shaft is searched first, by its harmonics and the sidebands of
-fault lines. If they do not show, lines are read about several speeds within the tolerance, one window apart, each a
-trial in the false-alarm probabilities. A speed outside the tolerance, or a line outside all windows, is a finding only.
+A set point may be wrong by more than a window. Then the shaft is searched first, else lines are read about several
+speeds within the tolerance, each a trial. A speed outside it, or a line outside all windows, is a finding only.
 """
 
 import itertools
@@ -27,23 +26,19 @@ SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 # Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
 SEARCH_SHARE = 0.1
-# Placebos for each speed tried: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`.
-COMBS_PER_SPEED = 220
-# Largest rise of the next best peak of the score above the median, as a share of the best peak's.
-RIVAL_SHARE = 0.5
+COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`
+RIVAL_SHARE = 0.5  # largest rise of the next best peak of the score above the median, as a share of the best peak's
 SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
 LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
 NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
 FALSE_ALARM = 1e-3
 # Least power over noise of a term that gives a frequency, and least number of shaft terms for a fit.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
-# Least standard error of a peak's frequency, in bins: it is read by a parabola, and shaft speeds are not constant.
-LEAST_PEAK_ERROR_BINS = 0.01
+LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a parabola, and speeds are not constant
 # Share of the speed that the fit's scatter does not show: clocks, drift within the record, rounding. It is the error of
 # estimates on records whose speed is measured: with each left out, the largest excess of the others covers 16 of 17
 # (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
-_GRID_PER_BIN = 16
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0
 SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
@@ -257,7 +252,7 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
     nominal_hz, bin_hz = nominal.value_hz, record.bin_hz
     half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal_hz) * nominal_hz
-    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / _GRID_PER_BIN)
+    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / 16)
     score, used = np.zeros(speeds.size), 0  # joint -log p of all terms
     for harmonic, order in _terms(line_hz):
         frequencies = harmonic * line_hz + order * speeds
@@ -285,8 +280,7 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
     """Shaft speed by the strongest comb of a whitened envelope within `SEARCH_SHARE` of a `nominal` speed, or None.
 
-    The interval reaches to the farthest comb within `SMEAR` that rises by `RIVAL_SHARE` of the best; None if a comb
-    beyond it does.
+    The interval reaches to the farthest comb that rises by `RIVAL_SHARE` of the best; None if that is beyond `SMEAR`.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
     combs = CombSpectrum.of([bare], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)

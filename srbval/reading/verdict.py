@@ -1,7 +1,6 @@
-"""Conclusions from the lines of a record: the sum of both race lines, and the detected lines in a sentence.
+"""Conclusions from the lines of a record: the detected lines in a sentence, and the sum of both race lines.
 
-BPFO + BPFI = Z f_shaft, whatever the slip (Randall 2011, sect. 2.2.3): a pair of lines of one record that does not add
-up was not taken at the stated speed.
+BPFO + BPFI = Z f_shaft, whatever the slip (Randall 2011, sect. 2.2.3), else the stated speed is wrong.
 """
 
 import math

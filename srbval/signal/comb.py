@@ -35,9 +35,8 @@ class LineReading:
 
     `ci95_hz` is without the uncertainty of the shaft speed, `snr` the power of each harmonic over the local mean noise
     power in a bin, `depth` the first harmonic's amplitude over the record's mean. `noise_false_alarm` is the
-    probability that noise alone is as strong anywhere in the window; the ranks among placebos and whole combs
-    (`rank_among_placebos`) are None if not ranked. `isolated` is false for a side lobe of a stronger line or of a line
-    outside the window, `covered` true in a masked zone. `sideband_hz` is the spacing of the sidebands, None without.
+    probability that noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of a stronger
+    line or of a line outside the window, `covered` true in a masked zone. `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float
@@ -172,8 +171,7 @@ def fit(
 ) -> tuple[float, float, float | None, float | None]:
     """Line of the highest power and spacing of its sidebands, if any, each with its 95 % half width [Hz].
 
-    The start is within half a bin of the highest harmonic. `track_slip` widens the interval for slip; a line too weak
-    to be tracked, or with `period_s` None, keeps the Cramer-Rao interval.
+    A line too weak to be tracked (`track_slip`), or with `period_s` None, keeps the Cramer-Rao interval.
     """
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])

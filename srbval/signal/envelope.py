@@ -84,8 +84,7 @@ def squared_envelope_one_pass(
 ) -> tuple[FloatArray, float]:
     """Squared envelope of `samples` [n] in `band_hz`, in their unit squared, and its lower sampling rate [Hz].
 
-    Only the bins of the band are transformed back, at a rate just above twice their width, so that the square is free
-    of aliases. As in `analytic_signal` the ends are not dropped.
+    Only the bins of the band are transformed back, at a rate just above twice their width. The ends are not dropped.
     """
     lines, _, length = _band_lines(samples, fs_hz, band_hz)
     reduced = scipy.fft.next_fast_len(2 * lines.size)

@@ -16,9 +16,8 @@ WEAK_SNR = 10.0  # if the strongest harmonic is this many times its noise, phase
 def frequency_error_hz(information: float, seconds: float) -> float:
     """Least standard error of the frequency of a steady tone of unknown amplitude and phase in noise [Hz].
 
-    It is ``sqrt(6 / information) / (2 pi T)``, Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is
-    the tone's peak over the mean power of its noise, both in a periodogram of the whole record; for several tones the
-    sum of these, each times the square of its derivative by the frequency. Infinite without information.
+    Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is the peak over its noise in a periodogram;
+    for several tones the sum of these, each times the square of its derivative by the frequency.
     """
     return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
 
@@ -42,8 +41,7 @@ def walk_share(log_spread: float) -> float:
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
     """95 % half width in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    `snr` is the line's power over its noise. The table is for many blocks of a strong line. The walk's share is widened
-    by Student's t for few blocks, and for a weak line, whose phases scatter by more than to first order (simulated).
+    The table is for many blocks of a strong line: the walk's share is widened by Student's t, and for a low `snr`.
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))

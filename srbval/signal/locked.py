@@ -60,8 +60,7 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Amplitude A, and slip s, of a tone beside passages in an analytic signal [n]: A exp(2 pi i (`tone` + s k / n)).
 
-    The slip is within +- `slip` periods over the signal. With passages the tone is read in the quarter of their phase
-    in which it leaves the least power.
+    The slip is within +- `slip` periods. With passages, the quarter of their phase that leaves the least power is read.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

@@ -1,8 +1,7 @@
 """Posterior of the mean frequency of a weak line that may slip, over all paths that its phase may have taken.
 
-The phase is a hidden random walk on the circle, observed through the harmonics of each block; the likelihood of the
-record for a mean frequency and slip is summed over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77,
-257). A strong line needs a finer circle: see `slip`.
+The phase is a hidden random walk on the circle; the likelihood of the record for a mean frequency and slip is summed
+over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: `slip`.
 """
 
 import math

@@ -50,8 +50,7 @@ def track_slip(
     """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
 
     None if the line is too weak; the half width is infinite if the record has too few blocks to show slip. Component c
-    of `phasors` moves with `number[c]` times the fundamental; `noise_power[c]` is its mean noise power in a bin. In
-    blocks shorter than `period_s`, of the modulation, its sidebands would be part of the line.
+    of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin. `period_s` is the period of the modulation.
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))

@@ -126,8 +126,7 @@ def with_noise(
 ) -> FloatArray:
     """`samples` [n] with Gaussian noise, whose variance is `snr_db` [dB] below that of the samples.
 
-    The noise is white, or has a power `density` by frequency [Hz], see `power_density`, and none beyond its last
-    frequency. Raises `ConfigurationError` if that leaves nothing at this sampling rate.
+    The noise is white, or has a power `density` by frequency [Hz]; `ConfigurationError` if none of it is in reach.
     """
     noise = random.standard_normal(samples.size)
     if density is not None:
@@ -202,9 +201,8 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 
-    ``pywt.cwt`` shifts a row by half a sample if its wavelet has an odd number of samples, and reads low by sin(x)/x,
-    x = pi f / fs. So rows are at the nearest frequencies whose wavelet is sampled symmetrically, and are divided by
-    sin(x)/x. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
+    ``pywt.cwt`` reads low by sin(x)/x, x = pi f / fs: rows are divided by it, at frequencies whose wavelet is sampled
+    symmetrically. Raises `ConfigurationError` if the record is too short or too coarsely sampled for `range_hz`.
     """
     import pywt
 
