@@ -2,7 +2,6 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
-    INLINE,
     LARGEST_SLIP,
     Bearing,
     bearing_from_table,
@@ -10,15 +9,6 @@ from srbval.bearing.catalogue import (
     find_bearings,
     known_bearings,
     load_bearing,
-    with_slip,
 )
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
-from srbval.bearing.kinematics import (
-    DEFECTS,
-    RACE_DEFECTS,
-    ElementShape,
-    Fault,
-    FaultFrequencies,
-    FaultOrders,
-    RollingElements,
-)
+from srbval.bearing.kinematics import DEFECTS, RACE_DEFECTS, ElementShape, Fault, FaultOrders, RollingElements

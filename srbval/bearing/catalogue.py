@@ -14,7 +14,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElem
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.storage.tables import Limited, build, quantity, read_toml
 
-DEFAULT_BEARING = "skf-22240"
+DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
 LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
@@ -79,6 +78,15 @@ class Bearing:
             return 2 * self.geometry.pitch_radius_m
         return None if self.elements is None else self.elements.pitch_diameter_m
 
+    def with_slip(self, largest_pct: float) -> "Bearing":
+        """The bearing with its lines looked for up to this mean slip of the cage [%]; not beyond `MOST_SLIP_PCT`."""
+        if not 0 < largest_pct <= MOST_SLIP_PCT:
+            raise ConfigurationError(
+                f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, "
+                "because in wider windows one line is mistaken for another."
+            )
+        return dataclasses.replace(self, largest_slip=largest_pct / 100)
+
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedOrders(FaultOrders):
@@ -123,8 +131,7 @@ class _BearingFile:
 
 def known_bearings() -> tuple[str, ...]:
     """Names of the bearings that ship with the program, sorted."""
-    files = (p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml"))
-    return tuple(sorted({*files, *catalogue_rows()}))
+    return tuple(sorted({*(path.stem for path in (FOLDER / "known").glob("*.toml")), *catalogue_rows()}))
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
@@ -145,17 +152,17 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
         return name_or_path
     text = str(name_or_path)
     if text.partition(" ")[0] in INLINE:
-        return _assemble(build(_BearingFile, _inline(text), text), text)
+        return bearing_from_table(_inline(text), text)
     if text in catalogue_rows():
-        return _assemble(build(_BearingFile, catalogue_rows()[text], text), text)
+        return bearing_from_table(catalogue_rows()[text], text)
     known = text in known_bearings()
     if known or text.endswith(".toml"):
-        path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
+        path = FOLDER / "known" / f"{text}.toml" if known else Path(text)
         document = read_toml(path)
         if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
             document = {"title": document.get("title")} | document["bearing"]
         document = {"source": path.name} | document  # a user's own file is its own source
-        return _assemble(build(_BearingFile, document, text if known else str(path)), path.stem)
+        return bearing_from_table(document, path.stem, text if known else str(path))
     close = None if text.isdigit() else nearest(text, known_bearings())  # another size is another bearing
     hint = f" Did you mean {close!r}?" if close else ""
     raise UnknownNameError(
@@ -164,9 +171,17 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     )
 
 
-def bearing_from_table(table: Mapping[str, Any], name: str) -> Bearing:
-    """A bearing from the content of a bearing file; `ConfigurationError` for impossible values."""
-    return _assemble(build(_BearingFile, table, name), name)
+def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
+    """A bearing from the content of a file, `where` (its name); `ConfigurationError` for impossible values."""
+    file = build(_BearingFile, table, where or name)
+    given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
+    if len(given) != 1:
+        raise ConfigurationError(
+            f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
+        )
+    same = {key: getattr(file, key) for key in ("title", "source", "geometry", "elements", "ratings")}
+    bearing = Bearing(name=name, rolling_elements=given[0].rolling_elements, orders=given[0].orders, **same)
+    return bearing if file.largest_slip_pct is None else bearing.with_slip(file.largest_slip_pct)
 
 
 def _inline(text: str) -> Mapping[str, Any]:
@@ -182,23 +197,19 @@ def _inline(text: str) -> Mapping[str, Any]:
         ) from None
     if kind == "elements":
         count, diameter, pitch, _ = values.values()
-        if not (count == int(count) if math.isfinite(count) else False):
+        if not count.is_integer():
             raise ConfigurationError(f"{text!r}: the number of rolling elements of one row, {count:g}, must be whole.")
-        if pitch > 0 and count * diameter / (math.pi * pitch) < LEAST_FILL:
+        if pitch > 0 and (fill := count * diameter / (math.pi * pitch)) < LEAST_FILL:
             raise ConfigurationError(
-                f"{text!r}: {count:g} elements of {diameter:g} mm fill {count * diameter / (math.pi * pitch):.0%} of a "
-                f"circle of {pitch:g} mm; at least {LEAST_FILL:.0%} are expected. Give number of one row, diameter of "
-                "an element, diameter (no radius) of the pitch circle, in mm."
+                f"{text!r}: {count:g} elements of {diameter:g} mm fill {fill:.0%} of a circle of {pitch:g} mm; at "
+                f"least {LEAST_FILL:.0%} are expected. Give number of one row, diameter of an element, diameter (no "
+                "radius) of the pitch circle, in mm."
             )
         table: dict[str, Any] = {name: f"{values[name]!r}{unit}" for name, unit in units.items() if unit}
         table["rolling_elements"] = int(count)
     else:
         table = values | {"rolling_elements": round(values["bpfo"] + values["bpfi"])}
     return {"title": f"bearing of {text}", "source": "numbers given by the user", kind: table}
-
-
-def _folder() -> resources.abc.Traversable:
-    return resources.files("srbval.bearing") / "known"
 
 
 def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFrequencies:
@@ -220,7 +231,7 @@ def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
 
 def read_table(name: str) -> Iterator[Mapping[str, str]]:
     """The rows of one of the catalogue's files, as they are written."""
-    return csv.DictReader((resources.files("srbval.bearing") / name).read_text(encoding="utf-8").splitlines())
+    return csv.DictReader((FOLDER / name).read_text(encoding="utf-8").splitlines())
 
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
@@ -230,32 +241,3 @@ def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, A
     filled = {key: value for key, value in row.items() if key in keys and value}
     values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
     return {"title": row["title"], "source": sources[row["source"]], kind: values}
-
-
-def _assemble(file: _BearingFile, name: str) -> Bearing:
-    given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
-    if len(given) != 1:
-        raise ConfigurationError(
-            f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
-        )
-    bearing = Bearing(
-        name=name,
-        title=file.title,
-        source=file.source,
-        rolling_elements=given[0].rolling_elements,
-        orders=given[0].orders,
-        geometry=file.geometry,
-        elements=file.elements,
-        ratings=file.ratings,
-    )
-    return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
-
-
-def with_slip(bearing: Bearing, largest_pct: float) -> Bearing:
-    """The bearing with its lines looked for up to this mean slip of the cage [%]; `ConfigurationError` beyond 5 %."""
-    if not 0 < largest_pct <= MOST_SLIP_PCT:
-        raise ConfigurationError(
-            f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, because "
-            "in wider windows one line is mistaken for another."
-        )
-    return dataclasses.replace(bearing, largest_slip=largest_pct / 100)

@@ -89,12 +89,8 @@ class SphericalRollerGeometry(Limited):
     @property
     def orders(self) -> FaultOrders:
         """Kinematic orders of pure rolling."""
-        return FaultOrders.from_dimensions(
-            rolling_elements=self.rollers_per_row,
-            element_diameter_m=self.roller_diameter_m,
-            pitch_diameter_m=2 * self.pitch_radius_m,
-            contact_angle_rad=self.tilt_rad,
-        )
+        sizes = self.roller_diameter_m, 2 * self.pitch_radius_m, self.tilt_rad
+        return FaultOrders.from_dimensions(self.rollers_per_row, *sizes)
 
     @property
     def roller_centre_distance_m(self) -> float:

@@ -28,7 +28,7 @@ class FaultOrders(Limited):
 
     @classmethod
     def from_dimensions(
-        cls, *, rolling_elements: int, element_diameter_m: float, pitch_diameter_m: float, contact_angle_rad: float
+        cls, rolling_elements: int, element_diameter_m: float, pitch_diameter_m: float, contact_angle_rad: float
     ) -> FaultOrders:
         """Orders from the geometry (Randall, Vibration-based Condition Monitoring, 2011, sect. 2.2.3).
 
@@ -55,9 +55,8 @@ class FaultOrders(Limited):
 
     def at(self, shaft_hz: float) -> FaultFrequencies:
         """Frequencies at a shaft speed of `shaft_hz` [Hz]."""
-        return FaultFrequencies(
-            shaft_hz=shaft_hz, **{f"{name}_hz": order * shaft_hz for name, order in vars(self).items()}
-        )
+        lines = {f"{name}_hz": order * shaft_hz for name, order in vars(self).items()}
+        return FaultFrequencies(shaft_hz=shaft_hz, **lines)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,12 +113,8 @@ class RollingElements(Limited):
     @property
     def orders(self) -> FaultOrders:
         """Kinematic orders of pure rolling."""
-        return FaultOrders.from_dimensions(
-            rolling_elements=self.rolling_elements,
-            element_diameter_m=self.element_diameter_m,
-            pitch_diameter_m=self.pitch_diameter_m,
-            contact_angle_rad=self.contact_angle_rad,
-        )
+        sizes = self.element_diameter_m, self.pitch_diameter_m, self.contact_angle_rad
+        return FaultOrders.from_dimensions(self.rolling_elements, *sizes)
 
     @property
     def ratio(self) -> float:

@@ -111,7 +111,7 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
 def _cost(scene: Scene) -> tuple[float, float | None]:
     """Wall time [s]: a guess from the number of right-hand sides, and the measured one, None if unknown."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
-    each = right_hand_sides_per_step(scene.solver.name) or 1
+    each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
     try:
         table = table_about(scene)
@@ -119,6 +119,6 @@ def _cost(scene: Scene) -> tuple[float, float | None]:
         return GUESSED_S * weight, None
     pace, measured = table.pace.get(scene.model), table.values
     if pace is not None and not lesser:
-        other = right_hand_sides_per_step(measured["solver.name"]) or 1
+        other = right_hand_sides_per_step(measured["solver.name"])
         pace *= each / other * measured["solver.step_s"] / scene.solver.step_s
     return GUESSED_S * weight, None if pace is None else pace * seconds

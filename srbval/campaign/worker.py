@@ -25,7 +25,7 @@ from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalEr
 from srbval.models.hierarchy import level_of
 from srbval.models.jit import kernels_of
 from srbval.models.simulate import Step, simulate
-from srbval.processes.worker import DiedError, OverLimitError, RestartingProcess, serve_calls
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, serve_calls
 from srbval.scene import Scene
 from srbval.sweep.pool import attempt
 
@@ -81,9 +81,9 @@ def answer(request: Scene | CaseTask) -> str | CaseResult | DataError:
         return error
 
 
-def case_process() -> RestartingProcess:
+def case_process() -> WorkerProcess:
     """A process of one thread that runs cases."""
-    return RestartingProcess(__name__, environment=dict.fromkeys(THREADS, "1"))
+    return WorkerProcess(__name__, environment=dict.fromkeys(THREADS, "1"))
 
 
 def run_isolated(task: CaseTask) -> CaseResult:

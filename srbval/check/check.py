@@ -15,17 +15,8 @@ from srbval import __version__
 from srbval.check.fingerprint import PARTS, SEPARATOR, fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
-from srbval.storage.behaviour import (
-    FILE,
-    KIND,
-    SCHEMA_VERSION,
-    Fingerprint,
-    Value,
-    differing,
-    reference_fingerprint,
-    same,
-    tolerance,
-)
+from srbval.storage import behaviour
+from srbval.storage.behaviour import FILE, Fingerprint, Value, differing, reference_fingerprint
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import REPORTS, StoredResult, read_result
@@ -76,13 +67,9 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
     known = reference_fingerprint() if reference is None else reference
     now = fingerprint(*parts, progress=progress)
     checks = [one for part in now for one in _checked(part, now[part], known.get(part, {}))]
-    return CheckResult(checks=tuple(checks), stale=() if parts else stale_evidence(now), now=now)
-
-
-def stale_evidence(now: Fingerprint) -> tuple[Mapping[str, str], ...]:
-    """Results in ``reports`` that no longer hold for a program with the fingerprint `now`: `file` and `why`."""
-    found = [(one, one.why_stale(now)) for one in shipped_results()]
-    return tuple({"file": one.path.name, "why": why} for one, why in found if why is not None)
+    results = () if parts else shipped_results()
+    stale = tuple({"file": one.path.name, "why": why} for one in results if (why := one.why_stale(now)) is not None)
+    return CheckResult(checks=tuple(checks), stale=stale, now=now)
 
 
 def shipped_results() -> Sequence[StoredResult]:
@@ -105,8 +92,8 @@ def write_reference(now: Fingerprint) -> None:
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):
                 raise ConfigurationError(f"{part}, {name} is {value}; nothing was replaced. Correct that first.")
-    origin = {"schema_version": SCHEMA_VERSION, "kind": KIND, "srbval": __version__, "git_revision": git_revision()}
-    write_json(reference_path(), origin | {"parts": now})
+    origin = {"schema_version": behaviour.SCHEMA_VERSION, "kind": behaviour.KIND, "srbval": __version__}
+    write_json(reference_path(), origin | {"git_revision": git_revision(), "parts": now})
     reference_fingerprint.cache_clear()
 
 
@@ -124,11 +111,10 @@ def _checked(part: str, now: Mapping[str, Value], known: Mapping[str, Value]) ->
     found = []
     for name in {**known, **now}:
         full, value, middle = f"{part}{SEPARATOR}{name}", now.get(name, math.nan), known.get(name, math.nan)
-        ok = name in now and name in known and same(name, value, middle)
+        ok, words, near = name in now and name in known and behaviour.same(name, value, middle), None, 0.0
         if isinstance(value, str) or isinstance(middle, str):
-            words = str(middle), str(value)
-            found.append(CheckedQuantity(name=full, value=float(ok), low=1.0, high=1.0, ok=ok, words=words))
+            words, value, middle = (str(middle), str(value)), float(ok), 1.0
         else:
-            near = tolerance(name, middle)
-            found.append(CheckedQuantity(name=full, value=value, low=middle - near, high=middle + near, ok=ok))
+            near = behaviour.tolerance(name, middle)
+        found.append(CheckedQuantity(name=full, value=value, low=middle - near, high=middle + near, ok=ok, words=words))
     return found

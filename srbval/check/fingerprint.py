@@ -32,7 +32,7 @@ from srbval.path.identify import Pair, identify
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Recording, load_recording
+from srbval.recordings import load_recording
 from srbval.scene import BANDS_HZ, Scene, load_scene
 from srbval.storage.behaviour import Value
 from srbval.storage.installation import package_folder, shipped_folder
@@ -51,35 +51,23 @@ def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silen
 
     Raises `KeyError` for an unknown part, and what running a scene or reading a shipped recording raises.
     """
-    names = parts or tuple(PARTS)
-    probes = [PARTS[name] for name in names]
-    found = []
+    probes = {name: PARTS[name] for name in parts or PARTS}
+    found = {}
     with ThreadPoolExecutor(jobs or usable_cores()) as pool:
-        for done, values in enumerate(pool.map(lambda probe: probe(), probes), start=1):
-            found.append(values)
-            progress("probe the program's behaviour", done / len(probes))
-    return dict(zip(names, found, strict=True))
+        for name, values in zip(probes, pool.map(lambda probe: probe(), probes.values()), strict=True):
+            found[name] = values
+            progress("probe the program's behaviour", len(found) / len(probes))
+    return found
 
 
 def _of_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
     """The probe scenes of a model by name: every state and roller fit that it knows."""
     for fit in axes.get("fits", ("play",)):
         seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
+        common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
         for state in axes.get("states", STATES):
-            yield (
-                f"{base} {fit} {state}",
-                load_scene(
-                    base,
-                    {
-                        "model": model,
-                        "duration_s": seconds,
-                        "settle_s": 0.0,
-                        "defect": {"kind": state.scene_word},
-                        "contact": {"roller_fit": fit},
-                        **axes.get("changes", {}),
-                    },
-                ),
-            )
+            changes = common | {"defect": {"kind": state.scene_word}} | axes.get("changes", {})
+            yield f"{base} {fit} {state}", load_scene(base, changes)
 
 
 def _numbers_of_run(run: Run) -> Values:
@@ -97,9 +85,8 @@ def _numbers_of_run(run: Run) -> Values:
     }
     for name, band_hz in BANDS_HZ.items():
         found[f"rms {name} Hz_m_s2"] = band_rms(along, fs_hz, band_hz)
-    for estimate in run.step_error.estimates if run.step_error else ():
-        found[f"step error of {estimate.of}"] = round(estimate.error, 9)
-    return found
+    estimates = run.step_error.estimates if run.step_error else ()
+    return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
 
 
 def _of_model(model: str, base: str, **axes: Any) -> Values:
@@ -115,11 +102,9 @@ def _of_model(model: str, base: str, **axes: Any) -> Values:
 def _full() -> Values:
     """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
     found = _of_model("full", "paper", fits=("play", "printed"))
+    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
     for solver in SOLVERS:
-        changes = {"solver": {"name": solver, "step_s": SOLVER_STEP_S}}
-        values = _of_model(
-            "full", "paper", fits=("printed",), states=(Fault.OUTER,), changes=changes, seconds=RATTLING_S
-        )
+        values = _of_model("full", "paper", changes={"solver": {"name": solver, "step_s": SOLVER_STEP_S}}, **own)
         found |= {f"{solver} {name}": value for name, value in values.items()}
     checked = _of_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
     return found | {f"checked {name}": value for name, value in checked.items()}
@@ -135,14 +120,8 @@ def _slices() -> Values:
 @cache
 def _shipped() -> tuple[Analysis, ...]:
     """The recordings that come with the program, analysed."""
-    bearing = load_bearing(DEFAULT_BEARING)
-    return tuple(analyse(one, bearing=bearing) for one in _recordings())
-
-
-@cache
-def _recordings() -> tuple[Recording, ...]:
-    folder = shipped_folder("data_manifest") / "rig_excerpts"
-    return tuple(load_recording(path) for path in sorted(folder.glob("*.h5")))
+    files = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))
+    return tuple(analyse(load_recording(path), bearing=load_bearing(DEFAULT_BEARING)) for path in files)
 
 
 def _reading() -> Values:
@@ -184,7 +163,7 @@ def _path() -> Values:
         read = amplitudes.levels(record, None) | amplitudes.locked_levels(record, bearing, order)
         read |= amplitudes.pattern(record, bearing, state, order)
         found |= {f"{record.name}{SEPARATOR}{name}_db": one.value for name, one in read.items()}
-    record = next(one for one in _recordings() if one.name.startswith("OR_877"))
+    record = next(one.recording for one in _shipped() if one.recording.name.startswith("OR_877"))
     changes = {"model": "impulse", "duration_s": IMPULSE_S, "defect": {"kind": "outer"}}
     made = identify(Pair(record=record, run=simulate(load_scene("rig", changes))), bearing=bearing)
     gains = zip(made.path.frequency_hz, made.path.load, strict=True)
@@ -193,7 +172,8 @@ def _path() -> Values:
 
 def _comparison() -> Values:
     """Cage ratios of the shipped recordings, their means by speed, and the ranges of the uncertain inputs."""
-    readings, found = cage_readings(_recordings(), load_bearing(DEFAULT_BEARING)), Values()
+    recordings, found = [one.recording for one in _shipped()], Values()
+    readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
     for one in readings:
         found |= {f"{one.record}{SEPARATOR}ratio": one.ratio, f"{one.record}{SEPARATOR}u": one.reading_u}
     means = cage_means(readings)

@@ -56,21 +56,18 @@ class Parser(argparse.ArgumentParser):
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
-        added.add_argument(
-            "--export",
-            "--csv",
-            metavar="OUT.csv|xlsx",
-            type="table",
-            default=default or None,
-            help="write the tables to this file too",
-        )
+        table_file: dict[str, Any] = {
+            "metavar": "OUT.csv|xlsx",
+            "type": "table",
+            "help": "write the tables to this file too",
+        }
+        added.add_argument("--export", "--csv", default=default or None, **table_file)
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
             to = added.add_mutually_exclusive_group() if group in ALTERNATIVES else added
             for names, settings in arguments.items():
-                metavar = settings.get("metavar")
-                several = {"metavar": tuple(metavar)} if isinstance(metavar, list) else {}
-                to.add_argument(*names.split(), **{**settings, **several})
+                several = {"metavar": tuple(settings["metavar"])} if settings.get("nargs") in (2, 3) else {}
+                to.add_argument(*names.split(), **settings | several)
         if "run" in table:
             added.set_defaults(run=table["run"])
         if "actions" in table:
@@ -81,10 +78,8 @@ class Parser(argparse.ArgumentParser):
 
 def parser() -> Parser:
     """The parser of the whole program."""
-    top = Parser(
-        prog="srbval",
-        description="Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings.",
-    )
+    purpose = "Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings."
+    top = Parser(prog="srbval", description=purpose)
     top.add_argument("--version", action="version", version=f"srbval {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
     tables = tomllib.loads((files("srbval.cli") / "commands.toml").read_text(encoding="utf-8"))

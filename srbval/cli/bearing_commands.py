@@ -1,7 +1,6 @@
 """``srbval kinematics``: fault frequencies of a bearing; ``srbval bearing``: the bearings known by name."""
 
 import argparse
-import dataclasses
 import math
 from collections import Counter
 
@@ -23,13 +22,8 @@ def kinematics(options: argparse.Namespace) -> int:
         rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in LINES]
         print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
 
-    document = dataclasses.asdict(frequencies) | {
-        "orders": bearing.orders,
-        "bearing": bearing.name,
-        "rolling_elements": bearing.rolling_elements,
-        "rpm": options.rpm,
-        "source": bearing.source,
-    }
+    document = vars(frequencies) | {"orders": bearing.orders, "bearing": bearing.name}
+    document |= {"rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source}
     return answer(options, document, show)
 
 
@@ -47,27 +41,16 @@ def known(options: argparse.Namespace) -> int:
         print_table(COLUMNS, [_row(bearing) for bearing in found])
         print(f"\n{len(found)} bearings; --json has the source of each. Your own: --elements, --orders or a TOML file")
 
-    return answer(options, {"count": len(found), "bearings": [_document(bearing) for bearing in found]}, show)
-
-
-def _document(bearing: Bearing) -> dict[str, object]:
     names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
-    return {name: getattr(bearing, name) for name in names} | {"models": models_of(bearing)}
+    bearings = [{name: getattr(one, name) for name in names} | {"models": models_of(one)} for one in found]
+    return answer(options, {"count": len(found), "bearings": bearings}, show)
 
 
 def _row(bearing: Bearing) -> tuple[object, ...]:
-    d, pitch, angle = None, None, None
+    sizes: tuple[float | None, ...] = (None, None, None)
     if (geometry := bearing.geometry) is not None:
-        d, pitch, angle = geometry.roller_diameter_m, 2 * geometry.pitch_radius_m, geometry.tilt_rad
-    elif (elements := bearing.elements) is not None:
-        d, pitch, angle = elements.element_diameter_m, elements.pitch_diameter_m, elements.contact_angle_rad
-    return (
-        bearing.name,
-        bearing.rolling_elements,
-        d and d * 1e3,
-        pitch and pitch * 1e3,
-        None if angle is None else math.degrees(angle),
-        *(getattr(bearing.orders, name) for name in LINES),
-        models_of(bearing)[-1],
-        bearing.title,
-    )
+        sizes = geometry.roller_diameter_m * 1e3, 2e3 * geometry.pitch_radius_m, math.degrees(geometry.tilt_rad)
+    elif (own := bearing.elements) is not None:
+        sizes = own.element_diameter_m * 1e3, own.pitch_diameter_m * 1e3, math.degrees(own.contact_angle_rad)
+    orders = (getattr(bearing.orders, name) for name in LINES)
+    return (bearing.name, bearing.rolling_elements, *sizes, *orders, models_of(bearing)[-1], bearing.title)

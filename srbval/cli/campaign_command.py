@@ -1,6 +1,7 @@
 """``srbval campaign``: run many cases, show their progress, verify their results, export a labelled data set."""
 
 import argparse
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,11 +24,7 @@ SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
 def run(options: argparse.Namespace) -> int:
-    """Carry out the action; exit code 1 where cases failed, each of which has its reason."""
-    return ACTIONS[options.action](options)
-
-
-def _run(options: argparse.Namespace) -> int:
+    """Run the cases; exit code 1 if some failed, each of which has its reason."""
     campaign = load_campaign(options.campaign)
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
@@ -68,7 +65,8 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
     return answer(options, {"name": campaign.name, "engine": engine, **found, "planned": cases}, show)
 
 
-def _status(options: argparse.Namespace) -> int:
+def status(options: argparse.Namespace) -> int:
+    """Show the progress of a campaign and rewrite its results table."""
     found = campaign_status(Path(options.folder))
     running = "running" if found["running"] else "not running"
     text = (
@@ -78,7 +76,8 @@ def _status(options: argparse.Namespace) -> int:
     return answer(options, found, "\n".join([text, *_reasons(found["failed"])]))
 
 
-def _verify(options: argparse.Namespace) -> int:
+def verify(options: argparse.Namespace) -> int:
+    """Check all files of a campaign; exit code 3 if some are damaged."""
     found = verify_campaign(Path(options.folder))
     lines = [f"{found['results']} results and the table of cases read, {len(found['damaged'])} damaged"]
     lines += [f"{one['file']}: {one['why']}" for one in found["damaged"]]
@@ -89,20 +88,18 @@ def _verify(options: argparse.Namespace) -> int:
 
 def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Failures by reason, the most frequent first."""
-    reasons: dict[str, list[int]] = {}
+    reasons = defaultdict[str, list[int]](list)
     for entry in failed:
-        reasons.setdefault(f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}", []).append(entry["case"])
+        reasons[f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}"].append(entry["case"])
     for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
         which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")
         yield f"{len(cases)} x {reason} (case {which})"
 
 
-def _export(options: argparse.Namespace) -> int:
+def export(options: argparse.Namespace) -> int:
+    """Write labelled segments for training to one file."""
     folder, file = Path(options.folder), Path(options.output)
     given = {"segment_s": options.segment_seconds, "snr_db": options.snr_db}
     made = export_campaign(folder, file, **given, noise=options.noise, seed=options.seed)
     text = "{segments} segments of {samples} samples in {file}; {left_out} cases left out".format(**made)
     return answer(options, made, text)
-
-
-ACTIONS = {"run": _run, "status": _status, "verify": _verify, "export": _export}

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,21 +11,10 @@ from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import progress_display
-from srbval.recordings import Origin, RecordingSettings
+from srbval.recordings import Origin, RecordingSettings, registry
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import (
-    FileStatus,
-    RegisteredRecording,
-    RegisterListing,
-    add,
-    fetch,
-    files_under,
-    listing,
-    remove,
-    verify,
-    without_copies,
-)
+from srbval.recordings.registry import FileStatus, RegisteredRecording, RegisterListing, fetch
 from srbval.recordings.registry.manifest import manifest_path
 from srbval.recordings.settings import ALIASES
 
@@ -64,27 +54,28 @@ def recording_settings(options: argparse.Namespace) -> RecordingSettings:
 
 def files_of(paths: Sequence[str]) -> list[str]:
     """Files as they are named, and all files below the folders named, each once."""
-    found = (files_under(Path(path)) if Path(path).is_dir() else [path] for path in paths)
+    found = (registry.files_under(Path(path)) if Path(path).is_dir() else [path] for path in paths)
     return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
 def _act(options: argparse.Namespace) -> RegisterListing:
     if options.action == "list":
-        return listing()
+        return registry.listing()
     if options.action == "remove":
-        return remove(options.name)
+        return registry.remove(options.name)
     with progress_display() as progress:
         if options.action == "add":
-            band_hz = (options.band[0], options.band[1]) if options.band else None
-            settings = dataclasses.replace(
-                recording_settings(options), band_hz=band_hz, auto_band=options.auto_band or None
-            )
+            own: dict[str, Any] = {
+                "band_hz": tuple(options.band) if options.band else None,
+                "auto_band": options.auto_band or None,
+            }
+            settings = dataclasses.replace(recording_settings(options), **own)
             if options.folder is None and options.table is None:
                 raise ConfigurationError("name a folder or a file to register, or a --table of them.")
             folder = Path(options.table).parent if options.folder is None else options.folder
-            return add(folder, progress=progress, repin=options.repin, settings=settings, table=options.table)
+            return registry.add(folder, progress=progress, repin=options.repin, settings=settings, table=options.table)
         if options.action == "verify":
-            return verify(progress=progress)
+            return registry.verify(progress=progress)
         return fetch(options.name, options.output, progress=progress)
 
 
@@ -108,36 +99,28 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
     if result.left_out:
         print("\nnot registered, as they are no recordings:")
         _print_reasons(result.left_out)
-    for covered in coverage:
-        _print_grid(covered)
-    copies = len(rows) - len(without_copies(result.recordings))
+    for covered in coverage:  # the number of usable files, state and load down, nominal speed across; a dot for none
+        speeds = dict.fromkeys(f"{point['nominal_rpm']:g} rpm" for point in covered["points"])
+        grid = defaultdict[tuple[str, float, float], list[str]](list)
+        for point in covered["points"]:
+            row = grid[point["state"].value, point["radial_kn"], point["axial_kn"]]
+            row.append(str(len(point["files"])) if point["files"] else ".")
+        points, missing = len(covered["points"]), covered["missing"]
+        print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
+        print_table(("state", "radial kN", "axial kN", *speeds), [(*point, *counts) for point, counts in grid.items()])
+    copies = len(rows) - len(registry.without_copies(result.recordings))
     counted = f" ({copies} with the content of another, which counts once)" if copies else ""
     print(f"\nrecordings: {len(rows)}{counted}; the register is {manifest_path()}")
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
     """Print why files are not ok or not fully described, grouped by reason, with the remedy."""
-    by_reason: dict[str, list[str]] = {}
+    by_reason = defaultdict[str, list[str]](list)
     for recording in recordings:
         for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):
-            by_reason.setdefault(said, []).append(recording.file)
+            by_reason[said].append(recording.file)
     for reason, files in by_reason.items():
         others = f" and {len(files) - 1} more" if len(files) > 1 else ""
         print(printable(f"{files[0]}{others}: {reason}", LONGEST_LINE))
     if any(r.status is FileStatus.OK and r.reason for r in recordings):
         print("To state what a file leaves open: `srbval data add FILE|DIR OPTIONS`; it is stored for these files.")
-
-
-def _print_grid(covered: dict[str, Any]) -> None:
-    """The number of usable files, state and load down, nominal speed across; a dot for none."""
-    speeds = list(dict.fromkeys(point["nominal_rpm"] for point in covered["points"]))
-    rows: dict[tuple[str, float, float], list[str]] = {}
-    for point in covered["points"]:
-        row = rows.setdefault((point["state"].value, point["radial_kn"], point["axial_kn"]), [])
-        row.append(str(len(point["files"])) if point["files"] else ".")
-    points, missing = len(covered["points"]), covered["missing"]
-    print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
-    print_table(
-        ("state", "radial kN", "axial kN", *(f"{rpm:g} rpm" for rpm in speeds)),
-        [(*point, *counts) for point, counts in rows.items()],
-    )

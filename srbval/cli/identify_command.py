@@ -6,14 +6,14 @@ from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import answer, print_table
+from srbval.cli.output import answer, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
 from srbval.path.identify import BAND_HZ, Identified, Pair, identify, identify_response, path_toml, simulated_run
 from srbval.progress import progress_display
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene
-from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json
 
 COLUMNS = {
@@ -32,19 +32,15 @@ def run(options: argparse.Namespace) -> int:
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
     band_hz = (options.band[0], options.band[1]) if options.band else BAND_HZ
-    found = _from_responses(options, band_hz) if options.mass_kg is not None else _from_records(options, band_hz)
+    if options.mass_kg is None:
+        found = _from_records(options, band_hz)
+    else:
+        cross, name = read_frf(Path(options.cross_from)) if options.cross_from else None, Path(options.file).name
+        measured = read_frf(Path(options.file))
+        found = identify_response(*measured, cross=cross, mass_kg=options.mass_kg, name=name, band_hz=band_hz)
     if options.output:
-        with atomic_write(Path(options.output)) as part:
-            part.write_text(path_toml(found.path), encoding="utf-8")
+        write_text(Path(options.output), path_toml(found.path))
     return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
-
-
-def _from_responses(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
-    frequency_hz, values = read_frf(Path(options.file))
-    cross = read_frf(Path(options.cross_from)) if options.cross_from else None
-    return identify_response(
-        frequency_hz, values, cross=cross, mass_kg=options.mass_kg, name=Path(options.file).name, band_hz=band_hz
-    )
 
 
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
@@ -66,10 +62,8 @@ def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> 
 def _print(found: Identified) -> None:
     path, bands = found.path, found.to_dict()["bands"]
     print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz\n")
-    titles, formats = zip(*COLUMNS.values(), strict=True)
-    print_table(
-        titles, [[f"{band[name]:{spec}}" for name, spec in zip(COLUMNS, formats, strict=True)] for band in bands]
-    )
+    rows = [[f"{band[name]:{spec}}" for name, (_, spec) in COLUMNS.items()] for band in bands]
+    print_table([title for title, _ in COLUMNS.values()], rows)
     if found.sidebands_db is not None:
         record, run = (" and ".join(f"{one:.1f}" for one in row) for row in found.sidebands_db.tolist())
         print(

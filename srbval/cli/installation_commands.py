@@ -50,10 +50,9 @@ def check_installation(options: argparse.Namespace) -> int:
 
 def doctor() -> dict[str, Any]:
     """State of this installation: sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
-    facts: dict[str, Any] = {
-        "srbval": __version__, "python": platform.python_version(), "machine": platform.machine(),
-        "cores": os.cpu_count(), **{name: _version(name) for name in REQUIRED},
-    }  # fmt: skip
+    facts: dict[str, Any] = {"srbval": __version__, "python": platform.python_version()}
+    facts |= {"machine": platform.machine(), "cores": os.cpu_count()}
+    facts |= {name: _version(name) for name in REQUIRED}
     problems = [f"{name} is not installed: {pip_command(name)}" for name in REQUIRED if facts[name] is None]
     facts |= {name: _version(name) or f"not installed: {pip_command(name)}" for name in OPTIONAL}
     kernels = cache_folder(KERNELS)

@@ -89,6 +89,12 @@ def write_tables(path: Path, document: Mapping[str, Any]) -> None:
             frame.to_csv(part, index=False, lineterminator="\n")
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all."""
+    with atomic_write(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
 def print_failure(message: str, code: int, *, as_json: bool) -> None:
     """Print the failure on standard error, and as JSON on standard output if asked for."""
     print(f"srbval: {message}", file=sys.stderr)
@@ -98,16 +104,13 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
 
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
     """The open questions of an error, a line each, and the given command with an example of each."""
-    examples = " ".join(question.example for question in error.questions)
-    more = ["", f"For example: {shlex.join(['srbval', *given])} {examples}"]
+    example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])
+    more = "Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml"
     if given[:1] == ["analyse"]:
-        more[1] += " --write-machine machine.toml"
-        more.append(
-            "That writes them to a file; the next record needs only: srbval analyse FILE --machine machine.toml"
-        )
-    else:
-        more.append("Or state them once: srbval data add FILE|DIR OPTIONS, or a machine's file, --machine FILE.toml")
-    return "\n".join([f"{error.subject} leaves open:", *(f"  {question}" for question in error.questions), *more])
+        example += " --write-machine machine.toml"
+        more = "That writes them to a file; the next record needs only: srbval analyse FILE --machine machine.toml"
+    questions = (f"  {question}" for question in error.questions)
+    return "\n".join([f"{error.subject} leaves open:", *questions, "", f"For example: {example}", more])
 
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:

@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,9 @@ def run(options: argparse.Namespace) -> int:
 
     Exit code 1 where a tolerance is missed, 3 where some of the recordings could not be read or analysed.
     """
-    folder = Path(_folder_name(options.files) if options.output is None else options.output)
+    first, more = [Path(file).stem[:LONGEST_NAME] for file in options.files[:1]], len(options.files) - 1
+    usual = "-".join([MAIN_FOLDER, *first, *([f"and-{more}-more"] if more > 0 else ())])
+    folder = Path(usual if options.output is None else options.output)
     settings = recording_settings(options)
     if not options.files and (settings or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
@@ -42,16 +43,6 @@ def run(options: argparse.Namespace) -> int:
     return answer(options, document, "\n".join(summary.values()), code=code)
 
 
-def _folder_name(files: Sequence[str]) -> str:
-    """The default folder: of the main job, or of recordings, which is named after the first of them."""
-    more = f"-and-{len(files) - 1}-more" if len(files) > 1 else ""
-    return "-".join([MAIN_FOLDER, *(Path(file).stem[:LONGEST_NAME] for file in files[:1])]) + more
-
-
-def _formats(options: argparse.Namespace) -> tuple[str, ...]:
-    return ("html", "json") if options.no_pdf else ("html", "pdf", "json")
-
-
 def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
@@ -60,7 +51,7 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         folder,
         seconds=options.seconds,
         jobs=options.jobs,
-        formats=_formats(options),
+        formats=tuple(options.formats),
         pages=pages(),
         command=own_command(),
         progress=progress,
@@ -70,26 +61,19 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
+        from srbval.cli.record_commands import request_of
         from srbval.diagnosis.baseline import load_healthy
-        from srbval.diagnosis.records import FailedFile, RecordRequest, read_records, summary_of, without_other_files
+        from srbval.diagnosis.records import FailedFile, read_records, summary_of, without_other_files
         from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
-    settings, band_hz = recording_settings(options), (options.band[0], options.band[1]) if options.band else None
-    asked: dict[str, Any] = {"bearing": options.bearing, "largest_slip_pct": options.cage_slip, "band_hz": band_hz}
+    request = replace(request_of(options), auto_band_if_undeclared=True)
+    settings, band_hz = request.settings, request.band_hz
     files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
     failed: list[FailedFile] = []
     if files != options.files or len(files) > MOST_SECTIONS:
-        request = RecordRequest(
-            settings=settings,
-            auto_band_if_undeclared=True,
-            healthy=options.healthy,
-            healthy_scale=options.healthy_scale,
-            **asked,
-        )
-        documents, failed = read_records(
-            [replace(request, file=file) for file in files], jobs=options.jobs, progress=progress
-        )
+        requests = [replace(request, file=file) for file in files]
+        documents, failed = read_records(requests, jobs=options.jobs, progress=progress)
         failed, _ = without_other_files(failed, options.files, documents)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
         shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
@@ -109,9 +93,11 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
         all_channels=options.channel is None and not is_open,
         others=documents[len(shown) :],
-        formats=_formats(options),
+        formats=tuple(options.formats),
         command=own_command(),
         progress=progress,
-        **asked,
+        bearing=options.bearing,
+        largest_slip_pct=options.cage_slip,
+        band_hz=band_hz,
     )
     return written, to_json(report.data)

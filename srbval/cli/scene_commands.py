@@ -3,7 +3,6 @@
 import argparse
 import math
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,19 +25,10 @@ if TYPE_CHECKING:
     from srbval.plan.questions import Question
 
 # Attributes of a run that are printed under their own names.
-OF_RUN = (
-    *("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz", "drive_power_w"),
-    *(
-        "roller_load_share",
-        "energy_imbalance",
-        "band_rms_m_s2",
-        "check_wall_s",
-        "stored_utc",
-        "reason",
-        "not_validated",
-    ),
-)
-IN_OIL = ("power_w", "film_um", "lambda_min", "slip_pct")  # the same, of a scene with oil
+OF_RUN = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz", "drive_power_w"]
+OF_RUN += ["roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
+OF_RUN += ["stored_utc", "reason", "not_validated"]
+IN_OIL = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
 IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
@@ -46,10 +36,10 @@ UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s"
 def scene_of(options: argparse.Namespace) -> Scene:
     """The named scene, or the paper's, with the changes of the options; raises the errors of reading it."""
 
-    def scaled(value: float | None, factor: float) -> float | None:
-        return None if value is None else value * factor
+    def si(name: str, unit: float) -> float | None:
+        value = getattr(options, name)
+        return None if value is None else value * unit
 
-    waviness_m = scaled(options.waviness_nm, 1e-9)
     changes = {
         "bearing": options.bearing,
         "model": getattr(options, "model", None),  # `plan` has no such option: it chooses the model
@@ -58,9 +48,9 @@ def scene_of(options: argparse.Namespace) -> Scene:
         "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
         "sensor_path": options.sensor_path,
         "surface": {"roughness_class": options.roughness}
-        | {f"{body}_waviness_m": waviness_m for body in ("outer", "inner", "roller")},
-        "defect": {"kind": options.defect, "height_m": scaled(options.defect_height_mm, 1e-3)},
-        "load": {"radial_n": scaled(options.radial_kn, 1e3), "axial_n": scaled(options.axial_kn, 1e3)},
+        | {f"{body}_waviness_m": si("waviness_nm", 1e-9) for body in ("outer", "inner", "roller")},
+        "defect": {"kind": options.defect, "height_m": si("defect_height_mm", 1e-3)},
+        "load": {"radial_n": si("radial_kn", 1e3), "axial_n": si("axial_kn", 1e3)},
         "solver": {"name": options.solver, "step_s": None if options.dt == AUTO_STEP else options.dt},
     }
     given = _given(changes)
@@ -91,22 +81,25 @@ def run_scene(options: argparse.Namespace) -> int:
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     scene = result.scene
+    level, named = level_of(scene.model), OF_RUN + IN_OIL * (scene.oil is not None)
     summary = {
         "model": scene.model,
-        "solver": level_of(scene.model).own_solver or scene.solver.name,
+        "solver": level.own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
-        "dt_s": level_of(scene.model).step_s(scene),
-        **{name: getattr(result, name) for name in OF_RUN + names_of(scene)},
+        "dt_s": level.step_s(scene),
+        **{name: getattr(result, name) for name in named + ["free_rollers"] * scene.bodies.free_rollers},
         "numerics": result.step_error and result.step_error.to_dict(),
         "file": str(output) if output else None,
     }
 
     def show() -> None:
         shown = to_json({name: value for name, value in summary.items() if name not in IN_WORDS})
-        print_table(
-            ("quantity", "value", "unit"),
-            [_row(*one) for one in _one_level(shown) if one[1] is not None and not one[0].endswith("scatter_pct")],
-        )
+        rows = []
+        for name, value in shown.items():
+            for key, one in (value if isinstance(value, dict) else {"": value}).items():
+                if one is not None and not key.endswith("scatter_pct"):
+                    rows.append(_row(f"{name} {key}".strip(), one))
+        print_table(("quantity", "value", "unit"), rows)
         print(f"\nnot validated: {'; '.join(result.not_validated)}")
         known = not math.isnan(result.cage_ratio)  # a model from outside need not have a cage
         lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
@@ -118,18 +111,6 @@ def run_scene(options: argparse.Namespace) -> int:
         print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.", file=sys.stderr)
         return NumericsError.exit_code
     return 0
-
-
-def names_of(scene: Scene) -> tuple[str, ...]:
-    """Attributes of a run beside `OF_RUN`: scenes with oil and scenes with free rollers have more."""
-    return (*(IN_OIL if scene.oil is not None else ()), *(("free_rollers",) if scene.bodies.free_rollers else ()))
-
-
-def _one_level(table: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Values of a table by name; a value of an inner table has the names of both."""
-    for name, value in table.items():
-        inner = value if isinstance(value, dict) else {"": value}
-        yield from ((f"{name} {key}".strip(), one) for key, one in inner.items())
 
 
 def _row(name: str, value: Any) -> tuple[str, str, str]:
@@ -181,16 +162,11 @@ def choose_model(options: argparse.Namespace) -> int:
 
     def show() -> None:
         asked = MEANING[plan.question]
-        rows = [
-            (
-                c.model,
-                None if c.error_pct is None else _three_digits(asked.shown(c.error_pct)),
-                None if c.wall_s is None else _three_digits(c.wall_s),
-                "yes" if c.ok else "no",
-                "<-" if c.model == plan.chosen else "",
-            )
-            for c in plan.candidates
-        ]
+        rows = []
+        for c in plan.candidates:
+            error = None if c.error_pct is None else asked.shown(c.error_pct)
+            mark = "<-" if c.model == plan.chosen else ""
+            rows.append((c.model, *map(_three_digits, (error, c.wall_s)), "yes" if c.ok else "no", mark))
         print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", ""), rows)
         print()
         for c in plan.candidates:
@@ -198,7 +174,9 @@ def choose_model(options: argparse.Namespace) -> int:
                 print(f"{c.model}: {c.why}")
         chosen = next(c for c in plan.candidates if c.model == plan.chosen)
         if not plan.met:
-            print(f"No model is known to keep the tolerance: {_remedy(plan.outside)}.")
+            outside = "the scene lies outside what was measured"
+            remedy = outside if plan.outside else "choose a wider tolerance or another question"
+            print(f"No model is known to keep the tolerance: {remedy}.")
         print(f"{plan.question.value} within {plan.tolerance}: {plan.chosen} ({chosen.why}).")
         for reason in plan.outside:
             print(f"outside what was measured: {reason}", file=sys.stderr)
@@ -206,12 +184,8 @@ def choose_model(options: argparse.Namespace) -> int:
     return answer(options, to_json(plan), show, code=0 if plan.met else 1)
 
 
-def _remedy(outside: tuple[str, ...]) -> str:
-    return "the scene lies outside what was measured" if outside else "choose a wider tolerance or another question"
-
-
-def _three_digits(value: float) -> float:
-    return float(f"{value:.3g}") if abs(value) < 100 else round(value)
+def _three_digits(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.3g}") if abs(value) < 100 else round(value)
 
 
 def _question(name: str) -> "Question":

@@ -35,9 +35,8 @@ html_theme = "alabaster"
 html_theme_options = {"description": "simulated against measured bearing vibration", "code_font_size": "0.8em"}
 # Wide enough for the commands' output, with the sidebar beside it in a window of 1280 pixels; colours as in the report.
 html_theme_options |= {"page_width": "1200px", "body_max_width": "auto", "link": "#0b5394", "link_hover": "#0b5394"}
-html_theme_options |= dict.fromkeys(
-    ("font_family", "head_font_family"), "system-ui, 'Noto Sans', 'DejaVu Sans', sans-serif"
-)
+FONT = "system-ui, 'Noto Sans', 'DejaVu Sans', sans-serif"
+html_theme_options |= {"font_family": FONT, "head_font_family": FONT}
 html_sidebars = {"**": ["about.html", "searchfield.html", "navigation.html"]}
 html_show_sourcelink = False
 autodoc_member_order = "bysource"
@@ -67,12 +66,8 @@ def modules_of(room: str) -> list[str]:
 
 def reference(room: str) -> str:
     """Write the reference of a room's modules; re-exported names are documented where they are defined."""
-    entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n{1}```\n"
-    packages = {path.parent for path in PACKAGE.rglob("__init__.py")}
-    return "\n".join(
-        entry.format(name, "   :ignore-module-all:\n" * (PACKAGE.parent / Path(*name.split(".")) in packages))
-        for name in modules_of(room)
-    )
+    entry = "## `{0}`\n\n```{{eval-rst}}\n.. automodule:: {0}\n```\n"
+    return "\n".join(map(entry.format, modules_of(room)))
 
 
 def offered() -> str:

@@ -43,7 +43,6 @@ def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, floa
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
 
 
-THIRD_OCTAVES = {f"{hz:.0f} Hz": hz for hz in third_octaves(WHOLE_HZ)}
 LEVEL_BANDS = {f"{hz:.0f} Hz": edges for hz, edges in third_octaves(WHOLE_HZ).items()}
 
 
@@ -196,13 +195,8 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
     weight = np.exp(logarithm - logarithm.max())
     low, high = np.interp((0.025, 0.975), np.cumsum(weight) / weight.sum(), SCATTERS_DB)
     mean = float(weight @ SCATTERS_DB / weight.sum())
-    return {
-        "scatter_db": mean,
-        "low_db": float(low),
-        "high_db": float(high),
-        "quieter": len(quieter),
-        "bands": len(off),
-    }
+    interval = {"low_db": float(low), "high_db": float(high)}
+    return {"scatter_db": mean, **interval, "quieter": len(quieter), "bands": len(off)}
 
 
 def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:

@@ -1,18 +1,9 @@
 """Identification of the path to the sensor, from records of a known fault or from measured responses.
 
-In each third octave the record's power that is locked to the fault (`srbval.reading.locked`), D, is compared with a run
-of the model at the record's speed and load. With the run's powers X_l along the load and X_c across it, the gain is g:
-
-    D = g^2 (X_l + r^2 X_c)
-
-The ratio r of cross to load is the same in all bands. A defect that turns with the inner race strikes along the load
-and across it in turn, so its sidebands determine r: the run behind the path must have the sidebands of the record, in
-the band in which its data set is demodulated, or else in the band of the path. A defect that stands still determines no
-ratio; without another record r is 1.
-
-A third octave narrower than two spacings of the fault's line is joined with those below it and shares their gain.
-Gains reach from the lowest to the highest band in which the record's power exceeds its standard deviation; a band
-between them in which it does not gets the gain of its neighbours.
+The equations are on the page "The path to the sensor" of the theory. Gains reach from the lowest to the highest third
+octave in which the record's power that is locked to the fault exceeds its standard deviation; a band between them in
+which it does not gets the gain of its neighbours. Sidebands are compared in the band in which the record's data set is
+demodulated, or else in the band of the path.
 """
 
 import json
@@ -50,6 +41,7 @@ RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sideband
 CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
 LEAST_LINES = 3  # of a measured response in a band
+Response = tuple[FloatArray, ComplexArray]  # frequencies [Hz] and complex values, [n] each
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
@@ -148,7 +140,7 @@ def identify_response(
     *,
     mass_kg: float,
     name: str,
-    cross: tuple[FloatArray, ComplexArray] | None = None,
+    cross: Response | None = None,
     band_hz: tuple[float, float] = BAND_HZ,
 ) -> Identified:
     """Path from a measured response [m/s2/N] of the structure, with `mass_kg` of ring and housing in the scene.
@@ -164,11 +156,8 @@ def identify_response(
     return Identified(path=path, bands=_band_table(path, missing, np.array([missing, missing])))
 
 
-def _band_gains(
-    response: tuple[FloatArray, ComplexArray], mass_kg: float, bands: Edges, name: str
-) -> tuple[float, ...]:
-    at_hz, values = response
-    gains = []
+def _band_gains(response: Response, mass_kg: float, bands: Edges, name: str) -> tuple[float, ...]:
+    (at_hz, values), gains = response, []
     for middle, (low, high) in bands.items():
         inside = np.abs(values[(at_hz >= low) & (at_hz < high)])
         if inside.size < LEAST_LINES or not inside.any():
@@ -307,16 +296,9 @@ def simulated_run(record: Recording, scene: Scene, *, progress: Progress = silen
     (state, shaft_hz), load = _fault_and_speed(record), scene.load
     if record.radial_n is not None:
         load = replace(load, radial_n=record.radial_n, axial_n=record.axial_n or 0.0)
-    own = replace(
-        scene,
-        shaft_speed_rad_s=2 * math.pi * shaft_hz,
-        load=load,
-        speed_profile=None,
-        load_profile=None,
-        defect=replace(scene.defect, kind=state),
-        duration_s=round(record.seconds, 2),
-        sensor_path=None,
-    )
+    steady = replace(scene, load=load, speed_profile=None, load_profile=None, sensor_path=None)
+    speed_rad_s, defect = 2 * math.pi * shaft_hz, replace(scene.defect, kind=state)
+    own = replace(steady, shaft_speed_rad_s=speed_rad_s, defect=defect, duration_s=round(record.seconds, 2))
     return stored_run(own, step=Step.UNCHECKED, progress=progress).require_usable("the run that drives the path")
 
 

@@ -149,10 +149,9 @@ def _text(value: Any) -> str:
 @cache
 def measured_errors() -> Mapping[str, MeasuredErrors]:
     """The newest tables, by bundled scene; `DataError` if there are none."""
-    found = newest_result(RESULT)
-    if found is None:
-        raise DataError(f"reports/{RESULT}.json: no measured errors of the models; {REMEDY}.")
-    return read_errors(found.content)
+    if found := newest_result(RESULT):
+        return read_errors(found.content)
+    raise DataError(f"reports/{RESULT}.json: no measured errors of the models; {REMEDY}.")
 
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
@@ -167,13 +166,10 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
 
 
 def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -> MeasuredErrors:
-    bounds = {
-        (row["fit"], row["kind"], row["model"], Question(row["question"])): Bound(
-            **{name: row[name] for name in OF_BOUND}
-        )
-        for row in rows
-        if row["base"] == base
-    }
+    bounds = {}
+    for row in (row for row in rows if row["base"] == base):
+        key = row["fit"], row["kind"], row["model"], Question(row["question"])
+        bounds[key] = Bound(**{name: row[name] for name in OF_BOUND})
     known = [error for bound in bounds.values() for error in (bound.error_pct, bound.median_pct) if error is not None]
     ends = [end for axis in ("rpm", "radial_kn", "height_mm") for end in about["ranges"][axis]]
     of_scene = [value for value in about["values"].values() if isinstance(value, int | float)]

@@ -85,13 +85,10 @@ def make_plan(
         for level in levels
         if (only_some or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
     }
+    judged = {one.name: _candidate(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels}
     while True:
-        candidates = tuple(
-            Candidate(model=level.name, why=refused[level.name])
-            if level.name in refused
-            else _candidate(level, scene, question, tolerance_pct, table, bool(outside))
-            for level in levels
-        )
+        judged |= {model: Candidate(model=model, why=why) for model, why in refused.items()}
+        candidates = tuple(judged.values())
         chosen = _chosen(candidates, question, table.reference, refused)
         if (why := refusal(level_of(chosen), scene, bearing)) is None:
             break
@@ -108,9 +105,8 @@ def make_plan(
 
 def _chosen(candidates: Sequence[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
     """The cheapest model that is enough; else the reference, or the last model that runs and knows the question."""
-    enough = [candidate for candidate in candidates if candidate.ok]
-    if enough:
-        return min(enough, key=lambda candidate: math.inf if candidate.wall_s is None else candidate.wall_s).model
+    if enough := [one for one in candidates if one.ok]:
+        return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
     able = [candidate.model for candidate in candidates if candidate.model not in refused]
     if not able:
         raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")

@@ -160,15 +160,13 @@ def _amplitudes(
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
     own |= amplitudes.levels(record, None)
     over = {} if healthy is None else amplitudes.levels(record, healthy)
-
-    def shown(question: Question) -> Answer | None:
+    found: dict[Question, Answer | None] = {}
+    for question in (question for question, meaning in MEANING.items() if meaning.read):
         values = over if question is Question.THIRD_OCTAVES else own
-        read = tuple(
-            values[name].value if name in values and values[name].present else None for name in MEANING[question].read
-        )
-        return None if set(read) == {None} else read
-
-    return {question: shown(question) for question, meaning in MEANING.items() if meaning.read}
+        read = (values.get(name) for name in MEANING[question].read)
+        answer = tuple(one.value if one and one.present else None for one in read)
+        found[question] = None if set(answer) == {None} else answer
+    return found
 
 
 def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
@@ -180,11 +178,8 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
     envelope, fs_hz = analysis.processed.envelope, analysis.processed.fs_hz
     places = [*(k * first for k in HARMONICS), *(first + k * spacing for k in SIDEBANDS)]
     height, *others = line_heights(envelope, fs_hz, places)
-    over = [1.0, *(other / height for other in others)]
-    return {
-        Question.HARMONICS: tuple(over[: len(HARMONICS)]),
-        Question.SIDEBANDS: tuple(over[len(HARMONICS) :]),
-    }
+    over = (1.0, *(other / height for other in others))
+    return {Question.HARMONICS: over[: len(HARMONICS)], Question.SIDEBANDS: over[len(HARMONICS) :]}
 
 
 def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:

@@ -43,7 +43,7 @@ def without_ctrl_c() -> Iterator[None]:
 
 
 class DiedError(Exception):
-    """The process died before it answered, or was killed; a `RestartingProcess` states how."""
+    """The process died before it answered, or was killed; the text states how."""
 
 
 class OverLimitError(DiedError):
@@ -51,33 +51,39 @@ class OverLimitError(DiedError):
 
 
 class WorkerProcess:
-    """A process that runs ``python -m module``, which calls `serve_calls`.
+    """A process that runs ``python -m module``, which calls `serve_calls`; one that died is started again by a call.
 
     `environment` is added to this process's own. With `own_group` the processes that it starts end with it. Requests
     and answers are whatever `pickle` knows; not for code that is not trusted.
     """
 
     def __init__(self, module: str, *, environment: Mapping[str, str] | None = None, own_group: bool = False) -> None:
-        """Start it; `OSError` if the system starts no more processes."""
+        self._command, self._environment = [sys.executable, "-P", "-m", module], dict(environment or {})
         self._leads = own_group and hasattr(os, "killpg")
-        with without_ctrl_c():
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", module],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env=os.environ | dict(environment or {}) | child_environment(),
-                process_group=0 if self._leads else None,
-            )
+        self._lock, self._stopped = threading.Lock(), False
+        self._process: subprocess.Popen[bytes] | None = None
 
-    @property
-    def pid(self) -> int:
-        """The process's number."""
-        return self._process.pid
+    def start(self) -> subprocess.Popen[bytes]:
+        """Start it unless it runs; `OSError` if the system starts no more processes, `CancelledError` after `stop`."""
+        with self._lock:
+            if self._stopped:
+                raise CancelledError
+            if self._process is None:
+                with without_ctrl_c():
+                    self._process = subprocess.Popen(
+                        self._command,
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.PIPE,
+                        env=os.environ | self._environment | child_environment(),
+                        process_group=0 if self._leads else None,
+                    )
+            return self._process
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
+        process = self.start()
+        assert process.stdin is not None
+        assert process.stdout is not None
         over = threading.Event()
 
         def end() -> None:
@@ -89,77 +95,54 @@ class WorkerProcess:
         try:
             if limit_s is not None:
                 timer.start()
-            pickle.dump((request, limit_s), self._process.stdin)
-            self._process.stdin.flush()
-            return pickle.load(self._process.stdout)
+            pickle.dump((request, limit_s), process.stdin)
+            process.stdin.flush()
+            return pickle.load(process.stdout)
         except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
-            raise OverLimitError if over.is_set() else DiedError from None
+            how = _death(process)
+            self.kill()  # with its group
+            self.close()
+            raise (OverLimitError if over.is_set() else DiedError)(how) from None
         finally:
             timer.cancel()
 
-    def death(self) -> str:
-        """Describe the end of the process; waits for it."""
-        try:
-            code = self._process.wait(END_S)
-        except subprocess.TimeoutExpired:
-            self.kill()
-            return f"it stopped answering and did not end within {END_S:g} s"
-        with contextlib.suppress(ValueError):
-            return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        return f"exit code {code}"
-
     def kill(self) -> None:
         """End it now, and its group if it leads one, whose processes may outlive it."""
-        if self._leads:
-            with contextlib.suppress(OSError):  # nobody is left
-                os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.kill()
+        if (process := self._process) is not None:
+            if self._leads:
+                with contextlib.suppress(OSError):  # nobody is left
+                    os.killpg(process.pid, signal.SIGKILL)
+            process.kill()
+
+    def stop(self) -> None:
+        """Kill it and let no call start it again."""
+        with self._lock:
+            self._stopped = True
+            self.kill()
 
     def close(self) -> None:
         """Let it end and wait for that."""
-        for stream in (self._process.stdin, self._process.stdout):
+        process, self._process = self._process, None
+        if process is None:
+            return
+        for stream in (process.stdin, process.stdout):
             with contextlib.suppress(OSError):
                 if stream is not None:
                     stream.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(END_S)
-
-
-class RestartingProcess:
-    """A `WorkerProcess` that starts with the first call, and again after it has died."""
-
-    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None) -> None:
-        self._module, self._environment = module, environment
-        self._lock, self._stopped = threading.Lock(), False
-        self._process: WorkerProcess | None = None
-
-    def call(self, request: Any, *, limit_s: float | None = None) -> Any:
-        """The answer to a request, see `WorkerProcess`; `CancelledError` after `stop`."""
-        with self._lock:
-            if self._stopped:
-                raise CancelledError
-            process = self._process = self._process or WorkerProcess(self._module, environment=self._environment)
-        try:
-            return process.call(request, limit_s=limit_s)
-        except DiedError as error:
-            how = process.death()
-            self.close()
-            raise type(error)(how) from None
-
-    def stop(self) -> None:
-        """Kill the process and start no other."""
-        with self._lock:
-            self._stopped = True
-            if self._process is not None:
-                self._process.kill()
-
-    def close(self) -> None:
-        """Let the process end."""
-        if self._process is not None:
-            self._process.close()
-            self._process = None
+            process.wait(END_S)
 
     __del__ = close
+
+
+def _death(process: subprocess.Popen[bytes]) -> str:
+    """Describe the end of the process; waits for it."""
+    try:
+        code = process.wait(END_S)
+    except subprocess.TimeoutExpired:
+        return f"it stopped answering and did not end within {END_S:g} s"
+    names = {one.value: one.name for one in signal.Signals}
+    return f"signal {names[-code]}" if -code in names else f"exit code {code}"
 
 
 def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import Bearing, Fault, load_bearing, with_slip
+from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
 from srbval.reading.lines import Line, clearness, sidak_corrected
@@ -177,4 +177,4 @@ def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_p
             "(srbval bearing list) or a TOML file."
         )
     bearing = bearing or load_bearing(name or "")
-    return bearing if largest_slip_pct is None else with_slip(bearing, largest_slip_pct)
+    return bearing if largest_slip_pct is None else bearing.with_slip(largest_slip_pct)

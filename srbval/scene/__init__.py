@@ -1,20 +1,7 @@
 """What is to be run and what is asked of it: speed, loads, defect, duration, model, solver."""
 
 from srbval.scene.oil import Oil
-from srbval.scene.parts import (
-    Bodies,
-    Contact,
-    Defect,
-    DefectShape,
-    Housing,
-    LineContact,
-    Load,
-    LoadPath,
-    LoadProfile,
-    RollerFit,
-    SpeedProfile,
-    Traction,
-)
+from srbval.scene.parts import Contact, Defect, DefectShape, LoadPath, RollerFit, SpeedProfile, Traction
 from srbval.scene.read import (
     RigInput,
     changes_at,
@@ -26,6 +13,6 @@ from srbval.scene.read import (
     scene_table,
     sobol,
 )
-from srbval.scene.scene import Scene, SolverSettings
+from srbval.scene.scene import Scene
 from srbval.scene.sensor_path import BANDS_HZ, SENSOR_ANGLE_RAD, SensorPath, parts_along_sensor
 from srbval.scene.surface import Surface

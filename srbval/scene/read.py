@@ -115,12 +115,6 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
 
-def _scaled(values: Mapping[str, Any], size: float) -> dict[str, Any]:
-    """Values of a part that depend on the size, for one `size` times as large."""
-    powers = {key: next((p for end, p in POWERS.items() if key.endswith(end)), 0) for key in values}
-    return {key: value * size ** powers[key] for key, value in values.items() if powers[key] and value is not None}
-
-
 def size_of(bearing: Bearing) -> float | None:
     """Pitch diameter over that of the default bearing, for which the bundled scenes were written; None without one."""
     own, usual = bearing.pitch_diameter_m, load_bearing(DEFAULT_BEARING).pitch_diameter_m
@@ -134,11 +128,12 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     (dimensional analysis with the same materials; Bridgman 1922). The housing of a bearing that is not `spherical` has
     the damping `DAMPING_RATIO`.
     """
-    parts = {part: vars(getattr(base, part)) for part in ("load", "contact", "housing", "bodies", "defect")}
-    table: dict[str, Any] = {
-        part: {key: value for key, value in _scaled(old, size).items() if value != old[key]}
-        for part, old in parts.items()
-    }
+    table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
+    for part, changes in table.items():
+        for key, value in vars(getattr(base, part)).items():
+            power = next((power for end, power in POWERS.items() if key.endswith(end)), 0)
+            if power and value:
+                changes[key] = value * size**power
     if spherical:
         steps = max(1, math.ceil(base.steps_per_output / size - SAME))
         return table | {"solver": {"step_s": 1 / (base.output_rate_hz * steps)}}
@@ -187,9 +182,8 @@ def sensor_path_table(path: str) -> Mapping[str, Any] | None:
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
     """A defect on a roller without an extent is as wide as the rig's drill."""
-    if defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect):
-        return {**defect, "extent": DRILL}
-    return defect
+    without = defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect)
+    return {**defect, "extent": DRILL} if without else defect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,11 +224,10 @@ class RigInput:
 
     def changes(self, value: float) -> dict[str, Any]:
         """Changes that give a scene this value, for `load_scene`."""
-        *tables, name = self.key.split(".")
-        changes: dict[str, Any] = {name: f"{value!r} {self.unit}" if self.unit else value}
-        for table in reversed(tables):
-            changes = {table: changes}
-        return changes
+        changes: Any = f"{value!r} {self.unit}" if self.unit else value
+        for name in reversed(self.key.split(".")):
+            changes = {name: changes}
+        return dict(changes)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:

@@ -1,13 +1,6 @@
 """The structure between outer ring and sensor: gains per third octave along the load and across it, as data.
 
-A ring that moves like a rigid body under its force has an acceleration along the sensor's axis with the parts a_l
-(along the load) and a_c (across it). The sensor shows
-
-    A(f) = g(f) a_l(f) + i q(f) a_c(f)
-
-with gains g and q in third octaves (IEC 61260-1, base ten). Powers contain no phases: the quarter turn between the two
-directions adds their powers, whatever the sign between them. Outside its bands the path changes nothing. Output-only
-data give only the product of force and path: gains have no unit.
+The equation is on the page "The path to the sensor" of the theory.
 """
 
 import math

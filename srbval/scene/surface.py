@@ -1,12 +1,6 @@
 """The surfaces of races and rollers: waves all around, whose heights fall with their lengths by a power law.
 
-A wave of length L has the variance g L^(2 s) per unit of its number of waves per length: amplitudes of a body's orders
-n fall with n^-s. Ground surfaces of every kind have s = 1 over many decades of L (Sayles & Thomas 1978, Nature 271,
-431; quoted from memory, not checked); the waviness of small ground rings falls by a power of the order too (doi
-10.3390/jmmp9070220, abstract read); n^-1 to n^-2 are usual (quoted from memory, not checked).
-
-A roughness class states Ra, the mean size of the heights between the cut-offs of ISO 4288. For normal heights
-Ra = sqrt(2 / pi) Rq, so that a class gives g.
+The equations and sources are on the page "Surfaces: what excites a healthy bearing" of the theory.
 """
 
 from __future__ import annotations
@@ -84,7 +78,7 @@ class Surface(Limited):
         return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
 
     def density_m(self) -> float:
-        """The power law's g [m^(3 - 2 s)] of the roughness class, 0 without one; see the module."""
+        """The power law's constant g [m^(3 - 2 s)] of the roughness class, 0 without one."""
         if self.roughness_class is None:
             return 0.0
         table = read_toml(Path(str(resources.files("srbval.scene") / "roughness.toml")))

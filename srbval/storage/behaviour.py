@@ -4,7 +4,7 @@ A fingerprint has, for each part of the program, numbers and words by name; `srb
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -45,12 +45,6 @@ def differing(first: Part, second: Part) -> list[str]:
     """Names in both whose values differ, and names in only one of them."""
     changed = [name for name in second if name in first and not same(name, first[name], second[name])]
     return changed + [name for name in {**second, **first} if (name in first) != (name in second)]
-
-
-def changed_parts(first: Fingerprint, second: Fingerprint, parts: Iterable[str]) -> dict[str, list[str]]:
-    """The names that differ, by part, of those `parts` where any does."""
-    found = {part: differing(first.get(part, {}), second.get(part, {})) for part in parts}
-    return {part: names for part, names in found.items() if names}
 
 
 def fingerprint_of(table: Any) -> dict[str, dict[str, Value]]:

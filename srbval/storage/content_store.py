@@ -87,11 +87,10 @@ class ContentStore:
 
     def save(self, content: str, table: Any) -> None:
         """Store a result, anything that `to_json` knows; numbers that are not finite stay what they are."""
-        stored = json.dumps(table, default=to_json).encode()
 
         def write(path: Path) -> None:
             with atomic_write(path) as part:
-                append_checksum(part, stored)
+                append_checksum(part, json.dumps(table, default=to_json).encode())
 
         self.keep(content, write)
 

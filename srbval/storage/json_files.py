@@ -43,7 +43,10 @@ def to_json(value: Any) -> Any:
     if isinstance(value, datetime):
         return value.isoformat()
     if isinstance(value, Mapping):
-        return {_key(key): to_json(item) for key, item in value.items()}
+        table = {key.value if isinstance(key, enum.Enum) else key: to_json(item) for key, item in value.items()}
+        if strange := [key for key in table if not isinstance(key, str)]:
+            raise TypeError(f"JSON key {strange[0]!r} must be text.")
+        return table
     if isinstance(value, tuple | list):
         return [to_json(item) for item in value]
     if hasattr(value, "to_dict"):
@@ -75,8 +78,12 @@ def json_text(value: Any, *, ascii_only: bool = False) -> str:
 
 def parse_json(text: str | bytes) -> Any:
     """The value of a JSON document that may be damaged; `ValueError` for NaN and infinities too, and deep nesting."""
+
+    def refuse(constant: str) -> Any:
+        raise ValueError(f"{constant} is not JSON")
+
     try:
-        return json.loads(text, parse_constant=_refuse)
+        return json.loads(text, parse_constant=refuse)
     except RecursionError:
         raise ValueError("nested too deep") from None
 
@@ -130,15 +137,3 @@ def _listed_files(folder: Path, listing: str) -> Iterator[Path]:
         inside = ".." not in Path(name).parts and not Path(name).is_absolute() and len(Path(name).parts) <= 2
         if inside and (folder / name).is_file() and file_sha256(folder / name) == sha256:
             yield folder / name
-
-
-def _refuse(constant: str) -> Any:
-    raise ValueError(f"{constant} is not JSON")
-
-
-def _key(key: Any) -> str:
-    """The text of a key: a string, or an enum member whose value is one."""
-    text = key.value if isinstance(key, enum.Enum) else key
-    if not isinstance(text, str):
-        raise TypeError(f"JSON key {key!r} must be text.")
-    return str(text)

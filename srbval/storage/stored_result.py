@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
-from srbval.storage.behaviour import Fingerprint, changed_parts, fingerprint_of, reference_fingerprint
+from srbval.storage.behaviour import Fingerprint, differing, fingerprint_of, reference_fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.installation import package_folder, shipped_folder
 from srbval.storage.json_files import read_json
@@ -54,17 +54,9 @@ class StoredResult:
     @property
     def origin(self) -> dict[str, Any]:
         """Kind, date, revision, command, machine and duration, as the report states them."""
-        machine = self.content.get("machine", {})
-        return {
-            "kind": self.kind.value,
-            "made_utc": self.made_utc,
-            "git_revision": self.content.get("git_revision"),
-            "command": self.content.get("command"),
-            "processor": machine.get("processor"),
-            "usable_cores": machine.get("usable_cores"),
-            "minutes": self.content.get("minutes"),
-            "file": self.path.name,
-        }
+        stated = self.content | self.content.get("machine", {}) | {"kind": self.kind.value, "file": self.path.name}
+        names = ("kind", "made_utc", "git_revision", "command", "processor", "usable_cores", "minutes", "file")
+        return {name: stated.get(name) for name in names}
 
     @property
     def stale(self) -> str | None:
@@ -90,13 +82,11 @@ class StoredResult:
             then = fingerprint_of(self.content.get("fingerprint"))
         except ValueError:
             return "it does not state the fingerprint of the program that computed it"
-        for part, names in changed_parts(then, now, then).items():
-            return f"the program's part {part} behaves differently: {names[0]}{_and_more(names)}"
+        for part, numbers in then.items():
+            if names := differing(numbers, now.get(part, {})):
+                more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+                return f"the program's part {part} behaves differently: {names[0]}{more}"
         return None
-
-
-def _and_more(names: list[str]) -> str:
-    return f" and {len(names) - 1} more" if len(names) > 1 else ""
 
 
 def newest_result(name: str) -> StoredResult | None:

@@ -227,7 +227,11 @@ def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
     if dataclasses.is_dataclass(kind):
         return build(typing.cast(Any, kind), raw, where, stored=number is _stored_number)
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
-        return _member(raw, kind, where)
+        try:
+            return kind(raw)
+        except ValueError:
+            known = [str(member.value) for member in kind]
+            raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
     if kind is Path and isinstance(raw, str):
         return Path(raw)
     if kind is np.ndarray and isinstance(raw, list):
@@ -248,14 +252,6 @@ def _either(raw: object, hints: tuple[Any, ...], where: str, number: Number) -> 
         except ConfigurationError:
             continue
     return _value(raw, last, where, number)
-
-
-def _member(raw: object, kind: type[enum.Enum], where: str) -> enum.Enum:
-    try:
-        return kind(raw)
-    except ValueError:
-        known = [str(member.value) for member in kind]
-        raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
 
 
 def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:

@@ -1,9 +1,8 @@
 """Runs of scenes, one or many in parallel; a failed run is a result, an exception ends all."""
 
 import threading
-import time
 from collections.abc import Callable, Hashable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -21,11 +20,13 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Ended:
-    """How a run ended: its `status`, or ``refused`` if it did not begin, and the `reason`."""
+class Attempt:
+    """How a run ended: its `status` and the `reason`; if it did not begin, ``refused``, and `run` is None."""
 
+    scene: Scene
     status: str
     reason: str
+    run: Run | None = None
 
     @property
     def works(self) -> bool:
@@ -41,56 +42,18 @@ class Ended:
         return self.works or self.status in (RunStatus.INACCURATE, RunStatus.ENERGY_OPEN)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Attempt(Ended):
-    """Outcome of one run; `run` is None if it was refused."""
-
-    scene: Scene
-    run: Run | None = None
-
-
-def attempt(
-    scene: Scene, *, step: Step = Step.UNCHECKED, make: Callable[..., Run] = simulate, progress: Progress = silent
-) -> Attempt:
-    """Run `scene` once by `make`, which is `simulate` or `stored_run`; a failure becomes a failed attempt."""
+def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
+    """Run `scene` once; a failure becomes a failed attempt."""
     try:
-        run = make(scene, step=step, progress=progress)
+        run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
         return Attempt(scene=scene, status="refused", reason=str(error))
     return Attempt(scene=scene, status=run.status.value, reason=run.reason, run=run)
 
 
-def right_hand_sides_per_step(solver: str) -> int | None:
-    """Evaluations of the equations of motion in one step; None for an unknown method."""
-    return METHODS[solver].evaluations if solver in METHODS else None
-
-
-class RunStopped(Exception):
-    """Raised inside a run when another one failed with an exception or the user interrupted."""
-
-
-def run_all(
-    scenes: Mapping[Key, Scene],
-    read: Callable[[Key, Attempt, float], Result],
-    *,
-    task: str,
-    step: Step = Step.UNCHECKED,
-    make: Callable[..., Run] = simulate,
-    jobs: int | None = None,
-    progress: Progress = silent,
-) -> dict[Key, Result]:
-    """Run all `scenes`, see `attempt` and `side_by_side`; a failed run is a result.
-
-    `read` turns each attempt and its wall time [s], which the parallel runs disturb, into its result. It is called in
-    the thread of the run as soon as it has ended, so that it can store the result.
-    """
-
-    def one(key: Key, report: Progress) -> Result:
-        started = time.perf_counter()
-        tried = attempt(scenes[key], step=step, make=make, progress=report)
-        return read(key, tried, time.perf_counter() - started)
-
-    return side_by_side(scenes, one, task=task, jobs=jobs, progress=progress)
+def right_hand_sides_per_step(solver: str) -> int:
+    """Evaluations of the equations of motion in one step; 1 for an unknown method."""
+    return METHODS[solver].evaluations if solver in METHODS else 1
 
 
 def side_by_side(
@@ -109,25 +72,28 @@ def side_by_side(
     if jobs is not None and jobs < 1:
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
     compile_for(*scenes.values(), jobs=jobs, progress=progress)
-    cost = {key: _cost(scene) for key, scene in scenes.items()}
+    cost = {
+        key: (one.settle_s + one.duration_s) * right_hand_sides_per_step(one.solver.name) / one.solver.step_s
+        for key, one in scenes.items()
+    }
     shares: dict[Key, float] = {}
     lock, stop = threading.Lock(), threading.Event()
 
     def reached(key: Key, share: float) -> None:
         if stop.is_set():
-            raise RunStopped
+            raise CancelledError  # another run failed, or the user interrupted
         with lock:
             shares[key] = share
             total = sum(cost[k] * s for k, s in shares.items()) / sum(cost.values())
             progress(task, min(total, 0.999))
 
-    def one(key: Key) -> Result:
+    def started(key: Key) -> Result:
         result = run(key, lambda _, fraction: reached(key, fraction or 0.0))
         reached(key, 1.0)
         return result
 
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
-        futures = {key: pool.submit(one, key) for key in sorted(cost, key=lambda key: -cost[key])}
+        futures = {key: pool.submit(started, key) for key in sorted(cost, key=lambda key: -cost[key])}
         try:
             results = {key: futures[key].result() for key in scenes}
         except BaseException:
@@ -137,8 +103,3 @@ def side_by_side(
             raise
     progress(task, 1.0)
     return results
-
-
-def _cost(scene: Scene) -> float:
-    stages = right_hand_sides_per_step(scene.solver.name) or 1
-    return (scene.settle_s + scene.duration_s) * stages / scene.solver.step_s

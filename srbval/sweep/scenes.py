@@ -50,16 +50,10 @@ def bench_scene(
     """
     check_names([name], [solver])
     fit, state = name.split("-")
-    changes: dict[str, Any] = {
-        "duration_s": seconds,
-        "settle_s": settle_s,
-        "output_rate_hz": output_rate_hz(step_s),
-        "contact": FITS[fit],
-        "defect": {"kind": state},
-        "solver": {"name": solver, "step_s": step_s},
-    }
+    parts = {"contact": FITS[fit], "defect": {"kind": state}, "solver": {"name": solver, "step_s": step_s}}
+    times = {"duration_s": seconds, "settle_s": settle_s, "output_rate_hz": output_rate_hz(step_s)}
     speed = {} if rpm is None else {"shaft_speed_rad_s": rpm * 2 * math.pi / 60}
-    return load_scene(base_of(name), changes | speed)
+    return load_scene(base_of(name), parts | times | speed)
 
 
 def lasting_passages(scene: Scene, passages: float, *, least_s: float, settle: float) -> Scene:

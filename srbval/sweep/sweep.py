@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from srbval.models.simulate import Step, compile_for, run_content, simulate
+from srbval.models.simulate import Step, compile_for, run_content
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.sweep.pool import Attempt, attempt, side_by_side
+from srbval.sweep.pool import attempt, side_by_side
 
 Case = Mapping[str, Any]  # a row of a table, by column
 Measures = Mapping[str, Any]  # plain numbers, texts and lists of them, by column
@@ -68,7 +68,10 @@ def sweep(
     found: dict[int, Measures | None] = {i: store.load(name, dict) if stored else None for i, name in enumerate(names)}
 
     def run(place: int, report: Progress) -> Measures:
-        tried = [_attempt(scene, step, report, i, len(scenes[place])) for i, scene in enumerate(scenes[place])]
+        def share_of(i: int) -> Progress:  # the scenes of a row share its progress
+            return lambda task, share: report(task, (i + (share or 0.0)) / len(scenes[place]))
+
+        tried = [attempt(scene, step=step, progress=share_of(i)) for i, scene in enumerate(scenes[place])]
         measures = {"status": tried[0].status, "reason": tried[0].reason, **measure(rows[place], *tried)}
         if stored:
             store.save(names[place], measures)
@@ -80,13 +83,6 @@ def sweep(
         found |= side_by_side(missing, run, task=task, jobs=jobs, progress=progress)
     measured = pd.DataFrame([found[i] or {} for i in range(len(rows))], index=cases.index)
     return pd.concat([cases, measured], axis=1)
-
-
-def _attempt(scene: Scene, step: Step, report: Progress, place: int, of: int) -> Attempt:
-    """Run one scene of a row, number `place` of `of`; the row's progress is shared among them."""
-    return attempt(
-        scene, step=step, make=simulate, progress=lambda task, share: report(task, (place + (share or 0.0)) / of)
-    )
 
 
 def bisect(
@@ -110,26 +106,17 @@ def bisect(
     axis, values = str(along.name), along.tolist()
     low, high = [-1] * len(groups), [len(values)] * len(groups)
     cells: list[pd.DataFrame] = []
-    for round_ in itertools.count(1):
-        open_ = [i for i in range(len(groups)) if high[i] - low[i] > 1]
-        if not open_:
-            break
+    while open_ := [i for i in range(len(groups)) if high[i] - low[i] > 1]:
         middle = [(low[i] + high[i]) // 2 for i in open_]
         cases = groups.iloc[open_].assign(**{axis: [values[k] for k in middle]})
-        done = sweep(
-            cases, scenes_of, measure, task=f"bisect {axis}, round {round_}", step=step, jobs=jobs, progress=progress
-        )
+        task = f"bisect {axis}, round {len(cells) + 1}"
+        done = sweep(cases, scenes_of, measure, task=task, step=step, jobs=jobs, progress=progress)
         cells.append(done)
         for i, k, cell in zip(open_, middle, done.to_dict("records"), strict=True):
             (low if passes(cell) else high)[i] = k
     run = pd.concat(cells) if cells else groups.assign(**{axis: math.nan}).iloc[:0]
-    limits = groups.assign(
-        **{
-            axis: [values[k] if k >= 0 else math.nan for k in low],
-            "runs": [int((run.index == label).sum()) for label in groups.index],
-            "bounded": [k < len(values) for k in high],
-        }
-    )
+    runs, last = [int((run.index == label).sum()) for label in groups.index], [*values, math.nan]  # `low` may be -1
+    limits = groups.assign(**{axis: [last[k] for k in low], "runs": runs, "bounded": [k < len(values) for k in high]})
     return limits, run.reset_index(drop=True)
 
 

@@ -172,7 +172,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
     def refuse(*_: Any, **__: Any) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr("srbval.processes.worker.WorkerProcess", refuse)
+    monkeypatch.setattr("srbval.processes.worker.WorkerProcess.start", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=choose_engine(jobs=2))
 

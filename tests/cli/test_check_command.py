@@ -22,7 +22,7 @@ def reports(tmp_path, monkeypatch):
     for module in (check, evidence):
         monkeypatch.setattr(module, "fingerprint", lambda *_, **__: NOW)
         monkeypatch.setattr(module, "shipped_folder", lambda _: folder)
-    monkeypatch.setattr("srbval.cli.evidence_command.fingerprint", lambda **_: NOW)
+    monkeypatch.setattr("srbval.cli.study_commands.fingerprint", lambda **_: NOW)
     for module in ("behaviour", "stored_result"):
         monkeypatch.setattr(f"srbval.storage.{module}.shipped_folder", lambda _: folder)
     write_json(folder / "fingerprint.json", {"schema_version": 1, "kind": "fingerprint", "parts": NOW})

@@ -41,10 +41,10 @@ FS_HZ, SECONDS = 12_000, 1.0  # of the records
 LONGEST = SrbvalError.longest + 30
 
 LONG = (  # functions that take long, or change this machine; everything before them runs as it is
-    *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "check_command.run_check")),
+    *(f"srbval.cli.{name}" for name in ("campaign_command.run_campaign", "study_commands.run_check")),
     *(f"srbval.cli.{name}" for name in ("data_command.fetch", "installation_commands.clear_cache")),
-    *(f"srbval.cli.{name}" for name in ("study_command.make_result", "identify_command.simulated_run")),
-    *(f"srbval.cli.evidence_command.{name}" for name in ("fingerprint", "recompute")),
+    *(f"srbval.cli.{name}" for name in ("study_commands.make_result", "identify_command.simulated_run")),
+    *(f"srbval.cli.study_commands.{name}" for name in ("fingerprint", "recompute")),
     *(f"srbval.report.{name}" for name in ("reports.gather", "findings.user_records.run_cases")),
     *("sphinx.cmd.build.build_main", "webbrowser.open"),
 )

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from srbval import ConfigurationError, SpeedSource, diagnose
-from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing, with_slip
+from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
 from srbval.reading import speed_search
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import nominal_speed, stated_speed
@@ -117,7 +117,7 @@ def read(bearing: Bearing, *, cage_slip: float, seed: int = 0, fault: bool = Tru
 
 def test_a_slip_beyond_the_window_is_read_only_where_it_is_allowed():
     assert not read(BEARING, cage_slip=0.025).line("BPFI").detected
-    found = read(with_slip(BEARING, 3.0), cage_slip=0.025)
+    found = read(BEARING.with_slip(3.0), cage_slip=0.025)
     line = found.line("BPFI")
     assert line.detected
     assert line.found_hz == pytest.approx(BEARING.orders.bpfi * RPM / 60 * (1 + 0.025 * BPFI_SHARE), abs=line.ci95_hz)
@@ -126,7 +126,7 @@ def test_a_slip_beyond_the_window_is_read_only_where_it_is_allowed():
 
 
 def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_noise():
-    rng, bearing = np.random.default_rng(1), with_slip(BEARING, 3.0)
+    rng, bearing = np.random.default_rng(1), BEARING.with_slip(3.0)
     covered, seen = 0, 0
     named = Counter[str]()
     for seed, slip in enumerate(rng.uniform(0.0, 0.03, COUNT)):
@@ -147,7 +147,7 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
 @pytest.mark.parametrize("pct", [0.0, -1.0, 5.1, float("nan")])
 def test_an_impossible_slip_is_refused(pct):
     with pytest.raises(ConfigurationError, match="at most 5 %"):
-        with_slip(BEARING, pct)
+        BEARING.with_slip(pct)
 
 
 def test_a_bearing_file_may_state_it_and_the_option_overrides_it(tmp_path):

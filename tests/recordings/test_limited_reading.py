@@ -94,7 +94,7 @@ def test_how_it_ended_is_said(run, does, match, tmp_path, monkeypatch, capfd):
 @posix
 def test_a_process_that_died_while_idle_is_replaced(tmp_path):
     load_recording(good(tmp_path / "a.h5"), unit="g")
-    os.kill(limited._idle[0].pid, signal.SIGKILL)
+    os.kill(limited._idle[0].start().pid, signal.SIGKILL)
     assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
 
 

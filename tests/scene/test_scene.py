@@ -68,7 +68,7 @@ REFUSED = [
     ({"oil": {"viscosity_40_mm2_s": 140}}, "state iso_vg"),
     ({"oil": {"viscosity_40_mm2_s": 100, "viscosity_100_mm2_s": 100}}, "must fall"),
     ({"oil": {"viscosity_40_mm2_s": 7, "viscosity_100_mm2_s": 2.1, "temperature_c": 140}}, "lower the temperature"),
-    ({"sensor_path": "rigg"}, r"known: none, rig"),
+    ({"sensor_path": "rigg"}, r"Known: none, rig"),
 ]
 
 

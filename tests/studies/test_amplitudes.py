@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.path.amplitudes import THIRD_OCTAVES
+from srbval.path.amplitudes import LEVEL_BANDS
 from srbval.recordings.datasets.description import dataset
 from srbval.storage.stored_result import newest_result
 from srbval.studies.amplitudes.page import unexplained
@@ -64,7 +64,7 @@ def test_reachable_is_what_the_best_gain_of_each_band_reaches_for_all_records_at
 
 
 def test_a_planted_level_is_unexplained_and_scatter_is_not():
-    off = dict(zip(THIRD_OCTAVES, (1.0, -1.0, 0.5, -0.5, 0.3, -0.3), strict=False))
+    off = dict(zip(LEVEL_BANDS, (1.0, -1.0, 0.5, -0.5, 0.3, -0.3), strict=False))
     planted = {"OR_353rpm_sample": 0.0, "IR_353rpm_sample": 12.0}
     rows, drawn = compared(
         *(row(f"locked {band}", db + own, record=name) for name, db in planted.items() for band, own in off.items()),

@@ -27,7 +27,7 @@ from srbval.models.outside.names import COMMAND, FMU, entry_points
 from srbval.models.outside.signals import UnusableSignalsError, recorded, signals_of
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_dict
-from srbval.processes.limits import limit, limit_memory
+from srbval.processes.machine import limit, limit_memory
 from srbval.processes.worker import serve_calls
 from srbval.scene import Scene
 

@@ -63,17 +63,18 @@ def ask(scene: Scene) -> Answer:
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
         own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # nothing is left in the user's folders
         process = WorkerProcess("srbval.models.outside.process", environment=own, own_group=True)
+        process.start()
         _running.add(process)
         try:
             found: Answer | SrbvalError = process.call((scene, memory), limit_s=limit_s)
         except OverLimitError:
             reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} sets another limit"
             found = Answer(RunStatus.OUT_OF_TIME, reason)
-        except DiedError:
+        except DiedError as error:
             if process not in _running:
                 raise KeyboardInterrupt from None
             more = f"perhaps for lack of memory; the environment variable {GIGABYTES} sets its limit"
-            found = Answer(RunStatus.DIED, f"its process ended ({process.death()}), {more}")
+            found = Answer(RunStatus.DIED, f"its process ended ({error}), {more}")
         finally:
             _running.discard(process)
             process.kill()

@@ -59,6 +59,7 @@ class FileFormat:
         for fresh in (False, True):
             try:
                 reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
+                reader.start()
             except IndexError:
                 continue
             except OSError as error:
@@ -69,8 +70,8 @@ class FileFormat:
             try:
                 answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
             except BaseException as error:
+                how, waited = str(error), time.monotonic() - start >= WAITING * computing_s
                 reader.kill()
-                how, waited = reader.death(), time.monotonic() - start >= WAITING * computing_s
                 reader.close()
                 interrupted = reader not in _running
                 _running.discard(reader)

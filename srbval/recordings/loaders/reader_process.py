@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.processes.limits import limit, limit_memory
+from srbval.processes.machine import limit, limit_memory
 from srbval.processes.worker import serve_calls
 from srbval.recordings.raw import RawFile, first_line
 from srbval.storage.installation import pip_command

@@ -1,72 +1,58 @@
-"""``srbval analyse``: recordings and simulated runs through the signal pipeline, the answer first."""
+"""``srbval analyse`` and ``trend``: recordings and simulated runs through the signal pipeline, the answer first."""
 
 import argparse
+import math
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
-from srbval.cli.output import answer, own_command, print_table, print_wrapped
+from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
+from srbval.diagnosis import records
 from srbval.diagnosis.machine import machine_toml
-from srbval.diagnosis.records import (
-    FailedFile,
-    RecordReading,
-    RecordRequest,
-    feature_table,
-    machine_of,
-    read_record,
-    read_records,
-    summary_of,
-    without_other_files,
-)
-from srbval.diagnosis.trend import zone_boundaries, zone_of
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
+from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import progress_display
 from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
-from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json
 
 DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
 COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
-RECORDS = {
-    "file": "file",
-    "state": "state",
-    "strongest fault": "strongest_fault",
-    "probability %": "probability",
-    "alarm": "alarm",
-}
+RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault"}
+RECORDS |= {"probability %": "probability", "alarm": "alarm"}
 ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained. Probability by the record alone."
 CAGE = "cage"
 MOST_CAUTIONS, LONGEST_FILE = 2, 40
+MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the first alarm
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
-def requests_of(options: argparse.Namespace, files: Iterable[str]) -> list[RecordRequest]:
-    """Request for each file, as the options state."""
-    settings = recording_settings(options)
-    return [
-        RecordRequest(
-            file=file,
-            settings=settings,
-            bearing=options.bearing,
-            largest_slip_pct=options.cage_slip,
-            band_hz=(options.band[0], options.band[1]) if options.band else None,
-            auto_band=options.auto_band,
-            healthy=options.healthy,
-            healthy_scale=options.healthy_scale,
-            background=options.background,
-        )
-        for file in files
-    ]
+def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
+    """Request for a file, as the options state."""
+    return RecordRequest(
+        file=file,
+        settings=recording_settings(options),
+        bearing=options.bearing,
+        largest_slip_pct=options.cage_slip,
+        band_hz=(options.band[0], options.band[1]) if options.band else None,
+        auto_band=getattr(options, "auto_band", False),
+        healthy=options.healthy,
+        healthy_scale=options.healthy_scale,
+        background=getattr(options, "background", None),
+    )
 
 
-def run(options: argparse.Namespace) -> int:
+def analyse(options: argparse.Namespace) -> int:
     """Analyse one file and print its answer, or many and print a table; exit code 3 if some could not be read."""
     if options.write_machine:
         check_suffix(Path(options.write_machine), "TOML", (".toml",))
@@ -75,8 +61,7 @@ def run(options: argparse.Namespace) -> int:
     code = (_run_many if many else _run_one)(options)
     if options.write_machine:
         path = Path(options.write_machine)
-        with atomic_write(path) as part:
-            part.write_text(machine_toml(path.stem, vars(options), path.parent), encoding="utf-8")
+        write_text(path, machine_toml(path.stem, vars(options), path.parent))
     return code
 
 
@@ -85,7 +70,7 @@ def _run_one(options: argparse.Namespace) -> int:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
         check_plot(Path(options.plot))
-    reading = read_record(requests_of(options, options.files)[0])
+    reading = records.read_record(request_of(options, options.files[0]))
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
@@ -111,34 +96,32 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
         return None, f"no zone: {features['velocity_missing']}"
     low_hz, high_hz = features["velocity_band_hz"]
     whose = "your own limits" if options.zones_mm_s else f"ISO 20816-3, {options.machine_class}"
-    return (
-        zone,
-        f"zone {zone} of {whose}: velocity {features['velocity_rms_mm_s']:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz",
-    )
+    velocity = f"velocity {features['velocity_rms_mm_s']:.2f} mm/s RMS, {low_hz:g} to {high_hz:g} Hz"
+    return zone, f"zone {zone} of {whose}: {velocity}"
 
 
 def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
         raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
     documents, failed, other = read_many(options)
-    machine = {"machine": machine_of(documents)} if options.one_machine else {}
-    rows = [summary_of(document) for document in documents]
+    machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
+    rows = [records.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
-    names = short_names(files)
+    alike = Counter(Path(file).name for file in files)
 
     def show() -> None:
         if machine:
             print(machine["machine"]["sentence"])
         counted = ", ".join(f"{count} {state}" for state, count in states.items())
         print(f"{len(rows)} records: {counted}; {len(failed)} files could not be read.\n")
-        shown = [
-            row
-            | {
-                "file": f"{names[row['file']]} {row['channel'] if files[row['file']] > 1 else ''}",
-                "probability": None if row["probability"] is None else round(100 * row["probability"]),
-            }
-            for row in rows
-        ]
+        shown = []
+        for row in rows:
+            path, share = Path(row["file"]), row["probability"]
+            name = printable("/".join(path.parts[-2 if alike[path.name] > 1 else -1 :]), LONGEST_FILE)
+            channel = row["channel"] if files[row["file"]] > 1 else ""
+            shown.append(
+                row | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
+            )
         print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
 
     code = report_failed(failed, other)
@@ -149,10 +132,11 @@ def _run_many(options: argparse.Namespace) -> int:
 
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    files = files_of(options.files)
+    request = request_of(options)
+    requests = [replace(request, file=file) for file in files_of(options.files)]
     with progress_display() as progress:
-        documents, failed = read_records(requests_of(options, files), jobs=options.jobs, progress=progress)
-    return documents, *without_other_files(failed, options.files, documents)
+        documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
+    return documents, *records.without_other_files(failed, options.files, documents)
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
@@ -162,13 +146,6 @@ def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:
     if other:
         print(f"srbval: left out, no recordings: {', '.join(other)}", file=sys.stderr)
     return DataError.exit_code if failed else 0
-
-
-def short_names(files: Iterable[str]) -> dict[str, str]:
-    """Short names of files in a table: the file's name, with its folder if several files have the same name."""
-    alike = Counter(Path(file).name for file in files)
-    parts = {file: Path(file).parts[-2 if alike[Path(file).name] > 1 else -1 :] for file in files}
-    return {file: printable("/".join(part), LONGEST_FILE) for file, part in parts.items()}
 
 
 def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) -> None:
@@ -190,23 +167,14 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         _show_all(reading, wanted)
         return
     firsts = [line for line in result.lines if line.is_first]
-    found = [line for line in firsts if line.detected]
+    found = []
+    for x in (line for line in firsts if line.detected):
+        family, part = [y.detected for y in result.lines if y.name == x.name], Fault.of_line(x.name)
+        where, depth = uncertain(x.found_hz, x.ci95_hz), f"{100 * (x.depth or 0.0):.0f}"
+        harmonics = f"{sum(family)} of {len(family)}"
+        found.append((x.name, part.label if part else CAGE, where, f"{x.snr:,.0f}", depth, harmonics))
     if found:
-        family = {x.name: [y.detected for y in result.lines if y.name == x.name] for x in found}
-        print_table(
-            DETECTED,
-            [
-                (
-                    x.name,
-                    part.label if (part := Fault.of_line(x.name)) else CAGE,
-                    uncertain(x.found_hz, x.ci95_hz),
-                    f"{x.snr:,.0f}",
-                    f"{100 * (x.depth or 0.0):.0f}",
-                    f"{sum(family[x.name])} of {len(family[x.name])}",
-                )
-                for x in found
-            ],
-        )
+        print_table(DETECTED, found)
     missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)
     print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were searched")
     if declared := verdict.beside(recording.state):
@@ -233,21 +201,79 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
     rows = []
     for x in (line.stated() for line in result.lines if line.name.startswith(wanted)):
         p = x.false_alarm if x.detected else None  # it means nothing for a peak that is not the line
-        rows.append(
-            (
-                x.name if x.is_first else f"{x.harmonic} x {x.name}",
-                f"{x.kinematic_hz:.3f}",
-                uncertain(x.found_hz, x.ci95_hz),
-                None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}",
-                None if x.snr is None else float(f"{x.snr:.3g}"),
-                None if p is None else float(f"{p:.2g}"),
-                None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}",
-                "yes" if x.detected else f"no: {x.not_detected}",
-            )
-        )
+        name, found = x.name if x.is_first else f"{x.harmonic} x {x.name}", uncertain(x.found_hz, x.ci95_hz)
+        deviation = None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}"
+        odds = None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}")
+        identity = None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}"
+        detected = "yes" if x.detected else f"no: {x.not_detected}"
+        rows.append((name, f"{x.kinematic_hz:.3f}", found, deviation, *odds, identity, detected))
     print_table(COLUMNS, rows)
-    print(f"\n{text_rows(feature_table(features_of(result)))}\n")
+    print(f"\n{text_rows(records.feature_table(features_of(result)))}\n")
     print_wrapped(*verdict.reasons)
     if declared := verdict.beside(recording.state):
         print(declared)
     print_wrapped(*(f"  - {note}" for note in recording.notes))
+
+
+def trend(options: argparse.Namespace) -> int:
+    """Read all records and print the trend; exit code 3 if some could not be read."""
+    from srbval.campaign.folder import TABLE, read_table, result_path  # takes a while to load
+
+    if options.plot:
+        check_suffix(Path(options.plot), "HTML", (".html",))
+    zone_boundaries(options.machine_class)  # reports an unknown class before anything is read
+    cases: dict[str, datetime | float] = {}
+    if len(options.files) == 1 and (Path(options.files[0]) / TABLE).is_file():
+        folder = Path(options.files[0])
+        cases = {str(result_path(folder, case.key)): float(case.index) for case in read_table(folder).cases}
+        options.files = list(cases)
+    documents, failed, other = read_many(options)
+    times, time_from = cases, "the campaign's cases"
+    if not cases:
+        files = list(dict.fromkeys(one["file"] for one in documents))
+        times, time_from = record_times(files, Path(options.times) if options.times else None)
+    found = trend_of(
+        documents,
+        times,
+        time_from=time_from,
+        baseline=options.baseline,
+        machine_class=options.machine_class,
+        zones_mm_s=options.zones_mm_s,
+    )
+    rows = []
+    for one, point in ((channel, point) for channel in found.channels for point in channel.points):
+        levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
+        row = {"channel": one.channel, "time": one.time_text(point), "file": point["file"], "rpm": point["rpm"]}
+        severity = {name: point[name] for name in ("velocity_rms_mm_s", "zone")}
+        rows.append(row | levels | severity | {"risen": " ".join(point["risen"])})
+    if options.plot:
+        from srbval.report.reports import write_trend  # needs the report's room
+
+        write_trend(found, Path(options.plot), command=own_command())
+    code = report_failed(failed, other)
+    document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
+    status, tables = "incomplete" if failed else "", {"trend": rows}
+    return answer(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
+
+
+def _print_trend(trend: Trend) -> None:
+    print(trend.answer)
+    print(f"Time from {trend.time_from}; dB over the mean of the first {trend.baseline}; * above its limit.")
+    for one in trend.channels:
+        names = [name for name in one.reference if name != RMS]
+        head = (f"{one.channel or ''} time".strip(), f"RMS {one.unit}", "mm/s", *(f"{name} dB" for name in names))
+        last = len(one.points) - 1
+        kept = {*range(0, last + 1, math.ceil((last + 1) / MOST_ROWS)), last, one.first_alarm}
+        print()
+        print_table(head, [_point_row(one, point, names) for n, point in enumerate(one.points) if n in kept])
+    for why in dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
+        print(f"no zone of ISO 20816-3: {why}")
+
+
+def _point_row(one: ChannelTrend, point: dict[str, Any], names: Sequence[str]) -> tuple[str, ...]:
+    stars = {name: "*" if name in point["risen"] else "" for name in (*names, RMS)}
+    rises = {name: one.rise_db(point["levels"], name) for name in names}
+    velocity = "-" if point["velocity_rms_mm_s"] is None else f"{point['velocity_rms_mm_s']:.2f} {point['zone'] or ''}"
+    shown = ("-" if x is None else f"{x:.1f}±{point['ci95_db'][n]:.1f}{stars[n]}" for n, x in rises.items())
+    rms = f"{point['levels'][RMS]:.3g}{stars[RMS]}" if point["comparable"] else "other speed"
+    return (one.time_text(point), rms, velocity, *shown)

@@ -1,0 +1,148 @@
+"""``srbval check``, ``evidence`` and ``study``: the program's behaviour, the stored results, and their computation."""
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from srbval.check.check import CheckResult, differences, reference_path, run_check, write_reference
+from srbval.check.fingerprint import fingerprint
+from srbval.cli.arguments import Parser
+from srbval.cli.output import answer, own_command, print_table
+from srbval.errors import ConfigurationError
+from srbval.progress import Progress, prefixed, progress_display
+from srbval.progress.tables import text_rows
+from srbval.storage.behaviour import reference_fingerprint
+from srbval.storage.content_store import stored_results
+from srbval.storage.json_files import to_json, write_json
+from srbval.storage.stored_result import ResultKind
+from srbval.studies.evidence import ResultState, recompute, result_states
+from srbval.studies.harness import StudyResult, load_study, make_result, study_names
+from srbval.studies.outside import bench, stability
+
+SHOWN = 20  # quantities out of tolerance that are printed; --json has all
+HOLDS = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
+UNSOUND = 1
+OUTSIDE: dict[str, dict[str, Any]] = {
+    "--model": {"metavar": "M", "help": "a model from outside: FILE.py:NAME, package.module:NAME or FILE.fmu"},
+    "--model-command": {"metavar": "TEXT", "type": "command", "help": 'a program: "./mysim {scene_json} {out_csv}"'},
+}
+OutsideStudy = Callable[[argparse.Namespace, Progress], StudyResult]
+VERBS = {"bench": "speed_accuracy", "stability": "stability"}
+
+
+def check(options: argparse.Namespace) -> int:
+    """Check, and with ``--update`` replace the reference; exit code 1 if anything is out of tolerance or stale."""
+    old = reference_fingerprint()
+    with progress_display() as progress:
+        result = run_check(progress=prefixed(progress, "Check"))
+    document = {key: value for key, value in to_json(result).items() if key != "now"}
+    if options.update:
+        changed = differences(old, result.now)
+        replaced = bool(changed) and options.yes
+        if replaced:
+            write_reference(result.now)
+        left = "replaced" if replaced else "left as it was; give --yes to replace it"
+        text = f"{reference_path()}: {left if changed else 'nothing differs'}; {len(changed)} quantities differ"
+        document |= {"reference": reference_path(), "replaced": replaced, "differences": changed}
+        return answer(options, document, text, code=0 if replaced or not changed else 1)
+    drifted = not all(one.ok for one in result.checks)
+    status = "drifted" if drifted else "stale" if result.stale else "ok"
+    return answer(options, document, lambda: _show_check(result), status=status, code=0 if result.ok else 1)
+
+
+def _show_check(result: CheckResult) -> None:
+    checks = pd.DataFrame([vars(one) for one in result.checks])
+    parts = checks["name"].str.partition(":")[0]
+    counted = checks.groupby(parts, sort=False)["ok"].agg(["size", "sum"])
+    rows = [(part, size, size - within) for part, size, within in counted.itertuples()]
+    print_table(("part of the program", "quantities", "out of tolerance"), rows)
+    wrong = [one for one in result.checks if not one.ok]
+    for one in wrong[:SHOWN]:
+        if one.words:
+            print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")
+        else:
+            print(f"{one.name}: {one.value:.9g} is not within {one.low:.9g} to {one.high:.9g}")
+    if len(wrong) > SHOWN:
+        print(f"and {len(wrong) - SHOWN} more; --json lists all")
+    for stale in result.stale:
+        file, why = stale["file"], stale["why"]
+        print(f"stale: reports/{file}: {why}. Compute it again: srbval evidence {file.removesuffix('.json')}")
+    if result.ok:
+        print("Every quantity is within its tolerance, and no stored evidence is stale.")
+
+
+def evidence(options: argparse.Namespace) -> int:
+    """List or compute; exit code 1 if evidence is stale at the end, or a study's own test fails."""
+    with progress_display() as progress:
+        if options.list:
+            known = result_states(fingerprint(progress=progress))
+            states = [one for one in known if not options.names or one.name in options.names]
+        else:
+            how = {"jobs": options.jobs, "message": progress.message, "command": own_command()}
+            states = list(recompute(options.names, every=options.all, progress=progress, **how))
+    stale = [one for one in states if one.kind is ResultKind.EVIDENCE and not one.fresh]
+    code = 1 if stale or not all(one.sound for one in states) else 0
+    status = "stale" if stale else "ok" if code == 0 else "unsound"
+    return answer(options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code)
+
+
+def _show_results(states: Sequence[ResultState]) -> None:
+    rows = []
+    for one in states:
+        holds = HOLDS.get(one.kind) or ("yes" if one.fresh else "no")
+        made, machine = one.made_utc or "", one.machine or ""
+        rows.append((one.name, one.kind.value, holds, made, one.minutes, machine, one.why or ""))
+    print_table(("result", "kind", "holds", "computed", "minutes", "machine", "why not"), rows)
+    minutes = [one.minutes for one in states if one.minutes is not None and one.kind is ResultKind.EVIDENCE]
+    if minutes:
+        print(f"evidence took {sum(minutes):.1f} minutes in all")
+
+
+def study(options: argparse.Namespace) -> int:
+    """List the studies or run one (``bench`` and ``stability`` are two); exit code 1 if its own test fails."""
+    if options.command in VERBS:
+        return _run_study(VERBS[options.command], f"srbval {options.command}", options)
+    if options.action == "run":
+        if options.name is None:
+            raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
+        return _run_study(options.name, f"srbval study run {options.name}", options)
+    states = {state.name: state for state in result_states(reference_fingerprint())}
+    rows = []
+    for one, state in ((load_study(name), states[name]) for name in study_names()):
+        about: dict[str, object] = {"name": state.name, "question": one.question, "kind": one.kind.value}
+        rows.append(about | {"minutes": one.minutes, "made_utc": state.made_utc, "stale": state.why})
+    shown = {name: name for name in ("question", "kind", "minutes", "stale")}
+    return answer(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
+
+
+def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
+    asked = load_study(name)
+    parser = Parser(prog=command, description=asked.question)
+    asked.add_options(parser)
+    if name in VERBS.values():
+        for option, settings in OUTSIDE.items():
+            parser.add_argument(option, dest="model", **settings)
+    parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
+    told = "store it here (default: a complete result is stored for the report)"
+    parser.add_argument("-o", "--output", metavar="FILE", help=told)
+    parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
+    with progress_display() as shown, stored_results(fresh=given.fresh):
+        progress = prefixed(shown, name.replace("_", " ").capitalize())
+        if getattr(given, "model", None):
+            return _run_outside(given, progress, bench if name == VERBS["bench"] else stability)
+        found, stored = make_result(name, given, progress, command=own_command())
+    return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
+
+
+def _run_outside(given: argparse.Namespace, progress: Progress, study: OutsideStudy) -> int:
+    """Run a study of a model from outside; its result is stored only in a file that is named for it."""
+    found = study(given, progress)
+    content = to_json(found.content) | {"model": given.model}
+    if given.output:
+        write_json(Path(given.output), content)
+    return answer(given, content, found.text)
