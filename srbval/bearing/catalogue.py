@@ -1,11 +1,9 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
-A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing, all of the
-paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published), and may have a
-`largest_slip_pct`. The bearings known by name are files in `known` and rows of `catalogue.csv`, whose columns are the
-keys of the last two tables and a key of `catalogue_sources.csv`. If a row has both, the dimensions count; the orders
-are the maker's rounded ones. A name may also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders
-BPFO,BPFI,BSF,FTF``.
+The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
+`catalogue.csv`, whose columns are the keys of the tables `[elements]` and `[orders]` and a key of
+`catalogue_sources.csv`. If a row has both, the dimensions count; the orders are the maker's rounded ones. A name may
+also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
 import csv

@@ -1,8 +1,7 @@
 """The tolerance regression: the program's behaviour as computed now against its reference, and what is stale.
 
 The reference is the file ``reports/fingerprint.json``; `srbval.storage.behaviour.tolerance` states how far a number may
-be from it. A stored result of the kind *evidence* is stale if the program behaves differently now from when the result
-was computed, in a part on which the result depends.
+be from it, `StoredResult.why_stale` when evidence is stale.
 """
 
 import math

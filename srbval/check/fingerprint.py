@@ -1,10 +1,8 @@
 """The fingerprint of the program's behaviour: what short probes of each part compute.
 
-A part is what a stored result may depend on: a model, the reading of lines, the naming of faults, the path to the
-sensor, the comparison of model and rig. The probe of a part runs it on bundled scenes, of which 12 to 50 ms are
-simulated, or on the recordings that come with the program, and returns some tens of numbers. Fingerprints are
-compared number by number within a tolerance, see `srbval.storage.behaviour`. So a change of a docstring, of a name or
-of the layout leaves the fingerprint as it is; a changed constant of a model does not.
+A part is what a stored result may depend on, see `PARTS`. Its probe runs it on bundled scenes or on the recordings
+that come with the program, and returns some tens of numbers, which are compared within a tolerance, see
+`srbval.storage.behaviour`: a changed name leaves the fingerprint as it is, a changed constant of a model does not.
 
 Rollers that rattle (scenes with play) double a difference every 2 ms: such scenes are run from rest for 12 ms, in which
 rounding, 1e-16, grows to 1e-13. Scenes without play are run for 50 ms.

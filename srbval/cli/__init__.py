@@ -40,13 +40,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, Exception) as error:
         if isinstance(error, BrokenPipeError) and _reader_gone():  # e.g. `srbval ... | head`
             return 0
-        from srbval.cli.output import missing_options, print_failure
+        from srbval.cli.output import missing_options, print_json
 
         message, code = _failure(error)
         if not as_json and isinstance(error, SrbvalError) and error.questions:
             message = missing_options(error, given)
         with contextlib.suppress(OSError):
-            print_failure(message, code, as_json=as_json)
+            print(f"srbval: {message}", file=sys.stderr)
+            if as_json:
+                print_json({"message": message, "exit_code": code}, status="failed")
         return code
     finally:
         _flush()

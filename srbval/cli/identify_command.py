@@ -46,9 +46,7 @@ def run(options: argparse.Namespace) -> int:
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
     settings = recording_settings(options)
     fault = load_registered(options.file, settings)
-    if options.defect:
-        fault = dataclasses.replace(fault, state=Fault(options.defect))
-    records = [fault]
+    records = [dataclasses.replace(fault, state=Fault(options.defect)) if options.defect else fault]
     if options.cross_from:
         records.append(dataclasses.replace(load_registered(options.cross_from, settings), state=Fault.INNER))
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None

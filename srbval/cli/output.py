@@ -95,13 +95,6 @@ def write_text(path: Path, text: str) -> None:
         part.write_text(text, encoding="utf-8")
 
 
-def print_failure(message: str, code: int, *, as_json: bool) -> None:
-    """Print the failure on standard error, and as JSON on standard output if asked for."""
-    print(f"srbval: {message}", file=sys.stderr)
-    if as_json:
-        print_json({"message": message, "exit_code": code}, status="failed")
-
-
 def missing_options(error: SrbvalError, given: Sequence[str]) -> str:
     """The open questions of an error, a line each, and the given command with an example of each."""
     example = " ".join([shlex.join(["srbval", *given]), *(question.example for question in error.questions)])

@@ -232,14 +232,8 @@ def trend(options: argparse.Namespace) -> int:
     if not cases:
         files = list(dict.fromkeys(one["file"] for one in documents))
         times, time_from = record_times(files, Path(options.times) if options.times else None)
-    found = trend_of(
-        documents,
-        times,
-        time_from=time_from,
-        baseline=options.baseline,
-        machine_class=options.machine_class,
-        zones_mm_s=options.zones_mm_s,
-    )
+    limits = {name: getattr(options, name) for name in ("baseline", "machine_class", "zones_mm_s")}
+    found = trend_of(documents, times, time_from=time_from, **limits)
     rows = []
     for one, point in ((channel, point) for channel in found.channels for point in channel.points):
         levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}

@@ -22,7 +22,7 @@ from srbval.storage.hdf5_files import HDF5
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
-    from srbval.plan.questions import Question
+    from srbval.plan.plan import Plan
 
 # Attributes of a run that are printed under their own names.
 OF_RUN = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz", "drive_power_w"]
@@ -126,9 +126,7 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     """The scene, with the planner's model if its model is ``auto``, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
-    from srbval.plan.plan import make_plan  # the planner takes half a second to load
-
-    plan = make_plan(scene, question=_question(options.question), tolerance_pct=options.tolerance)
+    plan = _plan_of(scene, options)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
@@ -155,10 +153,9 @@ def _with_step(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Step]:
 
 def choose_model(options: argparse.Namespace) -> int:
     """Plan and print; exit code 1 if no model is known to keep the tolerance."""
-    from srbval.plan.plan import make_plan
     from srbval.plan.questions import MEANING
 
-    plan = make_plan(scene_of(options), question=_question(options.question), tolerance_pct=options.tolerance)
+    plan = _plan_of(scene_of(options), options)
 
     def show() -> None:
         asked = MEANING[plan.question]
@@ -188,10 +185,10 @@ def _three_digits(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.3g}") if abs(value) < 100 else round(value)
 
 
-def _question(name: str) -> "Question":
+def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
+    from srbval.plan.plan import make_plan  # the planner takes half a second to load
     from srbval.plan.questions import Question
 
-    try:
-        return Question(name)
-    except ValueError:
-        raise ConfigurationError(f"question {name!r} is not known. Known: {', '.join(Question)}.") from None
+    if options.question not in list(Question):
+        raise ConfigurationError(f"question {options.question!r} is not known. Known: {', '.join(Question)}.")
+    return make_plan(scene, question=Question(options.question), tolerance_pct=options.tolerance)

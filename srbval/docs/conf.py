@@ -138,16 +138,15 @@ def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
     subparsers = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
     for name, below in (item for action in subparsers for item in action.choices.items()):
         yield f"## `{parser.prog} {name}`\n\n{cell(below.description)}"
-        options = [a for a in below._actions if a.dest not in ("help", "json", "action")]
-        if options:
-            yield table(("option", ""), [(f"`{_signature(a)}`", cell((a.help or "") % vars(a))) for a in options])
+        rows = []
+        for action in (action for action in below._actions if action.dest not in ("help", "json", "action")):
+            value = action.metavar or "|".join(map(str, action.choices or ()))
+            value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
+            names = " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
+            rows.append((f"`{names}`", cell((action.help or "") % vars(action))))
+        if rows:
+            yield table(("option", ""), rows)
         yield from _commands_below(below)
-
-
-def _signature(action: argparse.Action) -> str:
-    value = action.metavar or "|".join(map(str, action.choices or ()))
-    value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
-    return " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
 
 
 def scene_keys() -> str:
@@ -208,15 +207,14 @@ def formula(translator: Any, node: Any) -> None:
     """Write a formula as MathML; a displayed one gets its number and a link to it."""
     from docutils.nodes import SkipNode, math_block
 
-    if not isinstance(node, math_block):
-        translator.body.append(mathml(node.astext()))
-        raise SkipNode
-    translator.body.append(translator.starttag(node, "div", CLASS="math"))
-    if node["number"]:
+    block = isinstance(node, math_block)
+    if block:
+        translator.body.append(translator.starttag(node, "div", CLASS="math"))
+    if block and node["number"]:
         translator.body.append(f'<span class="eqno">({node["number"]})')
         translator.add_permalink_ref(node, "Link to this equation")
         translator.body.append("</span>")
-    translator.body.append(mathml(node.astext(), as_block=True) + "</div>")
+    translator.body.append(mathml(node.astext(), as_block=block) + "</div>" * block)
     raise SkipNode
 
 

@@ -1,9 +1,6 @@
-"""Amplitudes in m/s2 and patterns of a record.
+"""Amplitudes in m/s2 and patterns of a record; see the page "Amplitudes at the sensor" of the theory.
 
-A level is computed from the fault's increment: the power of a record in a band minus the power of the healthy record
-at the same speed. Third octaves follow IEC 61260-1 from 400 to 3150 Hz; outside this range, the rig's records contain
-tones of the drive that do not move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the
-paper's band for the rig. Errors of a model in several bands are separated into a common level and a pattern.
+Third octaves follow IEC 61260-1 from 400 to 3150 Hz: outside this range the rig's records contain tones of the drive.
 """
 
 import math

@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
 
@@ -27,7 +27,6 @@ UNMEASURED = {
 }
 
 OF_TABLE = ("reference", "seconds", "ranges", "values", "pace")  # of what is stored about a scene
-OF_BOUND = ("scenes", "silent", "error_pct", "median_pct", "ci95_pct")  # numbers of a stored row
 Key = tuple[str, str, str, Question]  # roller fit, defect, model, question
 
 
@@ -169,7 +168,7 @@ def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -
     bounds = {}
     for row in (row for row in rows if row["base"] == base):
         key = row["fit"], row["kind"], row["model"], Question(row["question"])
-        bounds[key] = Bound(**{name: row[name] for name in OF_BOUND})
+        bounds[key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
     known = [error for bound in bounds.values() for error in (bound.error_pct, bound.median_pct) if error is not None]
     ends = [end for axis in ("rpm", "radial_kn", "height_mm") for end in about["ranges"][axis]]
     of_scene = [value for value in about["values"].values() if isinstance(value, int | float)]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
@@ -93,14 +93,9 @@ def make_plan(
         if (why := refusal(level_of(chosen), scene, bearing)) is None:
             break
         refused[chosen] = why
-    return Plan(
-        chosen=chosen,
-        question=question,
-        tolerance_pct=tolerance_pct,
-        met=any(candidate.ok for candidate in candidates),
-        candidates=candidates,
-        outside=outside,
-    )
+    met = any(one.ok for one in candidates)
+    asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
+    return Plan(chosen=chosen, met=met, candidates=candidates, outside=outside, **asked)
 
 
 def _chosen(candidates: Sequence[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
@@ -135,14 +130,9 @@ def _candidate(
         verdict = f"errs by up to {size}, which {'is within' if ok else 'exceeds'} {asked.text(tolerance_pct)}"
         why = f"not known: its bound, {size}, is vacuous" if error >= asked.vacuous_pct else verdict
         why += f", with a chance of {100 * bound.coverage:.0f} % from {bound.scenes} scenes"
-    return Candidate(
-        model=level.name,
-        error_pct=error,
-        wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
-        ok=ok,
-        why=why,
-        bound=None if error is None else bound,
-    )
+    wall_s = None if pace is None else pace * (scene.duration_s + scene.settle_s)
+    bound = None if error is None else bound
+    return Candidate(model=level.name, error_pct=error, wall_s=wall_s, ok=ok, why=why, bound=bound)
 
 
 def refusal(level: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:

@@ -26,13 +26,8 @@ def in_processes(
     if len(items) < 2:
         yield from ((item, function(item)) for item in items)
         return
-    ignore = (signal.SIGINT, signal.SIG_IGN)
-    with ProcessPoolExecutor(
-        min(jobs or usable_cores(), len(items)),
-        mp_context=get_context("spawn"),
-        initializer=signal.signal,
-        initargs=ignore,
-    ) as pool:
+    count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
         running = {pool.submit(function, item): item for item in items}
         try:
             yield from ((running[future], future.result()) for future in as_completed(running))

@@ -93,4 +93,5 @@ def origin_of(result: StoredResult) -> Paragraph:
         command=str(origin["command"] or "unknown command").replace("`", "'"),
         data_sets="; ".join(sets) or "not stated",
     )
-    return Paragraph(text if result.stale is None else f"{text} {STORED.text('stale', why=result.stale)}")
+    why = result.why_stale()
+    return Paragraph(text if why is None else f"{text} {STORED.text('stale', why=why)}")

@@ -25,7 +25,7 @@ LAID_OVER = {"rig-oil": "rig"}  # a bundled scene that is laid over another one
 DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
-BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
+BUNDLED_PATHS = {NO_PATH: "", "rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 SAME = 1e-9  # sizes nearer than this are one
 # Power of the size that a value of a similar machine goes with, by the end of its name, the first that fits: lengths
 # and stiffnesses with the size, forces and dampings with its square, masses with its cube.
@@ -63,14 +63,17 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
 
 def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:
     """The table of a bundled scene or a file, from `folder` on, as `load_scene` reads it; read only."""
-    name = str(scene)
-    if name in BUNDLED:
-        return bundled_table(name)
+    return _named_table("scene", str(scene), {name: name for name in BUNDLED}, folder)
+
+
+def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str | Path = "") -> Mapping[str, Any]:
+    if name in bundled:
+        return bundled_table(bundled[name])
     if not Path(name).suffix and name == Path(name).name:
-        close = nearest(name, BUNDLED)
+        close = nearest(name, bundled)
         meant = f"; did you mean {close!r}? Known" if close else ". Known"
-        raise ConfigurationError(
-            f"scene {name!r} is not known{meant}: {', '.join(BUNDLED)}. For a file write {name}.toml or ./{name}."
+        raise UnknownNameError(
+            f"{what} {name!r} is not known{meant}: {', '.join(bundled)}. For a file write {name}.toml or ./{name}."
         )
     return read_toml(Path(folder) / name)
 
@@ -157,8 +160,8 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
     if isinstance(merged.get("sensor_path"), str):
-        path = sensor_path_table(merged.pop("sensor_path"))
-        merged |= {} if path is None else {"sensor_path": path}
+        path = merged.pop("sensor_path")
+        merged |= {} if path == NO_PATH else {"sensor_path": _named_table("sensor_path", path, BUNDLED_PATHS)}
     return build(Scene, merged, where)
 
 
@@ -166,18 +169,6 @@ def _with_oil(table: Mapping[str, Any]) -> dict[str, Any]:
     """The table, its oil (if it has one) with all values that it does not state."""
     oil = table.get("oil")
     return {**table, "oil": merge(bundled_table("oil")["defaults"], oil)} if isinstance(oil, Mapping) else {**table}
-
-
-def sensor_path_table(path: str) -> Mapping[str, Any] | None:
-    """The table of a path to the sensor: a bundled one by its name, or a file; None for ``"none"``."""
-    if path == NO_PATH:
-        return None
-    if path in BUNDLED_PATHS:
-        return bundled_table(BUNDLED_PATHS[path])
-    if not Path(path).suffix and path == Path(path).name:
-        known = ", ".join((NO_PATH, *BUNDLED_PATHS))
-        raise UnknownNameError(f"sensor_path {path!r} is not known; known: {known}. For a file write {path}.toml.")
-    return read_toml(Path(path))
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -58,13 +58,8 @@ class StoredResult:
         names = ("kind", "made_utc", "git_revision", "command", "processor", "usable_cores", "minutes", "file")
         return {name: stated.get(name) for name in names}
 
-    @property
-    def stale(self) -> str | None:
-        """Why it no longer holds if the program behaves as its reference fingerprint; None if it holds."""
-        return self.why_stale(reference_fingerprint())
-
-    def why_stale(self, now: Fingerprint) -> str | None:
-        """Why it no longer holds for a program whose fingerprint is `now`; None if it holds.
+    def why_stale(self, now: Fingerprint | None = None) -> str | None:
+        """Why it no longer holds for a program whose fingerprint is `now`, by default the reference; None if it holds.
 
         Evidence is stale if it was computed from a changed working tree, if its study does something else by now, or
         if a number differs in the fingerprint of a part on which it depends. Other kinds are never stale.
@@ -78,6 +73,7 @@ class StoredResult:
             return f"no study is called {self.path.stem} any more"
         if code_sha256(folder) != self.content.get("code_sha256"):
             return f"the study {self.path.stem} computes something else by now"
+        now = reference_fingerprint() if now is None else now
         try:
             then = fingerprint_of(self.content.get("fingerprint"))
         except ValueError:
