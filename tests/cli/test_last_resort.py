@@ -1,11 +1,14 @@
-"""Whatever goes wrong: one line on standard error, JSON where asked for, a documented exit code, never a traceback."""
+"""Whatever goes wrong or interrupts: one line, a documented exit code, nothing half-written, no child left."""
 
 import errno
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -115,3 +118,134 @@ def test_names_that_cannot_be_written(encoding, tmp_path):
         assert done.returncode in (0, 1, 3), done.stderr
     found = json.loads(done.stdout.decode(encoding))
     assert [Path(r["file"]).name for r in found["recordings"]] == [name], found
+
+
+ENDS_S = 60.0  # a process that is asked to end; kernels may have to be loaded first
+LONG = {
+    "simulate": ["simulate", "--seconds", "500", "-o", "out.h5"],
+    "campaign": ["campaign", "run", "table5", "-o", "out", "--jobs", "2"],
+    "report": ["report", "--no-pdf", "-o", "out", "--jobs", "2"],
+}
+
+
+def started(command: str, folder: Path) -> subprocess.Popen[str]:
+    env = os.environ | {"SRBVAL_HOME": str(folder / "home")}
+    return subprocess.Popen(
+        [*SRBVAL, *LONG[command]],
+        cwd=folder,
+        env=env,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def children(group: int) -> list[int]:
+    """Processes of a process group that still run."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (entry / "stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[2]) == group and fields[0] != "Z":
+            found.append(int(entry.name))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("command", "number", "after_s"),
+    [("simulate", signal.SIGHUP, 0.0), ("campaign", signal.SIGTERM, 2.0), ("report", signal.SIGTERM, 2.0)],
+)
+def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
+    process = started(command, tmp_path)
+    assert process.stderr.readline(), "the first line of progress: it has begun"
+    time.sleep(after_s)
+    assert process.poll() is None, process.communicate()
+    process.send_signal(number)
+    try:
+        _, said = process.communicate(timeout=ENDS_S)
+    finally:
+        process.kill()  # one that did not end would run on for minutes
+    assert process.returncode == 128 + number, said
+    last = [line for line in said.splitlines() if line.startswith("srbval: ")]
+    assert last == [f"srbval: interrupted by {number.name}; nothing half-written was left behind"]
+    assert "Traceback" not in said
+    left = [path for path in tmp_path.rglob("*") if path.name.endswith((".srbval-part", ".h5")) and path.is_file()]
+    assert [path for path in left if path.parent == tmp_path or path.name.endswith("-part")] == []
+    deadline = time.monotonic() + ENDS_S
+    while children(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert children(process.pid) == []
+
+
+def test_a_run_under_nohup_goes_on(tmp_path):
+    process = subprocess.Popen(
+        [*SRBVAL, "simulate", "--model", "planar", "--seconds", "0.1", "-o", "out.h5"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+    )
+    for _ in range(3):
+        time.sleep(0.3)
+        process.send_signal(signal.SIGHUP)
+    _, said = process.communicate(timeout=300)
+    assert process.returncode == 0, said
+    assert (tmp_path / "out.h5").is_file()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
+    """In code compiled from text, as a dataclass's: run with ``-m``, Python would remember it and die of SIGINT."""
+    (tmp_path / "interrupted.py").write_text(
+        "import signal, sys, srbval.cli, srbval.cli.bearing_commands as command\n"
+        f"command.kinematics = lambda _: exec('signal.raise_signal({int(number)})')\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "sys.exit(srbval.cli.main(['kinematics']))\n"
+    )
+    command = [sys.executable, "-m", "interrupted"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=ENDS_S, cwd=tmp_path)
+    assert done.returncode == 128 + number
+    assert done.stderr.startswith("srbval: interrupted")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number):
+    """A compiler that is interrupted may find in its own clean-up that its object is not there."""
+    from srbval.cli import Interrupted, _ended_by_signals
+
+    def compiled() -> None:
+        try:
+            signal.raise_signal(number)
+        finally:
+            raise RuntimeError("no compiled object yet")
+
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(Interrupted) as ended, _ended_by_signals():
+            compiled()
+        assert ended.value.args == (number,)
+        with pytest.raises(RuntimeError, match="of its own"), _ended_by_signals():
+            raise RuntimeError("of its own")
+    finally:
+        signal.signal(number, before)
+
+
+def test_a_signal_while_hdf5_writes_comes_a_moment_later():
+    """An exception in what HDF5 calls crashes the process, now and then: a test of chance would not do."""
+    from srbval.cli import _ended_by_signals
+    from srbval.storage.hdf5_files import CALLED_BY_HDF5
+
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with _ended_by_signals():
+            handler: Any = signal.getsignal(signal.SIGTERM)
+            for code in CALLED_BY_HDF5:
+                handler(signal.SIGTERM, SimpleNamespace(f_code=code))
+            with pytest.raises(KeyboardInterrupt):
+                time.sleep(ENDS_S)
+        time.sleep(0.2)  # the other signal must not come once nobody answers it
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,7 +1,25 @@
+"""The analysis of a record: lines where they are, the band that is chosen on it, a speed that is followed."""
+
+import dataclasses
+
 import numpy as np
 import pytest
 
-from srbval import ConfigurationError, DataError, Origin, Recording, ShaftSpeed, SpeedSource, analyse, load_bearing
+from srbval import ConfigurationError, DataError, analyse, load_bearing, simulate, write_run
+from srbval.reading.lines import Line, sidak_corrected
+from srbval.reading.pipeline import band_kurtogram, declared_band
+from srbval.recordings import (
+    Origin,
+    Recording,
+    ShaftSpeed,
+    SpeedSignal,
+    SpeedSource,
+    load_recording,
+    recording_from_run,
+)
+from srbval.recordings.speed import tachometer_speed
+from srbval.scene import SpeedProfile, paper_scene
+from srbval.signal.comb import FALSE_ALARM
 
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
@@ -143,3 +161,122 @@ def test_both_race_lines_close_on_the_number_of_rollers():
 def test_what_cannot_be_analysed_is_refused_with_a_remedy(changes, options, error, says):
     with pytest.raises(error, match=says):
         analyse(recording(impulses(100.0), **changes), bearing=BEARING, **options)
+
+
+ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
+
+OUTER = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ))
+NOISE = recording(np.random.default_rng(5).standard_normal(OUTER.samples))
+
+
+def first_harmonics(analysis):
+    return [x for x in analysis.lines if x.harmonic == 1 and x.noise_false_alarm is not None]
+
+
+@pytest.mark.parametrize("record", [OUTER, NOISE], ids=["fault", "noise"])
+def test_every_band_tried_on_the_record_counts_as_a_trial(record):
+    chosen = analyse(record, bearing=BEARING, choose_on_record=True)
+    assert chosen.band.trials in (2, 2 * band_kurtogram(record, BEARING, record.speed).kurtosis.size)
+    assert str(chosen.band.trials) in chosen.to_dict()["band_choice"]["why"]
+    given = analyse(record, bearing=BEARING, band_hz=chosen.processed.band_hz)
+    assert given.band.trials == 1
+    for dear, free in zip(first_harmonics(chosen), first_harmonics(given), strict=True):
+        corrected = 1 - (1 - free.noise_false_alarm) ** chosen.band.trials
+        assert dear.noise_false_alarm == pytest.approx(corrected, rel=ROUNDING, abs=ROUNDING_PROBABILITY)
+        # The most impulsive band is chosen without regard to any comb, but between it and the whole the lines decide.
+        ranked = free.placebo_false_alarm
+        assert dear.placebo_false_alarm == (None if ranked is None else pytest.approx(1 - (1 - ranked) ** 2))
+        assert (dear.false_alarm is None) == (ranked is None)
+
+
+def test_one_loud_knock_does_not_hide_the_fault():
+    """It makes some band the most impulsive one; in the whole band it is one event among hundreds."""
+    samples = OUTER.channels["vibration"].copy()
+    knock = np.arange(400) / OUTER.fs_hz
+    samples[30_000:30_400] += 20 * samples.std() * np.exp(-600 * knock) * np.sin(2 * np.pi * 6000 * knock)
+    knocked = recording(samples)
+    impulsive = band_kurtogram(knocked, BEARING, knocked.speed).best_hz
+    assert not analyse(knocked, bearing=BEARING, band_hz=impulsive).line("BPFO").detected
+    chosen = analyse(knocked, bearing=BEARING, choose_on_record=True)
+    assert chosen.line("BPFO").detected
+    assert chosen.band.why.startswith("the whole band, ")
+
+
+def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sidebands():
+    line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, noise_false_alarm=0.2 * FALSE_ALARM, detected=True)
+    side = dataclasses.replace(line, name="BPFI+fr", noise_false_alarm=1e-9)
+    assert all(x.detected for x in sidak_corrected((line, side), 1))
+    assert all(x.detected for x in sidak_corrected((line, side), 4))
+    assert not any(x.detected for x in sidak_corrected((line, side), 6))
+
+
+def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
+    usual = load_bearing("skf-22240")
+    larger, smaller = (
+        dataclasses.replace(
+            usual,
+            geometry=dataclasses.replace(
+                usual.geometry, **{key: size * value for key, value in vars(usual.geometry).items() if key[-2:] == "_m"}
+            ),
+        )
+        for size in (2, 0.5)
+    )
+    run = dataclasses.replace(OUTER, origin=Origin.SIMULATED, band_hz=None)
+    assert declared_band(run, None, usual).band_hz == declared_band(run, None).band_hz == (500, 1500)
+    assert declared_band(run, None, larger).band_hz == (250, 750)
+    assert declared_band(run, None, smaller).band_hz == (500, 1500)
+    assert "2 times as large" in declared_band(run, None, larger).why
+    assert declared_band(run, (600, 900), larger).band_hz == (600, 900)
+    assert declared_band(run, None, BEARING).band_hz == (500, 1500)  # a ball bearing's: not similar to the paper's
+
+
+RAMP = 0.05  # of the mean speed, from the first sample to the last
+SLIP = 1.002
+RAMP_PCT = 0.03
+
+
+def ramped():
+    """Impulses of a fault at even shaft angles while the shaft speeds up by 5 %."""
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    turns = SHAFT_HZ * ((1 - RAMP / 2) * time_s + RAMP * time_s**2 / (2 * SECONDS))
+    strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
+    return rings(np.interp(strikes, turns, time_s), np.ones(strikes.size))
+
+
+def with_tachometer():
+    speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
+    return recording(
+        ramped(), speed=tachometer_speed(speed), speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS)
+    )
+
+
+def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_followed():
+    record = with_tachometer()
+    with_course = analyse(record, bearing=BEARING)
+    assert with_course.processed.tracking.used
+    assert with_course.to_dict()["order_tracking"]["drift_bins"] > 20
+    line = with_course.line("BPFO")
+    assert line.detected
+    assert line.deviation_pct == pytest.approx(100 * (SLIP - 1), abs=RAMP_PCT)
+    without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+    # Its mean may still come out, since the course of its phase is followed, but far less surely.
+    assert without.ci95_hz > 20 * line.ci95_hz
+    assert without.snr < line.snr / 3
+
+
+RAMP_RAD_S = (70.0, 78.0)
+
+
+def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_file(tmp_path):
+    ramp = SpeedProfile(time_s=(0.0, 4.0), speed_rad_s=RAMP_RAD_S)
+    scene = paper_scene(model="impulse", duration_s=4.0, defect={"kind": "outer"})
+    run = simulate(dataclasses.replace(scene, speed_profile=ramp))
+    write_run(run, tmp_path / "ramp.h5")
+    for record in (recording_from_run(run), load_recording(tmp_path / "ramp.h5")):
+        analysis = analyse(record, bearing=BEARING)
+        line = analysis.line("BPFO")
+        assert analysis.processed.tracking.used
+        assert line.detected
+        assert line.found_hz == pytest.approx(run.bpfo_hz, rel=RAMP_PCT / 100)
+        without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+        assert not without.detected or abs(without.found_hz / run.bpfo_hz - 1) > 3 * RAMP_PCT / 100
