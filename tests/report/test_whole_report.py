@@ -5,7 +5,6 @@ import os
 import re
 import subprocess
 import sys
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -71,7 +70,7 @@ def test_json_is_strict_and_has_the_keys_of_the_interface(with_rig):
 
 def test_without_a_record_of_each_state_there_is_no_report():
     with pytest.raises(DataError, match=r"healthy, .*install it again(.|\n)*a\.mat: truncated"):
-        gathering._models({}, SimpleNamespace(unusable=(("a.mat", "truncated"),)))
+        gathering.require_states({}, [{"pair": 1, "reason": "a.mat: truncated"}])
 
 
 def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig):
@@ -121,8 +120,8 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     assert items[-1].startswith("3 more")
     unreadable = changed(with_rig.findings, register_unreadable="manifest.json: not a manifest of srbval")
     assert problems(unreadable) == (["The register of recordings cannot be read"], [])
-    record = {"file": "set/a.mat", "cautions": ("clipped: 3 of 9", "held: 5")}
-    cautioned = cautions([record, record])
+    pair = {"measured": ["set/a.mat"], "measured_facts": {"cautions": ("clipped: 3 of 9", "held: 5")}}
+    cautioned = cautions([pair, pair])
     assert cautioned == [{"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}]
     titles, items = problems(changed(with_rig.findings, cautions=cautioned))
     assert titles == ["Recordings used with a caution: 1"]

@@ -1,12 +1,13 @@
 """Gather the findings of the report: run, read, analyse and compare everything before anything is shown."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import cage_readings
 from srbval.comparison.compared_quantities import effects_of
+from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, Table6, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
@@ -62,12 +63,7 @@ def gather(
         sides[one.state] = rig, shown or run_counterpart(rig, one.state, progress=progress)
 
     validation = validate(PAPER_CASE, found=keep, jobs=jobs, progress=progress)
-    if missing := [state.label for state in PAPER_STATES if state not in sides]:
-        unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in validation.failed)
-        raise DataError(
-            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
-            f"install it again, and see what `srbval data verify` names.{unusable}"
-        )
+    require_states(sides, validation.failed)
     sides = {state: sides[state] for state in PAPER_STATES}
     models = {state: model for state, (_, model) in sides.items()}
     with stage(progress, "Read the cage ratio of every record"):
@@ -103,6 +99,16 @@ def gather(
     )
     data = compared_rows(found, models, register, registered)
     return dataclasses.replace(found, data=data | {"scene": scene_dict(scene) | {"geometry": vars(geometry)}})
+
+
+def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
+    """Refuse a report without a recording of each state, which figures cannot do without (`DataError`)."""
+    if missing := [state.label for state in PAPER_STATES if state not in found]:
+        unusable = "".join(f"\npair {one['pair']}: {one['reason']}" for one in failed)
+        raise DataError(
+            f"no recording of the rig can be read for: {', '.join(missing)}. srbval comes with one of each state: "
+            f"install it again, and see what `srbval data verify` names.{unusable}"
+        )
 
 
 def at_drawn_points(
