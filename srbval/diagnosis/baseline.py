@@ -1,9 +1,8 @@
 """Healthy records: comparison of a record's lines with them, and their noise under a simulated run."""
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -19,12 +18,8 @@ from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
-# Speeds and loads that differ by at most this share are one operating point: a motor slips under load.
-SAME_SHARE = 0.03
-SINGLE_PRECISION = 1e-6
-# A line has risen from this ratio over the healthy bearing's (6 dB, the usual alarm step of condition monitoring), if
-# the 95 % interval of the ratio excludes one.
-RISEN_RATIO = 2.0
+SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
+RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes one: 6 dB, the usual alarm step
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -51,7 +46,7 @@ class BaselineComparison:
     JSON_OMITTED: ClassVar = ("ratios",)
 
     sentence: str
-    ratios: Mapping[str, tuple[float, tuple[float, float]]] = dataclasses.field(default_factory=dict)
+    ratios: Mapping[str, tuple[float, tuple[float, float]]] = field(default_factory=dict)
     risen: Fault | None = None
     line: str | None = None
     ratio: float | None = None
@@ -83,7 +78,7 @@ def _is_same(one: Recording, other: Recording) -> bool:
     if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
         return True
     a, b = one_signal(one), one_signal(other)
-    return a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=SINGLE_PRECISION * float(np.abs(a).max())))
+    return a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=1e-6 * float(np.abs(a).max())))
 
 
 def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
@@ -99,9 +94,9 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
             "or register it with `srbval data add FILE --scale F`."
         )
     of_the_record = dict.fromkeys(("state", "radial_kn", "axial_kn", "cage_channel", "shaft_channel"))
-    kept = dataclasses.replace(settings, **of_the_record, scale=scale)
-    kept = dataclasses.replace(kept, **{name: None for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)})
-    healthy = load_registered(path, dataclasses.replace(kept, rpm=None, rpm_tolerance_pct=None))
+    kept = replace(settings, **of_the_record, scale=scale)
+    kept = replace(kept, **{name: None for name in ("unit", "sensitivity_mv_per_g") if getattr(own, name)})
+    healthy = load_registered(path, replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:
         healthy = load_registered(path, kept)
     if healthy.state not in (None, Fault.HEALTHY):
@@ -138,9 +133,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
         for kind, there, here in (("radial", healthy.radial_n, ours.radial_n), ("axial", healthy.axial_n, ours.axial_n))
         if there is not None and here is not None
     )
-    conditions = []
-    if not _same(rpm, wanted_rpm):
-        conditions.append(f"{rpm:.0f} rpm instead of {wanted_rpm:.0f} rpm")
+    conditions = [] if _same(rpm, wanted_rpm) else [f"{rpm:.0f} rpm instead of {wanted_rpm:.0f} rpm"]
     conditions += [f"{what} {a:.4g} kN instead of {b:.4g} kN" for what, a, b in loads if not _same(a, b)]
     remarks = []
     if None in (healthy.radial_n, ours.radial_n):
@@ -186,12 +179,12 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     )
     said = f"Compared with the healthy record {name},"
     if not risen:
-        return dataclasses.replace(compared, sentence=f"{said} no line is {RISEN_RATIO:g} {compared.times} or more.")
+        return replace(compared, sentence=f"{said} no line is {RISEN_RATIO:g} {compared.times} or more.")
     first, *others = risen
     ratio, ci95 = ratios[first.name]
     also = "; also risen, less deep: " if others else ""
     also += ", ".join(f"{x.name} {short_ratio(ratios[x.name][0])} times" for x in others)
-    return dataclasses.replace(
+    return replace(
         compared,
         risen=Fault.of_line(first.name),
         line=first.name,
@@ -220,7 +213,7 @@ def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, t
     before = baseline.line(line.name)
     if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
-        before = dataclasses.replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
+        before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
     if not theirs:
         return None
@@ -261,20 +254,17 @@ def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recor
             f"background {healthy.name}: {healthy.seconds:.4g} s; it must last as long as the run, "
             f"{run.seconds:.4g} s: simulate a shorter run (--seconds)."
         )
-    note = (
-        f"Background added from {healthy.name} (phases randomised, seed {seed}); do not compute increments from this "
-        "record."
-    )
+    note = f"Background added from {healthy.name} (phases randomised, seed {seed}); do not compute increments from"
     cautions = run.cautions
     if run.speed and healthy.speed and abs(healthy.speed.value_hz / run.speed.value_hz - 1) > SAME_SHARE:
         cautions += (f"background at {healthy.speed.value_hz:.4g} Hz of the shaft, run at {run.speed.value_hz:.4g} Hz",)
     both = one_signal(run) + phase_randomised(one_signal(healthy)[: run.samples], seed)
-    return dataclasses.replace(
+    return replace(
         run,
         channels={SENSOR: both},
         channel=SENSOR,
         axes=None,
         name=f"{run.name}, on a measured background",
-        notes=(*run.notes, note),
+        notes=(*run.notes, f"{note} this record."),
         cautions=cautions,
     )

@@ -1,8 +1,7 @@
 """The fault that a record shows by itself: posterior probabilities learnt from records of known state of other rigs."""
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -83,8 +82,7 @@ def diagnose(analysis: Analysis, *, all_channels: bool = False) -> Diagnosis:
     """Name the fault of an analysed record.
 
     With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
-    stated speed within its tolerance is a further view: the estimate may belong to another shaft. The likelihood
-    accounts for the number of views (`Evidence.log_likelihood`).
+    stated speed within its tolerance is a further view: the estimate may belong to another shaft.
     """
     by, scored = evidence(), views_of(analysis, all_channels=all_channels)
     features = [np.array(one.features) for _, one in scored]
@@ -108,8 +106,8 @@ def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None
     views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
     for name, x in recording.channels.items() if all_channels else ():
         if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
-            other = process(dataclasses.replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
-            views.append((name, dataclasses.replace(analysis, processed=other)))
+            other = process(replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
+            views.append((name, replace(analysis, processed=other)))
     if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
-        views += [(name, dataclasses.replace(view, speed=recording.speed)) for name, view in views]
+        views += [(name, replace(view, speed=recording.speed)) for name, view in views]
     return [(name, fault_scores(view)) for name, view in views]

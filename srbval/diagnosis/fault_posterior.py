@@ -25,9 +25,7 @@ CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
 # Healthy or not with equal odds, and all other classes equally probable. Stated, not fitted; see `log_likelihood`.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.5 / (len(CLASSES) - 1) for name in CLASSES}
 LEAST_NAMED = 1 - 1 / 3.0  # probability from which a class is called: a wrong call costs three times as much as none
-# Correlation of the features of two records of one bearing, which share rig, mounting and load: 0.36 in 84 records of
-# healthy bearings, 0.73 in 53 of faulty races. A value between both is stated.
-SHARED = 0.5
+SHARED = 0.5  # correlation of two records of one bearing: 0.36 in 84 of healthy ones, 0.73 in 53 of faulty races
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,18 +19,15 @@ from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART, neg_log_rank
 
-# Combs are searched from this order of the shaft.
-LEAST_ORDER = 1.1
-# Sidebands that belong to the strongest family, and the spread of a line by slip, as a share of its frequency.
-SIDEBANDS, WANDER = 4, 1e-3
+LEAST_ORDER = 1.1  # of the shaft, from which combs are searched
+SIDEBANDS, WANDER = 4, 1e-3  # of the strongest family, and the spread of a line by slip, as a share of its frequency
 # So many placebos count as one: windows overlap by half, and mixed combs repeat the record's lines. With it 0.6 to
 # 1.4 % of the chances are below 1 % on seven kinds of background without a fault, 2.8 % on another bearing's impacts.
 REPEATED = 6.5
 # The cage's comb stands out from this excess. Of 30 records of healthy bearings 6 reach it, those of the IMS bearing
 # whose roller failed a month later (6.4 to 7.2); the others stay below 3.
 CAGE_SHOWN = 5.0
-# Least value of a feature: a comb this far below a typical one, or below another fault's, is silent.
-SILENT = -1.0
+SILENT = -1.0  # least value of a feature: a comb this far below a typical one, or another fault's, is silent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +130,6 @@ def _unexplained(combs: CombSpectrum, analysis: Analysis, relative: float) -> tu
 
 
 def _without(bands: Sequence[Periodogram], found_hz: float, spacing_hz: float) -> list[Periodogram]:
-    """Mask the harmonics of a comb and their sidebands, `spacing_hz` apart, in the spectra."""
     number = np.arange(1, math.floor(bands[0].limit_hz / found_hz) + 2, dtype=np.float64)[:, None]
     centre = (number * found_hz + np.arange(-SIDEBANDS, SIDEBANDS + 1)[None, :] * spacing_hz).ravel()
     half_hz = np.repeat(number.ravel() * found_hz * WANDER, 2 * SIDEBANDS + 1)

@@ -32,7 +32,6 @@ IMPACT_SECOND_HARMONIC = 1 / 3
 # A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
 # of the noise in phase with it, half of the noise's power (Rice 1945).
 SEEN_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
-MOST_NAMED = 3  # of what stands out, in a headline
 
 
 class Finding(enum.StrEnum):
@@ -134,7 +133,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         headline = f"{part.label.capitalize()} fault: {shown}"
     elif strong:
         finding = Finding.UNDECIDED
-        headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:MOST_NAMED])}"
+        headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:3])}"
         # Why no part is named although a line is like a fault's, and what would decide.
         if alike := [one for one in DEFECTS if is_fault_like(analysis, analysis.line_of(one))]:
             likely = max(alike, key=lambda one: analysis.line_of(one).snr or 0.0)

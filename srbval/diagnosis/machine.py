@@ -158,7 +158,6 @@ def _fields() -> Iterator[tuple[str, Field[Any], str, str]]:
 
 
 def _in_unit(value: Any, field: Field[Any], unit: str) -> Any:
-    """Value of a field in `unit`, rounded to remove the digits that the conversion leaves."""
     if not unit:
         return value
     scale = UNITS[field.metadata["dimension"]][unit]

@@ -245,5 +245,5 @@ def trend_of(
                 points=tuple(points),
             )
         )
-    first = min(count, max(map(len, series.values())))
-    return Trend(channels=tuple(channels), time_from=time_from, baseline=first, comparisons=comparisons)
+    count = min(count, max(map(len, series.values())))
+    return Trend(channels=tuple(channels), time_from=time_from, baseline=count, comparisons=comparisons)

@@ -129,10 +129,9 @@ def analyse(
     """Read the fault lines of `bearing` (or its name or file) in `recording`.
 
     `speed` and `band_hz` [Hz] override those of the recording. With `choose_on_record` the band is chosen from the
-    record (`bands_of_record`), so that a `healthy` record to compare with contains it too, and false-alarm
-    probabilities count the bands tried. A set point is replaced by a more certain speed within its tolerance
-    (`speed_search.search`). Frequencies are those at the mean speed. Raises `ConfigurationError` if speed or band are
-    missing or impossible, `DataError` if the record is constant or too short.
+    record (`bands_of_record`), so that a `healthy` record to compare with contains it too. A set point is replaced by a
+    more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the mean speed. Raises
+    `ConfigurationError` if speed or band are missing or impossible, `DataError` for a constant or short record.
     """
     bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed

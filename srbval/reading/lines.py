@@ -256,7 +256,6 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
 
 
 def _without(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
-    """Mask the harmonics of a found line, and their sidebands, in the record."""
     number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
     side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
     centre = number * reading.found_hz + side * family.sideband_hz

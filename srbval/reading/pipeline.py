@@ -32,8 +32,7 @@ from srbval.signal import (
 )
 from srbval.signal.envelope import END_PERIODS, FILTER_IN_WORDS
 
-# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: the best bands for the simulated signals and for the rig's.
-SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
+SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]  # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5, as for the rig
 RIG_BEARING = "skf-22240"
 LEAST_REVOLUTIONS = 8  # of 60 records of noise at 12 kHz 11 show a BPFO line in four, 7 in six, 3 in seven
 HARMONICS_HELD = 3  # harmonics of the higher race line that the envelope of a band must contain
@@ -42,9 +41,7 @@ SQUARED_UNIT = "squared standard deviations"  # of the whole record, by which si
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 USABLE_SHARE = 0.9  # of the band's width: the floor of the squared envelope's spectrum ends at the width
 LARGEST_MASK_SHARE = 5e-4  # of a shaft harmonic's frequency: wider masks would join and hide every line
-# Largest number of parts of the whole band whose whitened envelopes' spectra are averaged: of 1, 4 and 8 the best by
-# the log score of the diagnoses with each rig left out.
-WHITENED_BANDS = 4
+WHITENED_BANDS = 4  # parts of the whole band: of 1, 4 and 8 the best by the log score of diagnoses with rigs left out
 CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in 4096 values, 2^-12
 
 

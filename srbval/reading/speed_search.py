@@ -24,20 +24,17 @@ from srbval.signal.false_alarm import COMBS
 
 SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
-# Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
-SEARCH_SHARE = 0.1
+SEARCH_SHARE = 0.1  # half width of the search, as a share of the nominal speed: set points turn out 6 % wrong
 COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`
 RIVAL_SHARE = 0.5  # largest rise of the next best peak of the score above the median, as a share of the best peak's
 SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
 LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
 NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
 FALSE_ALARM = 1e-3
-# Least power over noise of a term that gives a frequency, and least number of shaft terms for a fit.
-SHOWN_SNR, LEAST_TERMS = 12.0, 4
+SHOWN_SNR, LEAST_TERMS = 12.0, 4  # least power over noise of a term, and least number of shaft terms, for a fit
 LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a parabola, and speeds are not constant
-# Share of the speed that the fit's scatter does not show: clocks, drift within the record, rounding. It is the error of
-# estimates on records whose speed is measured: with each left out, the largest excess of the others covers 16 of 17
-# (tests/reading/test_shaft_speed.py).
+# Share of the speed that the fit's scatter does not show: clocks, drift, rounding. With each record of measured speed
+# left out, the largest excess of the others covers 16 of 17 (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0

@@ -19,14 +19,10 @@ HARMONICS = 5  # harmonics fitted together, if they are below the limit of the r
 # and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
 # records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
 FALSE_ALARM, PLACEBO_FALSE_ALARM, LEAST_SNR = 1e-3, 1e-2, 10.0
-# A peak below this share of a line within a few bins is a side lobe of that line (without a window 1/(pi k)^2 at k
-# bins).
-SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1
+SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1  # a peak below this share of a line within so many bins is its side lobe
 _OVERSAMPLING = 8  # candidates per bin of the highest harmonic
 SIDEBAND_SNR = 12.0  # least power over noise of a sideband
-# Sidebands are fitted with the first harmonics only: those of higher ones overlap with other lines.
-SIDEBAND_HARMONICS = 3
-_STEPS = 6
+SIDEBAND_HARMONICS = 3  # those of higher ones overlap with other lines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,7 +223,7 @@ def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_p
     weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))
     shift, time = np.zeros(directions.shape[1]), phasors.time_s
-    for _ in range(_STEPS):
+    for _ in range(6):
         shifted = phasors.shifted(directions @ shift)
         # Derivatives of each component's amplitude, and so of its power, by its own frequency.
         total = shifted.sums.sum(axis=1)

@@ -15,8 +15,7 @@ from srbval.arrays import FloatArray
 from srbval.signal.periodogram import Periodogram
 
 _OVERSAMPLING = 2  # candidates per bin of the highest line
-# Score of a masked line: the mean of log(1 + x) for an exponential variable x of mean one.
-MASKED = 0.5963473623
+MASKED = 0.5963473623  # score of a masked line: the mean of log(1 + x) for an exponential variable x of mean one
 # Placebos are whole combs, and this many sets of combs with some lines from another fundamental, drawn at random.
 MIXED, FARTHEST = 12, 0.35
 REACH, LEAST = 2.0, 8  # placebos are taken from an octave to either side, and from at least so many fundamentals

@@ -8,14 +8,12 @@ import scipy.fft
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
 
-# Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
-ORDER = 4
+ORDER = 4  # of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
 # The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
 # at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
 _CONSTANT = 1e-12  # a standard deviation below this share of the signal's largest value is rounding, not vibration
 _LEAST_GAIN = 1e-5  # the closed-form gain is cut off where it has fallen to this value
-# The filter by its name and in words.
 FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward and backward (closed form)"
 
 

@@ -32,10 +32,9 @@ _OVERSAMPLING = 2  # candidates per bin of the highest line
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
     """-log of the probability that noise reaches `snr` at one given frequency; exponential of mean 1 on noise.
 
-    `snr` [..., h] is power over a noise mean estimated as median / ln 2 of `bins` [h] (odd) exponential neighbours.
-    The k-th of n ordered exponential variables is a sum of independent ones of rates n, n - 1, ... n - k + 1 (Renyi
-    1953, Acta Math. Hung. 4, 191), so that E exp(-x M / ln 2) is a product: its log, the sum of
-    ``log(1 + x / (j ln 2))`` over j from (n + 1) / 2 to n, is a difference of log gamma functions.
+    `snr` [..., h] is power over a noise mean estimated as median / ln 2 of `bins` [h] (odd) exponential neighbours. The
+    k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
+    Math. Hung. 4, 191), so that the log of E exp(-x M / ln 2) is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)

@@ -24,8 +24,7 @@ LEAST_PASSAGES = 4 * LEAST_BLOCKS  # two in each block of either half
 class LockedMean:
     """Mean of a signal over the phase of a passage less its mean in the quietest quarter, in the signal's unit.
 
-    `u` is the standard deviation of the `value` by the jackknife over `blocks` successive parts (on average too large:
-    Efron & Stein 1981, Ann. Statist. 9, 586).
+    `u` is its standard deviation by the jackknife over `blocks` successive parts (Efron & Stein 1981).
     """
 
     value: float

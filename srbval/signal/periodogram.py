@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -18,11 +17,9 @@ from scipy.ndimage import median_filter
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
-# Blocks of a record for sums. A line within a bin of its frequency loses less than 2e-4 of its power in them.
-BLOCKS = 96
+BLOCKS = 96  # of a record for sums: a line within a bin of its frequency loses less than 2e-4 of its power
 PADDING = 8  # points per independent bin of the padded transform
-# Independent bins for the estimate of the local noise, and their least number; odd for the median.
-NOISE_BINS, LEAST_NOISE_BINS = 65, 9
+NOISE_BINS, LEAST_NOISE_BINS = 65, 9  # independent bins for the estimate of the local noise; odd for the median
 MASK_BINS = 1.5  # half width of the masked zone about a shaft harmonic, in independent bins
 _RATE = 4.0  # reduced sampling rate in units of the highest frequency of interest: flat to there after the filter
 _FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not colour the noise
@@ -70,7 +67,7 @@ class Phasors:
     def shifted(self, by_hz: FloatArray) -> Phasors:
         """Demodulate at frequencies higher by `by_hz` [c], well within a block's bin."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
-        return dataclasses.replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
+        return replace(self, sums=self.sums * rotation, moments=self.moments * rotation)
 
     def power(self) -> FloatArray:
         """Power |sum over the record|^2 of each line, [c]."""
@@ -125,7 +122,7 @@ class Periodogram:
         reach = np.maximum.accumulate(zones[:, 1])
         first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))  # zones that overlap are joined
         last = np.concatenate((first[1:], [True]))
-        return dataclasses.replace(self, masks_hz=np.column_stack((zones[first, 0], reach[last])))
+        return replace(self, masks_hz=np.column_stack((zones[first, 0], reach[last])))
 
     @property
     def seconds(self) -> float:

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from srbval.arrays import ComplexArray, FloatArray
 
 CIRCLE = 128  # points of the circle, enough for a line whose phase is known to 0.03 rad or worse
-# Relative jitters of the spacing of impacts, each with prior weight one; and the prior weight of no jitter.
-JITTERS = np.geomspace(0.0005, 0.0325, 10)
-STEADY_WEIGHT = 2.0
+JITTERS = np.geomspace(0.0005, 0.0325, 10)  # relative, of the spacing of impacts, each with prior weight one
+STEADY_WEIGHT = 2.0  # prior weight of no jitter
 # Range of the search for the mean frequency, in bins and in its standard errors, and its step.
 REACH_BINS, REACH_ERRORS = 1.5, 4.0
 STEP, FINEST_BINS = 0.6, 0.08
@@ -153,7 +152,6 @@ def _smoothed(block_likelihood: FloatArray, steps: ComplexArray) -> FloatArray:
 def _fitted(
     sums: ComplexArray, number: FloatArray, amplitude: ComplexArray, steps: ComplexArray, rounds: int
 ) -> ComplexArray:
-    """Amplitudes [w, c] after `rounds` of expectation maximisation."""
     rotations = _rotations(number, CIRCLE).T
     for _ in range(rounds):
         expected = _smoothed(_block_likelihood(sums, number, amplitude), steps) @ rotations

@@ -22,10 +22,9 @@ from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, wa
 from srbval.signal.periodogram import Phasors
 from srbval.signal.phase_posterior import posterior
 
-# Numbers of blocks of the record; the largest that noise and sidebands allow is used. Blocks last at least two periods
-# of the modulation, or one if fewer than `FEW_BLOCKS` of two fit: fewer phases do not distinguish slip from noise.
-BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4)
-FEW_BLOCKS = 8
+# Numbers of blocks; the largest that noise and sidebands allow is used. Blocks last at least two periods of the
+# modulation, or one if fewer than `FEW_BLOCKS` of two fit: fewer phases do not distinguish slip from noise.
+BLOCK_NUMBERS, FEW_BLOCKS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4), 8
 # Information of all harmonics about the phase, sum h^2 rho, below which all paths are weighted at once
 # (`phase_posterior`), and power over noise of the strongest harmonic below which slip is not estimated.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
@@ -41,7 +40,6 @@ TEMPER = 0.5  # exponent of the odds, because the log evidence is approximate
 STRAIGHT_MARGIN = 8.0  # a track, chosen among all paths, must be likelier than the straight line by this log likelihood
 LEAST_NOISE = 1e-12  # least noise power in a bin, relative to the line's power
 PHASES = 96  # phases of the fundamental tried for each block; the fifth harmonic still has 19 per turn
-_ROUNDS, _PASSES = 4, 4
 
 
 def track_slip(
@@ -114,7 +112,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     blocks = sums.shape[1]
     modes = modes_of(blocks)
     ratios, spread = RATIOS[:, None], 1 + RATIOS[:, None] * modes.share
-    for _ in range(_ROUNDS):
+    for _ in range(4):
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = modes.contrasts @ phase
@@ -195,7 +193,7 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
     power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0)
     amplitude = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0).astype(complex)
     path: FloatArray = np.zeros(sums.shape[1])
-    for _ in range(_PASSES):
+    for _ in range(4):
         likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real  # less the cost of the path's steps
         total, previous = likelihood[0], np.zeros(likelihood.shape, dtype=np.int64)
         for block in range(1, sums.shape[1]):

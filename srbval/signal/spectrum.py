@@ -17,14 +17,9 @@ from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 if TYPE_CHECKING:
     import pandas
 
-_TOP = 0.99  # highest edge of a band, as a share of the Nyquist frequency
 LEAST_SAMPLES = 64  # least number of independent samples of an envelope for its kurtosis
-# Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: short enough to separate the impulses of a fault,
-# with a relative bandwidth (one standard deviation) of 1 / (pi sqrt(2 B)), some 18 %.
-BANDWIDTH = 1.5
+BANDWIDTH = 1.5  # B of the Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: some 18 %
 REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
-# pywt picks the nearest of 2^precision points of the wavelet; its default of 12 makes steps in the low rows.
-PRECISION = 18
 LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
@@ -171,7 +166,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
     lines = scipy.fft.rfft(samples - samples.mean(), n=length)
     narrowest = max(least_width_hz, LEAST_SAMPLES / max(seconds - 2 * END_S, 1 / fs_hz))
     parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= narrowest]
-    edges = [(nyquist * n / part, nyquist * min((n + 1) / part, _TOP)) for part in parts for n in range(1, part)]
+    edges = [(nyquist * n / part, nyquist * min((n + 1) / part, 0.99)) for part in parts for n in range(1, part)]
     bands = [(low, high) for low, high in edges if high - low >= narrowest and high <= highest_hz]
     excess, bin_hz = np.empty(len(bands)), fs_hz / length
     for n, (low, high) in enumerate(bands):
@@ -218,7 +213,7 @@ def morlet_scalogram(
     scales = np.unique(intervals)[::-1] / (2 * REACH)
     wavelet = pywt.ContinuousWavelet(f"cmor{BANDWIDTH}-1.0")
     wavelet.lower_bound, wavelet.upper_bound = -REACH, REACH
-    lines, _ = pywt.cwt(samples, scales, wavelet, method="fft", precision=PRECISION)
+    lines, _ = pywt.cwt(samples, scales, wavelet, method="fft", precision=18)  # 12 makes steps in the low rows
     amplitude = np.abs(lines) * (2 / (np.sqrt(scales) * np.sinc(1 / scales)))[:, None]
     first = np.arange(0, samples.size, math.ceil(samples.size / columns))
     count = np.diff(np.append(first, samples.size))
