@@ -55,6 +55,7 @@ class RunStatus(enum.StrEnum):
 
 
 WORKING = ("ok", "skidding", "rollers-unloaded")  # statuses of runs that `srbval simulate` accepts, with exit code 0
+BY_CHANCE = ("out-of-time", "out-of-memory", "died")  # statuses that may be due to a busy machine: never stored
 USABLE = (*WORKING, "inaccurate")  # statuses of runs that are written to a file
 
 

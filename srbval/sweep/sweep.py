@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from srbval.models.run import BY_CHANCE
 from srbval.models.simulate import Step, compile_for, run_content
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
@@ -73,7 +74,7 @@ def sweep(
 
         tried = [attempt(scene, step=step, progress=share_of(i)) for i, scene in enumerate(scenes[place])]
         measures = {"status": tried[0].status, "reason": tried[0].reason, **measure(rows[place], *tried)}
-        if stored:
+        if stored and not any(one.status in BY_CHANCE for one in tried):
             store.save(names[place], measures)
         return measures
 

@@ -87,6 +87,14 @@ def test_the_map_finds_the_largest_step_of_the_model_itself(srbval_json, srbval_
     assert "does the model use scene.solver.step_s?" in said
 
 
+def test_what_a_busy_machine_may_cause_is_not_kept(srbval_json, monkeypatch):
+    words = ("stability", "--model", "models.py:at_any_step", "--quick")
+    monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "0.01")
+    assert {cell["status"] for cell in srbval_json(*words)["cells"]} == {"out-of-time"}
+    monkeypatch.delenv("SRBVAL_MODEL_SECONDS")
+    assert {cell["status"] for cell in srbval_json(*words)["cells"]} == {"ok"}
+
+
 def test_ctrl_c_ends_the_model_too():
     mark = {"SRBVAL_TEST": f"bench {os.getpid()}"}
     words = [sys.executable, "-m", "srbval", "stability", "--model", "models.py:sleeps", "--quick"]
