@@ -1,12 +1,11 @@
 """Pairs from lists of files: each simulated file with the measured one of its state and load, at the nearest speed."""
 
 import dataclasses
-import os
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
@@ -32,17 +31,6 @@ RIG = "torino"  # the name in a case for all registered records of the paper's r
 SAME_LOAD = 0.02  # relative difference up to which two stated radial loads are the same
 
 
-@dataclass(frozen=True, kw_only=True)
-class FileFacts:
-    """Facts of a file for pairing: state (and `state_from`, its source), speed [rpm] and radial load [N], if known."""
-
-    path: Path
-    state: Fault | None
-    state_from: str
-    rpm: float | None
-    radial_n: float | None
-
-
 def state_in_name(name: str) -> Fault | None:
     """The state that the words of a file's name state; None if there are none or they contradict each other."""
     words = set(re.split(r"[^a-z]+", name.lower()))
@@ -50,19 +38,24 @@ def state_in_name(name: str) -> Fault | None:
     return found.pop() if len(found) == 1 else None
 
 
-def facts_of(path: Path, settings: Source) -> FileFacts:
-    """State, speed and load of a file with the settings of its side and of the register."""
-    reading = apply_settings(path, read_file(path), settings.settings.over(registered_settings(path)))
+def facts_of(path: Path, source: Source, state: Fault | None) -> dict[str, Any]:
+    """State of a file and where it is from, speed [rpm] and radial load [N] (NaN if unknown), with its settings.
+
+    `state` is taken if the file and its name state none; without one `ConfigurationError`.
+    """
+    reading = apply_settings(path, read_file(path), source.settings.over(registered_settings(path)))
     states = {channel.state for channel in reading.channels.values()} - {None}
-    own, named = (states.pop() if len(states) == 1 else None), state_in_name(path.stem)
+    known = {"the file": states.pop() if len(states) == 1 else None, "its name": state_in_name(path.stem)}
+    state_from, found = next(((of, one) for of, one in {**known, "--state": state}.items() if one), ("", None))
+    if found is None:
+        raise ConfigurationError(
+            f"{path}: neither the file nor its name states what is damaged; give --state outer, inner, roller or "
+            "healthy, or a case with a state for each pair."
+        )
     rpm = None if reading.speed is None else 60 * reading.speed.value_hz
-    return FileFacts(
-        path=path,
-        state=own or named,
-        state_from="the file" if own else "its name" if named else "",
-        rpm=rpm if reading.nominal_rpm is None else reading.nominal_rpm,
-        radial_n=reading.radial_n,
-    )
+    speed = rpm if reading.nominal_rpm is None else reading.nominal_rpm
+    numbers = {"rpm": math.nan if speed is None else speed, "radial_n": reading.radial_n}
+    return {"path": str(path), "state": found.value, "state_from": state_from} | numbers
 
 
 def pair_files(
@@ -70,77 +63,35 @@ def pair_files(
 ) -> list[dict[str, Any]]:
     """Tables of `[[pair]]` for lists of files; files of one side with the same state, speed and load are repeats.
 
-    A simulated group is paired with the measured group of its state whose load is the same or unknown and whose speed
+    Simulated files are paired with the measured ones of their state whose load is the same or unknown and whose speed
     is nearest. `state` is taken for files that state none. Raises `ConfigurationError` for a file whose state is not
-    known and for a group without a partner.
+    known and for files without a partner.
     """
+    import pandas as pd
+
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
-        source = settings[side]
-        paths = files_of_source(dataclasses.replace(source, file=tuple(names)), Path(), side)
-        groups[side] = _grouped([_with_state(facts_of(path, source), state, side) for path in paths])
-    pairs = []
-    for key, files in groups["simulated"].items():
-        partner = _partner(key, list(groups["measured"]))
-        if partner is None:
-            have = ", ".join(sorted({one[0].label for one in groups["measured"]})) or "none"
+        paths = files_of_source(dataclasses.replace(settings[side], file=tuple(names)), Path(), side)
+        files = pd.DataFrame([facts_of(path, settings[side], state) for path in paths]).astype({"radial_n": float})
+        grouped = files.groupby(["state", "rpm", "radial_n"], dropna=False, sort=False, as_index=False)
+        groups[side] = grouped.agg(path=("path", list), state_from=("state_from", "first"))
+    theirs, pairs = groups["measured"], []
+    for own in groups["simulated"].to_dict("records"):
+        apart = (theirs["radial_n"] - own["radial_n"]).abs()
+        fits = theirs[(theirs["state"] == own["state"]) & ~(apart > SAME_LOAD * abs(own["radial_n"]))]
+        if fits.empty:
             raise ConfigurationError(
-                f"{files[0].path.name}: no measured file has the state {key[0].label} and the same load; measured are: "
-                f"{have}. Leave the file out, or state the pairs in a case (--write-case FILE shows its form)."
+                f"{Path(own['path'][0]).name}: no measured file has the state {Fault(own['state']).label} and the same "
+                f"load; measured are: {', '.join(sorted(set(theirs['state'])))}. Leave the file out, or state the "
+                "pairs in a case (--write-case FILE shows its form)."
             )
-        others = groups["measured"][partner]
-        pairs.append(
-            {
-                "state": key[0].value,
-                "simulated": [os.fspath(one.path) for one in files],
-                "measured": [os.fspath(one.path) for one in others],
-                "how": _how(key, partner, files[0], others[0]),
-            }
-        )
+        other = fits.loc[(fits["rpm"] - own["rpm"]).abs().fillna(math.inf).idxmin()]
+        known = {name: not math.isnan(own[name]) and not math.isnan(other[name]) for name in ("rpm", "radial_n")}
+        how = f"state by {own['state_from']} (simulated) and {other['state_from']} (measured)"
+        how += ", nearest speed" if known["rpm"] else ", speed of one side unknown"
+        how += ", same radial load" if known["radial_n"] else ", load not stated by both"
+        pairs.append({"state": own["state"], "simulated": own["path"], "measured": other["path"], "how": how})
     return pairs
-
-
-Group = tuple[Fault, float | None, float | None]  # state, speed [rpm], radial load [N]
-
-
-def _with_state(facts: FileFacts, state: Fault | None, side: str) -> FileFacts:
-    if facts.state is not None:
-        return facts
-    if state is None:
-        raise ConfigurationError(
-            f"{facts.path}: neither the {side} file nor its name states what is damaged; give --state outer, inner, "
-            "roller or healthy, or a case with a state for each pair."
-        )
-    return dataclasses.replace(facts, state=state, state_from="--state")
-
-
-def _grouped(files: Sequence[FileFacts]) -> dict[Group, list[FileFacts]]:
-    found: dict[Group, list[FileFacts]] = {}
-    for one in files:
-        assert one.state is not None, "files without a state are refused"
-        found.setdefault((one.state, one.rpm, one.radial_n), []).append(one)
-    return found
-
-
-def _partner(key: Group, others: Sequence[Group]) -> Group | None:
-    state, rpm, load = key
-
-    def fits(other: Group) -> bool:
-        known = load is not None and other[2] is not None
-        return other[0] is state and (not known or abs((load or 0) - (other[2] or 0)) <= SAME_LOAD * abs(load or 1))
-
-    def apart(other: Group) -> float:
-        return abs((other[1] or 0) - rpm) if rpm is not None else -(other[1] or 0)
-
-    return min((other for other in others if fits(other)), key=apart, default=None)
-
-
-def _how(key: Group, other: Group, simulated: FileFacts, measured: FileFacts) -> str:
-    """How a pair was found, in words."""
-    state = f"state by {simulated.state_from} (simulated) and {measured.state_from} (measured)"
-    speed = ", nearest speed" if key[1] is not None and other[1] is not None else ", speed of one side unknown"
-    load = ", same radial load" if key[2] is not None and other[2] is not None else ", load not stated by both"
-    return state + speed + load
 
 
 def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
@@ -155,34 +106,21 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         return
     if source.registered != RIG or source.file:
         raise ConfigurationError(f"registered = {source.registered!r}: must be {RIG!r}, without a file beside it.")
-    chosen: dict[OperatingPoint, RegisteredRecording] = {}
+    chosen: dict[tuple[Any, ...], RegisteredRecording] = {}
     for entry in rig_recordings(listing(or_none=True).recordings):
-        point = operating_point(entry)
-        if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
+        point = (
+            entry.nominal_rpm,
+            entry.radial_kn,
+            entry.axial_kn or 0.0,
+            entry.state is not Fault.HEALTHY,
+            entry.state,
+        )
+        if None not in point and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
-    for point in sorted(
-        chosen, key=lambda one: (one.nominal_rpm, *one[1:3], one.state is not Fault.HEALTHY, one.state)
-    ):
-        entry = chosen[point]
+    for _, entry in sorted(chosen.items(), key=lambda one: one[0]):
         used_for = "blind" if unopened(entry) else pair.used_for
         measured = dataclasses.replace(source, registered=None, file=(entry.file,))
-        own = None if point.state is Fault.HEALTHY else pair.simulated
+        own = None if entry.state is Fault.HEALTHY else pair.simulated
         yield dataclasses.replace(
-            pair, simulated=own, state=point.state, measured=measured, used_for=used_for, how="a registered record"
+            pair, simulated=own, state=entry.state, measured=measured, used_for=used_for, how="a registered record"
         )
-
-
-class OperatingPoint(NamedTuple):
-    """An operating point of Table 5: state, loads [kN], nominal motor speed [rpm]."""
-
-    state: Fault
-    radial_kn: float
-    axial_kn: float
-    nominal_rpm: float
-
-
-def operating_point(entry: RegisteredRecording) -> OperatingPoint | None:
-    """The operating point of a record; None if one of state, load and speed is not known."""
-    if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
-        return None
-    return OperatingPoint(entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm)
