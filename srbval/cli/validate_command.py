@@ -6,23 +6,24 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.output import answer, own_command, print_table
+from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
 from srbval.progress import progress_display, stage
+from srbval.progress.tables import text_rows
 
 FOLDER = "srbval-validation"
 OUT_OF_TOLERANCE, INCOMPLETE = 1, 3  # exit codes
 # Keys of a case by the options that are short for them.
 SHORT = {
-    "bearing": ("bearing",),
-    "tolerance_pct": ("tolerance.cage_pct",),
-    "band_simulated": ("simulated.band_hz",),
-    "band_measured": ("measured.band_hz",),
-    "resample": ("simulated.resample_hz",),
-    "skip": ("simulated.skip_s",),
-    "derivative": ("simulated.derivative",),
-    "cage_channel": ("simulated.cage_channel",),
-    "rpm": ("simulated.rpm",),
+    "bearing": "bearing",
+    "tolerance_pct": "tolerance.cage_pct",
+    "band_simulated": "simulated.band_hz",
+    "band_measured": "measured.band_hz",
+    "resample": "simulated.resample_hz",
+    "skip": "simulated.skip_s",
+    "derivative": "simulated.derivative",
+    "cage_channel": "simulated.cage_channel",
+    "rpm": "simulated.rpm",
 }
 SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
 
@@ -50,8 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
     def show() -> None:
         print(result.headline)
-        rows = result.table.to_dict("records")
-        print_table(SHOWN, [[_short(row[key]) for key in SHOWN] for row in rows])
+        print(text_rows(result.table[list(SHOWN)].to_dict("records")))
         for one in result.failed:
             print(f"pair {one['pair']} failed: {one['reason']}")
         print("\n".join(report.values()))
@@ -60,15 +60,9 @@ def run(options: argparse.Namespace) -> int:
     return answer(options, document, show, code=code, tables={"table": document["table"]})
 
 
-def _short(value: Any) -> Any:
-    return f"{value:.5g}" if isinstance(value, float) else "-" if value is None else value
-
-
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
     """Values that replace those of the case, by dotted key."""
-    for name, keys in SHORT.items():
-        if (value := getattr(options, name)) is not None:
-            yield from ((key, value) for key in keys)
+    yield from ((key, value) for name, key in SHORT.items() if (value := getattr(options, name)) is not None)
     for text in options.set or ():
         key, mark, value = text.partition("=")
         if not mark:

@@ -89,6 +89,14 @@ def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
     return pd.DataFrame(found or [comparison_row(model=nothing, rig=nothing, error=0.0, parts={})]).iloc[: len(found)]
 
 
+def plain_frame(rows: Iterable[Mapping[str, Any]], columns: Iterable[str] | None = None) -> "pd.DataFrame":
+    """Frame of rows with plain values, None for missing ones; `columns` (by default all keys) in their order."""
+    import pandas as pd
+
+    frame = pd.DataFrame(list(rows), columns=None if columns is None else list(columns)).astype(object)
+    return frame.where(frame.notna(), None)
+
+
 def rows_of(frame: "pd.DataFrame") -> list[Row]:
     """Rows of a frame as plain values, None for missing ones."""
     return list(frame.astype(object).where(frame.notna(), None).to_dict("records"))

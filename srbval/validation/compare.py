@@ -34,6 +34,7 @@ from srbval.comparison.comparison import (
     Row,
     comparison_row,
     deviation_pct,
+    plain_frame,
 )
 from srbval.comparison.vocabulary import Verdict, verdict_on_tolerance
 from srbval.signal import NORMAL_95
@@ -196,8 +197,6 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
     """Table of a validation, a row for each pair and quantity but presence; ``met`` or ``missed`` by a tolerance."""
-    import pandas as pd
-
     shown = [_table_row(row, tolerance) for row in rows if row["kind"] != PRESENCE.kind]
     columns = (
         *KEPT,
@@ -205,8 +204,7 @@ def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
         *LATER,
         *DEVIATIONS,
     )
-    frame = pd.DataFrame(shown, columns=list(columns)).astype(object)
-    return frame.where(frame.notna(), None)
+    return plain_frame(shown, columns)
 
 
 def _table_row(row: Row, tolerance: Tolerance) -> Row:

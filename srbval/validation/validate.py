@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, effects_of
-from srbval.comparison.comparison import Row
+from srbval.comparison.comparison import Row, plain_frame
 from srbval.comparison.vocabulary import Verdict
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
@@ -149,7 +149,7 @@ def validate(
     return Validation(
         case=case,
         table=table_of(rows, case.tolerance),
-        pairs=_frame(pairs),
+        pairs=plain_frame(pairs),
         comparisons=tuple(rows),
         sums=tuple(sum_rules(rows, case.known_bearing.rolling_elements)),
         failed=tuple({"pair": number, "reason": str(error)} for number, error in failed),
@@ -166,14 +166,6 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
                 yield waiting.popleft().result()
         while waiting:
             yield waiting.popleft().result()
-
-
-def _frame(rows: list[Row]) -> "pd.DataFrame":
-    """Frame of plain rows, None for what is missing."""
-    import pandas as pd
-
-    frame = pd.DataFrame(rows).astype(object)
-    return frame.where(frame.notna(), None)
 
 
 def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progress: Progress) -> PairReading:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import Effects
+from srbval.comparison.comparison import plain_frame
 from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
@@ -49,8 +50,4 @@ class Findings:
 
     def frame(self, key: str) -> "pd.DataFrame":
         """Rows of a key of ``report.json`` as a frame whose columns are the keys of a row."""
-        import pandas as pd
-
-        rows = self.data[key]
-        found = rows.copy() if isinstance(rows, pd.DataFrame) else pd.DataFrame(to_json(list(rows)))
-        return found.astype(object).where(found.notna(), None)
+        return plain_frame(to_json(list(self.data[key])))
