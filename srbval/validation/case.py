@@ -44,11 +44,8 @@ class Tolerance(Limited):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Uncertainty(Limited):
+class Uncertainty(Tolerance):
     """Half widths of 95 % intervals that the user states for the simulated side: of the cage ratio [%], levels [dB]."""
-
-    cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
-    level_db: float | None = limited(above=0, most=MOST_LEVEL_DB, default=None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,8 +254,4 @@ def write_case(case: Case, path: Path) -> None:
 def _toml_value(value: Any) -> str:
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
-    if isinstance(value, tuple | list):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return repr(value) if isinstance(value, int | float) else json.dumps(str(value), ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False)  # the same as in TOML

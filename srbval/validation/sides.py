@@ -1,7 +1,6 @@
 """One side of a pair: its signals, from files or from a run of the bundled model, read through the one pipeline."""
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,13 +28,11 @@ QUANTITIES = (RACE_LINE, *COMPARED)  # compared of every pair
 class SideReading:
     """One side as read: an analysis of each of its signals, and the compared quantities of each by name.
 
-    `cage_ratios` are those that the signals state beside the vibration, NaN if they do not. `scene` is the bundled
-    scene that was run, `model` its run; both None for files.
+    `scene` is the bundled scene that was run, `model` its run; both None for files.
     """
 
     analyses: tuple[Analysis, ...]
     values: tuple[Mapping[str, QuantityValue], ...]
-    cage_ratios: tuple[float, ...]
     scene: str | None = None
     model: AnalysedRun | None = None
 
@@ -79,15 +76,14 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
     """Analyse each recording of a side, in the stated band, the paper's of its rig and model, or one chosen on it."""
-    analyses, values, ratios = list[Analysis](), list[dict[str, QuantityValue]](), list[float]()
+    analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
         analysis = analyse(recording, bearing=bearing, choose_on_record=_has_no_band(recording, source, bearing))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)
         values.append(values_of_model(analysis, state, order, QUANTITIES))
-        ratios.append(math.nan if ratio is None else ratio)
-    return SideReading(analyses=tuple(analyses), values=tuple(values), cage_ratios=tuple(ratios))
+    return SideReading(analyses=tuple(analyses), values=tuple(values))
 
 
 def _has_no_band(recording: Recording, source: Source, bearing: Bearing) -> bool:
@@ -116,7 +112,7 @@ def run_scene(
     )
     read: dict[str, Any] = {"analyses": (found.analysis,), "values": (found.values,)}
     scene = None if source.model else base  # what is known of the scene's inputs is known of its own model alone
-    return SideReading(**read, cage_ratios=(found.run.cage_ratio,), scene=scene, model=found)
+    return SideReading(**read, scene=scene, model=found)
 
 
 def stated_state(pair_state: Fault | None, recordings: tuple[Recording, ...]) -> Fault:

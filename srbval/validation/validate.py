@@ -216,7 +216,7 @@ def _facts(reading: SideReading) -> Row:
         "nominal_rpm": first.recording.nominal_rpm,
         "radial_n": first.recording.radial_n,
         "axial_n": first.recording.axial_n,
-        "cage_ratio_stated": next((one for one in reading.cage_ratios if not math.isnan(one)), None),
+        "cage_ratio_stated": first.recording.cage_ratio,
         "cautions": list(dict.fromkeys(c for one in reading.analyses for c in one.recording.cautions)),
     }
 
@@ -250,13 +250,11 @@ def headline(table: "pd.DataFrame") -> str:
     if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
         listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
         return f"No verdict: the uncertainty of the simulation or of a reading is not known. Largest errors: {listed}."
-    parts = [f"{len(rows)} {what}: {_counted(rows)}, largest error {errors[what]}" for what, rows in found.items()]
-    return f"{'; '.join(parts)}."
-
-
-def _counted(rows: "pd.DataFrame") -> str:
-    counts = rows["verdict"].value_counts()
-    return ", ".join(f"{counts[one.value]} {one.value}" for one in Verdict if one.value in counts)
+    counts = {what: rows["verdict"].value_counts() for what, rows in found.items()}
+    words = {
+        w: ", ".join(f"{of[one.value]} {one.value}" for one in Verdict if one.value in of) for w, of in counts.items()
+    }
+    return "; ".join(f"{len(found[w])} {w}: {words[w]}, largest error {errors[w]}" for w in found) + "."
 
 
 def _largest(rows: "pd.DataFrame") -> str:

@@ -1,6 +1,7 @@
 """Signals as solvers write them: even times, accelerations, cage and shaft; what does not fit is refused."""
 
 import os
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -231,22 +232,9 @@ def test_options_and_a_table_of_labels_state_the_same(tmp_path, srbval_json):
     times = uneven_times(seconds=2.0)
     columns = {"time [s]": times, "x [mm]": tones(times), "cage [rad]": 2 * np.pi * CAGE * 25 * times}
     file, labels = table(tmp_path / "a.csv", columns), tmp_path / "labels.csv"
-    given = [
-        "--resample",
-        "8000",
-        "--derivative",
-        "2",
-        "--skip",
-        "0.25",
-        "--cage-channel",
-        "cage",
-        "--origin",
-        "simulated",
-        "--band",
-        "500",
-        "1500",
-    ]
-    document = srbval_json("analyse", file, *given.split(), "--bearing", "skf-6205", "--rpm", "1500")
+    given = "--resample 8000 --derivative 2 --skip 0.25 --cage-channel cage --origin simulated --band 500 1500"
+    of_machine = ("--bearing", "skf-6205", "--rpm", "1500")
+    document = srbval_json("analyse", file, *shlex.split(given), *of_machine)
     assert (document["origin"], document["fs_hz"]) == ("simulated", FS_HZ)
     assert document["cage_ratio"] == pytest.approx(CAGE, rel=RATIO)
     assert 0 < document["resampling_error"] < SPLINE

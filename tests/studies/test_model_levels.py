@@ -63,7 +63,7 @@ def test_the_page_names_the_cheapest_model_that_is_enough():
     assert line["line_note"] == "at most 3"
 
 
-@pytest.mark.slow
+@pytest.mark.long_form
 def test_bounds_hold_on_fresh_scenes():
     """The short form of ``srbval study run model_levels --fresh-scenes 40 --seed 7``."""
     options = Namespace(fresh_scenes=study.SCENES_PER_POINT, seed=7, jobs=None)

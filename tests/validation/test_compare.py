@@ -57,7 +57,7 @@ CASE = Case()
 
 def side(*analyses, scene=None, order=None, state=Fault.INNER):
     values = tuple(values_of_model(one, state, order, QUANTITIES) for one in analyses)
-    return SideReading(analyses=analyses, values=values, cage_ratios=(math.nan,), scene=scene)
+    return SideReading(analyses=analyses, values=values, scene=scene)
 
 
 def rows(model, rig, effects=(CAGE,)):

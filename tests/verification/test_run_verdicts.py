@@ -26,7 +26,7 @@ RPM, LOADS, FRICTION, PLAY_M = (127.0, 6000.0), (0.25, 1.0, 1.0, 2.0), (0.05, 0.
 SECONDS, SETTLE_S = 0.25, 0.1
 CONVERGED = 1 / 8  # of the paper's step
 CHANCE = 2.0  # standard errors of the comparison of two short runs
-SEED, CONDITIONS, RUNS_OF_EACH = 11, 5, 3
+SEED, CONDITIONS, RUNS_OF_EACH = 11, 3, 3
 # Of 2,070 drawn runs, 0.5 % may be wrong; one of a small sample is the least that a limit can be.
 MOST_WRONG = 0.005
 SLIDES = (RunStatus.SKIDDING, RunStatus.ROLLERS_UNLOADED, RunStatus.INACCURATE)
@@ -88,7 +88,7 @@ def is_off(own: Attempt, right: Attempt) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [CONDITIONS, pytest.param(20 * CONDITIONS, marks=pytest.mark.long_form)])
+@pytest.mark.parametrize("count", [CONDITIONS, pytest.param(33 * CONDITIONS, marks=pytest.mark.long_form)])
 def test_runs_know_whether_they_are_right(count):
     wrong, words, drawn = list[str](), list[str](), random.Random(SEED)
     for condition in conditions(count, drawn):

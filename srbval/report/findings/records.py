@@ -157,12 +157,19 @@ def highest_of(record: RecordView, end_hz: float) -> float:
     return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
-def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:
-    """Spectrum up to a few harmonics of the `marked` line, with one sideband on either side of each."""
-    analysis = record.analysis
+def spectrum_end_hz(analysis: Analysis, marked: Line | None) -> float:
+    """End of a spectrum that shows a few harmonics of the `marked` line, or both races' lines, within the band."""
     end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
     low, high = analysis.processed.band_hz
-    end_hz = min(end, high - low)
+    return min(end, high - low)
+
+
+def spectrum_view(
+    record: RecordView, healthy: RecordView | None = None, marked: Line | None = None, end_hz: float | None = None
+) -> SpectrumView:
+    """Spectrum up to `end_hz` (see `spectrum_end_hz`), with one sideband on either side of each marked harmonic."""
+    analysis = record.analysis
+    end_hz = end_hz or spectrum_end_hz(analysis, marked)
     first = first_lines(analysis)
     found = [Cursor(line.name, line.kinematic_hz) for line in first if marked is None or line.name != marked.name]
     if marked is not None and (fault := Fault.of_line(marked.name)) is not None:

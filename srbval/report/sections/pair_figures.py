@@ -4,7 +4,6 @@ They are drawn as soon as a pair is read, and only the files are kept. Each kind
 sides are called alike or not.
 """
 
-import dataclasses
 import math
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +24,11 @@ from srbval.report.figures.style import Drawing, Drawn, new_axes, panel
 from srbval.report.findings.records import (
     WINDOW_TURNS,
     RecordView,
+    SpectrumView,
     envelope_scalogram,
     highest_of,
     record_view,
+    spectrum_end_hz,
     spectrum_view,
 )
 from srbval.report.prose import Prose
@@ -81,7 +82,9 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
             "spectrum": spectrum_panel(spectrum, top=top, title=title, brief=True),
             "scalogram": scalogram_panel(view, image, state, top=brightest, title=title),
         }
-        reach = dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, spectrum.end_hz), strict=True))
+        reach: dict[str, Any] = dict(
+            zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, spectrum.end_hz), strict=True)
+        )
         for kind, plot in plots.items():
             name = f"pair-{one.number}-{kind}-{view.origin.value}"
             words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
@@ -98,18 +101,11 @@ def _view(side: SideReading) -> RecordView:
     return record_view(analysis, window_s=((whole - length) / 2, (whole + length) / 2))
 
 
-def _spectra(views: Sequence[RecordView], state: Fault) -> list[Any]:
+def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
     """Spectra of all views up to the same order of the shaft."""
-    found = [spectrum_view(view, None, view.analysis.line_of(state) if state.line else None) for view in views]
-    end = min(one.end_hz / one.record.shaft_hz for one in found)
-    return [
-        dataclasses.replace(
-            one,
-            end_hz=end * one.record.shaft_hz,
-            cursors=tuple(cursor for cursor in one.cursors if cursor.frequency_hz <= end * one.record.shaft_hz),
-        )
-        for one in found
-    ]
+    lines = [view.analysis.line_of(state) if state.line else None for view in views]
+    order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
+    return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
 def _sentences(
@@ -147,14 +143,9 @@ def line_share(image: Scalogram, line_hz: float) -> float:
     return float(power[near].sum() / power.sum())
 
 
-def is_alike(simulated: float, measured: float) -> bool:
-    """True if both values differ by at most `share_pct` of the budget, of the measured one."""
-    return abs(simulated - measured) <= VERDICT.share_pct / 100 * abs(measured)
-
-
 def alike_sentence(what: str, simulated: float, measured: float) -> str:
-    """Sentence on one number of both sides."""
-    word = "alike" if is_alike(simulated, measured) else "not alike"
+    """Sentence on one number of both sides: alike if they differ by at most `share_pct` of the budget."""
+    word = "alike" if abs(simulated - measured) <= VERDICT.share_pct / 100 * abs(measured) else "not alike"
     return TEXTS.text("alike", word=word, what=what, simulated=simulated, measured=measured, pct=VERDICT.share_pct)
 
 

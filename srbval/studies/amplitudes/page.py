@@ -11,17 +11,9 @@ from srbval.report.blocks import Block, Section
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Drawn, legend_above, new_axes, panel
 from srbval.report.pages import StoredResults, origin_of, study_page
 from srbval.report.prose import Prose
-from srbval.report.tables import Title
 
 LOCKED, OUTCOME = "locked level", "prediction_outcome"
 CHANCE = 0.05  # over all records, that the level of a right model is called unexplained
-COLUMNS: Mapping[str, Title] = {
-    "record": "Record",
-    "level": ("Level", "dB", "+.1f"),
-    "u": ("u", "dB", ".1f"),
-    "level_p": ("p, level", "", ".2g"),
-    "pattern_p": ("p, pattern", "", ".2g"),
-}
 Rows = Sequence[Mapping[str, Any]]
 
 
@@ -64,7 +56,7 @@ def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
     locked = [one for one in content["rows"] if one["kind"] == LOCKED]
     yield prose.paragraph("counts", near_db=VERDICT.near_db, **content["counts"])
     yield prose.figure("amplitude-errors", draw_errors(locked), near_db=VERDICT.near_db)
-    yield prose.table("amplitude-levels", [one | {"record": short(one["record"])} for one in content["tests"]], COLUMNS)
+    yield prose.table("amplitude-levels", [one | {"record": short(one["record"])} for one in content["tests"]])
     yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked), **content["mounting"])
 
 

@@ -53,11 +53,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
         cage_error_note=["within the converged run's own error" if own else "" for own in runs["reference_limited"]],
     )
     shown = noted[runs["pareto"].astype(bool) | (runs["mark"] != "")]
-    yield prose.table("speed-accuracy-table", shown, {
-        "scene": "Scene", "solver": "Solver", "steps_per_s": ("Steps", "1/s", ".0f"), COST: ("CPU", "s/s", ".3f"),
-        ERROR: ("Cage error", "", ".1e"), "band_rms_error_db": ("500-1500 Hz RMS error", "dB", "+.2f"),
-        "noise_floor": ("Noise floor", "", ".1e"), "status": "Status",
-    })  # fmt: skip
+    yield prose.table("speed-accuracy-table", shown)
 
 
 PAGE = study_page(__package__, 46, blocks, data=lambda content: {"speed_accuracy": content["runs"]})
