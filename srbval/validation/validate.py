@@ -7,12 +7,14 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from srbval.bearing import Fault
+from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, effects_of
-from srbval.comparison.comparison import Row, plain_frame
+from srbval.comparison.comparison import Row, comparison_frame, plain_frame
 from srbval.comparison.vocabulary import Verdict
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
@@ -51,8 +53,7 @@ class PairReading:
 class Validation:
     """Result of a case: `table` has a row for each pair and quantity, `pairs` one for each pair.
 
-    `comparisons` are the rows with all their parts, `sums` the sums of both race lines, `failed` the pairs that could
-    not be compared with the reason.
+    `comparisons` are rows with all their parts, `sums` those of both race lines, `failed` pairs that were not compared.
     """
 
     case: Case
@@ -79,6 +80,11 @@ class Validation:
         rows: list[Row] = self.table[self.table["error_unit"] == "%"].to_dict("records")
         return [row for row in rows if row["error"] is not None]
 
+    @cached_property
+    def bias(self) -> list[Row]:
+        """Mean error of each kind of quantity over the records; see `comparison.bias`."""
+        return biases(comparison_frame(self.comparisons))
+
     @property
     def headline(self) -> str:
         """The answer in one sentence."""
@@ -93,6 +99,7 @@ class Validation:
             "pairs": self.pairs.to_dict("records"),
             "table": self.table.to_dict("records"),
             "sums": self.sums,
+            "bias": self.bias,
             "published": self.case.published,
             "failed": self.failed,
         }

@@ -95,7 +95,8 @@ def test_streams_that_take_nothing(what, tmp_path):
     command, code, said = STREAMS[what]
     program = f'"{sys.executable}" -c "import sys, srbval.cli; sys.exit(srbval.cli.main())" "$@"'
     script = f"srbval() {{ {program}; }}; srbval {command}"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, cwd=tmp_path)
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, cwd=tmp_path, env=buffered)
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
     assert "Exception ignored" not in done.stderr

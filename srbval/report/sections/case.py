@@ -40,7 +40,8 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
     """The report of a validation with the figures of its pairs; `command` is the one that makes it again."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
-    sections = [_frequencies(table), _speed(result), _figures(result, grids), _levels(table), _published(case)]
+    bias = _table("bias", [row for row in result.bias if row["records"] > 1])
+    sections = [_frequencies(table), _speed(result), _figures(result, grids), _levels(table), bias, _published(case)]
     signals = list(_signal_rows(result.pairs.to_dict("records")))
     sections += [
         _table("signals", signals),
