@@ -100,6 +100,7 @@ def test_ctrl_c_ends_the_model_too():
     words = [sys.executable, "-m", "srbval", "stability", "--model", "models.py:sleeps", "--quick"]
     process = subprocess.Popen(words, env=os.environ | mark, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     until(lambda: len(marked(mark)) == 2)
+    time.sleep(1.0)  # until the model sleeps: a signal while its process starts is another matter
     process.send_signal(signal.SIGINT)
     assert "interrupted" in process.communicate(timeout=30)[1].decode()
     until(lambda: not marked(mark), within_s=2.0)
