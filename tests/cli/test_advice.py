@@ -1,4 +1,4 @@
-"""What a message advises is right, complete, and can be done; slips of the finger, and how a shell completes."""
+"""Advice in messages is right, complete, and can be done; slips of the finger, and how a shell completes."""
 
 import json
 import shutil

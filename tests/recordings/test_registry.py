@@ -114,7 +114,7 @@ def test_recordings_of_the_rig(folder):
 
 
 def test_environment_folder_is_there_without_add(folder, monkeypatch):
-    """As long as it is named; its files are read once, and again after a change, but not registered."""
+    """Files of a named folder are read once, and again after a change, but not registered."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     first = listing().recordings
     assert (len(first), {entry.registered for entry in read_manifest().values()}) == (4, {False})

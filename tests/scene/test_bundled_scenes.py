@@ -105,7 +105,7 @@ ROUNDED_KG, ROUNDED = 1.0, 0.02  # the scene's and the ranges' figures are round
 
 
 def masses() -> tuple[float, float, float]:
-    """Of the outer ring, of it with Table 4's box, of the inner ring [kg]."""
+    """Masses of the outer ring, of it with Table 4's box, and of the inner ring [kg]."""
     scene, geometry = load_scene("rig"), load_bearing("skf-22240").geometry
     assert geometry is not None
     ring = geometry.outer_ring_mass_kg(STEEL_KG_M3)

@@ -172,7 +172,7 @@ def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
 
 
 def limits_of(result: Validation) -> Iterator[str]:
-    """What the report of this case cannot show, and why."""
+    """Limits of the report of this case, each with its reason."""
     pairs, verdicts = result.pairs.to_dict("records"), result.verdicts
     if Verdict.INSUFFICIENT in verdicts:
         yield TEXTS.text("insufficient", count=verdicts[Verdict.INSUFFICIENT])
