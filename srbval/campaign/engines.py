@@ -1,6 +1,6 @@
 """Engines by name: worker processes of this machine, or a Dask cluster, running already or of queued jobs.
 
-Each of them is an executor (`concurrent.futures`) that calls `run_isolated` for every case.
+Each of them calls `run_isolated` for every case.
 """
 
 import contextlib
@@ -8,9 +8,10 @@ import functools
 import itertools
 import logging
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import util
+from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
 from srbval.campaign.results import CaseResult, CaseTask
@@ -49,31 +50,39 @@ class Engine(Protocol):
 
 
 def results_of(
-    executor: Executor,
+    submit: Callable[..., Any],
     tasks: Iterable[CaseTask],
     *,
     check: Callable[[], None] = lambda: None,
     lost: tuple[type[Exception], ...] = (),
 ) -> Generator[CaseResult]:
-    """Results as they come, from an `executor` that has `AHEAD` cases at a time.
+    """Results as they come; `submit` has `AHEAD` cases at a time and returns a future of `concurrent.futures` or Dask.
 
     `check` is called if nothing ends for `CHECK_S`. A case that ends with one of the exceptions `lost` has crashed.
     """
-    waiting, running = iter(tasks), dict[Future[CaseResult], CaseTask]()
+    waiting, running, ended = iter(tasks), dict[Any, CaseTask](), SimpleQueue[Any]()
     while True:
         for task in itertools.islice(waiting, AHEAD - len(running)):
-            running[executor.submit(run_isolated, task)] = task
+            future = submit(run_isolated, task)
+            running[future] = task
+            future.add_done_callback(ended.put)
         if not running:
             return
-        ended = wait(running, timeout=CHECK_S, return_when=FIRST_COMPLETED).done
-        if not ended:
+        try:
+            future = ended.get(timeout=CHECK_S)
+        except Empty:
             check()
-        for future in ended:
-            task = running.pop(future)
-            try:
-                yield future.result()
-            except lost:
-                yield crashed(task, "worker was lost each time it was tried")
+            continue
+        try:
+            result = future.result(timeout=CHECK_S)
+        except lost:
+            result = crashed(running[future], "worker was lost each time it was tried")
+        except TimeoutError:  # Dask lost the worker before its result came, and runs the case once more
+            ended.put(future)
+            check()
+            continue
+        del running[future]
+        yield result
 
 
 @dataclass
@@ -93,7 +102,7 @@ class LocalProcesses:
 
         pool = ThreadPoolExecutor(self.jobs, initializer=take_process)
         try:
-            yield from results_of(pool, tasks)
+            yield from results_of(pool.submit, tasks)
         finally:
             for process in processes:
                 process.stop()
@@ -122,7 +131,8 @@ class DaskEngine:
         with self._client() as client:
             check = functools.partial(self._wait_for_worker, client)
             check()
-            yield from results_of(client.get_executor(pure=False), tasks, check=check, lost=(KilledWorker,))
+            submit = functools.partial(client.submit, pure=False)
+            yield from results_of(submit, tasks, check=check, lost=(KilledWorker,))
 
     @contextlib.contextmanager
     def _client(self) -> Iterator[Any]:

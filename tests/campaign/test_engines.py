@@ -7,13 +7,15 @@ import signal
 import subprocess
 import threading
 import time
+from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
 from srbval.campaign import worker
-from srbval.campaign.engines import DaskEngine, choose_engine
+from srbval.campaign.engines import CHECK_S, DaskEngine, choose_engine, results_of
+from srbval.campaign.results import CaseResult
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, small
@@ -60,6 +62,28 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     assert 0 < kept < 60
     again = run_small(campaign, tmp_path)
     assert (again["done"], again["ran"], again["failed"]) == (60, 60 - kept, [])
+
+
+def test_a_result_that_is_lost_with_its_worker_comes_from_another() -> None:
+    """Dask's future ends, its worker is lost before the result came, and ends again after another run."""
+    asked = []
+
+    class LostOnce(Future[CaseResult]):
+        def result(self, timeout: float | None = None) -> CaseResult:
+            asked.append(timeout)
+            if len(asked) == 1:
+                raise TimeoutError
+            return super().result(timeout)
+
+    def submit(_: Any, task: Any) -> LostOnce:
+        future = LostOnce()
+        future.set_result(task)
+        return future
+
+    checks: list[int] = []
+    found = results_of(submit, cast(Any, ["first", "second"]), check=lambda: checks.append(len(asked)))
+    assert sorted(map(str, found)) == ["first", "second"]
+    assert (checks, asked) == ([1], [CHECK_S] * 3)
 
 
 BAD_CASES = """\
