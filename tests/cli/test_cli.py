@@ -4,7 +4,6 @@ import re
 
 import pytest
 
-from srbval.cli import main
 from srbval.recordings import load_recording
 
 BPFO_HZ, BPFI_HZ = 96.79, 128.04  # printed in Table 6 of the paper, at 710 rpm
@@ -38,26 +37,15 @@ def test_simulate_then_analyse(srbval_json, tmp_path):
     assert line["found_hz"] == pytest.approx(made["bpfi_hz"], rel=READING)
 
 
-@pytest.mark.parametrize(
-    ("scene", "status"),
-    [
-        (
-            'shaft_speed = "3000 rpm"\n[load]\nradial = "5 kN"\npath = "bearing"\n'
-            "[contact]\nstatic_friction = 0.02\ndynamic_friction = 0.02\n",
-            "skidding",
-        ),
-        ('[contact]\nradial_play = "0.2 mm"\n', "rollers-unloaded"),
-    ],
-)
-def test_what_a_bearing_does_is_no_failure(srbval_json, tmp_path, scene, status):
+def test_what_a_bearing_does_is_no_failure(srbval_json, tmp_path):
     """Its file is written, read again, and says so."""
     given, path = tmp_path / "scene.toml", tmp_path / "run.h5"
-    given.write_text('duration = "0.3 s"\n' + scene)
+    given.write_text('duration = "0.1 s"\n[contact]\nradial_play = "0.2 mm"\n')
     made = srbval_json("simulate", given, "-o", path)
-    assert made["status"] == status
+    assert made["status"] == "rollers-unloaded"
     assert {"drive_power_w", "roller_load_share", "energy_imbalance"} <= set(made)
     assert isinstance(made["drive_power_w"], float)
-    assert any(f"the run ended {status}" in note for note in load_recording(path).notes)
+    assert any("the run ended rollers-unloaded" in note for note in load_recording(path).notes)
 
 
 def test_plan(srbval_json):
@@ -66,9 +54,6 @@ def test_plan(srbval_json):
     assert (found["question"], found["tolerance_pct"]) == ("lines", 0.5)
     for candidate in found["candidates"]:
         assert {"model", "error_pct", "wall_s", "ok", "why"} <= set(candidate)
-    found = srbval_json("plan", "--defect", "outer", "--question", "noise-floor", "--tolerance", "1e-6", code=1)
-    assert (found["met"], found["chosen"]) == (False, "full")
-    srbval_json("plan", "--question", "colour", code=2)
 
 
 def test_simulate_follows_the_plan(srbval_json):
@@ -92,44 +77,6 @@ def test_doctor_shows_and_clears_the_cache(srbval_json, tmp_path, monkeypatch):
     assert use not in found["cache"]
     assert not kernels.exists()
     assert srbval_json("doctor", "--clear-cache", "kernels", code=2)["status"] == "failed"
-
-
-BAD = [
-    (("analyse", "nowhere.mat"), 3, "no such file"),
-    (("analyse", "text.mat"), 3, "text.mat"),
-    (("analyse", "good.h5", "--band", "500", "15000"), 2, "Nyquist|10240"),
-    (("simulate", "misspelt.toml", "-o", "out.h5"), 2, "did you mean 'shaft_speed'"),
-    (("simulate", "-o", "no/such/folder/out.h5"), 3, "no such folder"),
-    (("simulate", "--solver", "ode1", "--dt", "4.8828125e-05", "--seconds", "0.3", "-o", "out.h5"), 4, "failed"),
-    (("kinematics", "--bearing", "skf22240"), 2, "skf-22240"),
-    (("report", "--seconds", "0.1", "-o", "out"), 2, "too short"),
-    (("frobnicate",), 2, "invalid choice"),
-    ((), 2, "name a command"),
-]
-
-
-@pytest.mark.parametrize(("arguments", "code", "message"), BAD, ids=[" ".join(a[0]) or "nothing" for a in BAD])
-def test_bad_input(arguments, code, message, srbval_text, tmp_path, monkeypatch, good_run):
-    """One clear message, the right exit code, no file left behind."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "text.mat").write_text("this is no MATLAB file\n")
-    (tmp_path / "misspelt.toml").write_text('shaft_sped = "710 rpm"\n')
-    (tmp_path / "good.h5").write_bytes(good_run.read_bytes())
-    before = sorted(p.name for p in tmp_path.iterdir())
-    said = srbval_text(*arguments, code=code)
-    assert said.out == ""
-    last = said.err.strip().splitlines()[-1]
-    assert last.startswith("srbval: ")
-    assert re.search(message, last), last
-    assert "Traceback" not in said.err
-    assert sorted(p.name for p in tmp_path.iterdir()) == before
-
-
-@pytest.fixture(scope="module")
-def good_run(tmp_path_factory):
-    path = tmp_path_factory.mktemp("run") / "good.h5"
-    assert main(["simulate", "--seconds", "1.2", "-o", str(path)]) == 0
-    return path
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ import pytest
 import srbval.cli
 from srbval.cli import INTERNAL, main
 from srbval.errors import NumericsError, SrbvalError
+from tests.marked import marked, until
 
 LONGEST = SrbvalError.longest + 30
 SRBVAL = [sys.executable, "-c", "import sys, srbval.cli; sys.exit(srbval.cli.main())"]
@@ -129,8 +130,8 @@ LONG = {
 }
 
 
-def started(command: str, folder: Path) -> subprocess.Popen[str]:
-    env = os.environ | {"SRBVAL_HOME": str(folder / "home")}
+def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Popen[str]:
+    env = os.environ | {"SRBVAL_HOME": str(folder / "home")} | mark
     return subprocess.Popen(
         [*SRBVAL, *LONG[command]],
         cwd=folder,
@@ -142,25 +143,13 @@ def started(command: str, folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def children(group: int) -> list[int]:
-    """Processes of a process group that still run."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            fields = (entry / "stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[2]) == group and fields[0] != "Z":
-            found.append(int(entry.name))
-    return found
-
-
 @pytest.mark.parametrize(
     ("command", "number", "after_s"),
     [("simulate", signal.SIGHUP, 0.0), ("campaign", signal.SIGTERM, 2.0), ("report", signal.SIGTERM, 2.0)],
 )
 def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
-    process = started(command, tmp_path)
+    mark = {"SRBVAL_TEST": str(tmp_path)}
+    process = started(command, tmp_path, mark)
     assert process.stderr.readline(), "the first line of progress: it has begun"
     time.sleep(after_s)
     assert process.poll() is None, process.communicate()
@@ -175,10 +164,7 @@ def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
     assert "Traceback" not in said
     left = [path for path in tmp_path.rglob("*") if path.name.endswith((".srbval-part", ".h5")) and path.is_file()]
     assert [path for path in left if path.parent == tmp_path or path.name.endswith("-part")] == []
-    deadline = time.monotonic() + ENDS_S
-    while children(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert children(process.pid) == []
+    until(lambda: not marked(mark), within_s=ENDS_S)
 
 
 def test_a_run_under_nohup_goes_on(tmp_path):
