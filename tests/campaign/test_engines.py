@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import threading
-import time
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, cast
@@ -20,6 +19,7 @@ from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, small
 from tests.campaign.command import MANY, dask_cluster, stand_in_for_slurm, start
+from tests.marked import until
 
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
@@ -45,11 +45,10 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     """As when all jobs reach their time limit: a client would wait for ever for another worker."""
     campaign = small(scene=TINY, axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
 
-    with dask_cluster() as cluster:
+    with dask_cluster({"PYTHONPATH": _at_start(LONG_CASES, tmp_path)}) as cluster:
 
         def lose_all() -> None:
-            while not any(tmp_path.glob("cases/*.h5")):
-                time.sleep(0.01)
+            until(lambda: any(tmp_path.glob("cases/*.h5")))
             cluster.scale(0)
 
         thread = threading.Thread(target=lose_all, daemon=True)
@@ -86,6 +85,14 @@ def test_a_result_that_is_lost_with_its_worker_comes_from_another() -> None:
     assert (checks, asked) == ([1], [CHECK_S] * 3)
 
 
+LONG_CASES = """\
+import time
+import srbval.sweep.pool as pool
+def attempt(scene, *, good=pool.attempt, **options):
+    time.sleep(0.5)
+    return good(scene, **options)
+pool.attempt = attempt
+"""
 BAD_CASES = """\
 import os, signal, time
 import srbval.campaign.results as results, srbval.sweep.pool as pool

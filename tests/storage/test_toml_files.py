@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import pytest
 
 from srbval import ConfigurationError, DataError, RunStatus, SrbvalError, load_bearing, load_campaign
-from srbval.campaign.cases import plan_cases
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
 from srbval.storage.tables import build, parse_quantity, quantity
@@ -160,26 +159,3 @@ def test_a_shaft_that_hardly_turns_and_one_that_spins():
     assert simulate(paper_scene(shaft_speed_rad_s=9e4, **short)).status is RunStatus.OK
     profile = SpeedProfile(time_s=(0.0, 10.0), speed_rad_s=(0.0, 100.0))  # its slow start made every pulse 10 s wide
     assert simulate(replace(paper_scene(**short), duration_s=10.0, speed_profile=profile)).samples == 204_800
-
-
-@pytest.mark.parametrize(
-    ("axes", "message"),
-    [
-        ({"kind": "sobol", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "must be between 0"),
-        ({"kind": "latin-hypercube", "ranges": {"load.radial_n": [1, 2]}, "samples": 2**62}, "must be between 0"),
-        ({"kind": "grid", "values": {str(i): list(range(100)) for i in range(9)}}, "cases; the limit"),
-        ({"kind": "sobol", "ranges": {"load.radial_n": ["0 N", "1e400 N"]}, "samples": 2}, "least and the largest"),
-        ({"kind": "sobol", "ranges": {f"k{i}": [1, 2] for i in range(30_000)}, "samples": 2}, "30000 keys"),
-    ],
-)
-def test_campaigns_that_would_never_be_planned(axes, message, tmp_path):
-    text = ", ".join(f"{key} = {toml(value)}" for key, value in axes.items())
-    (tmp_path / "c.toml").write_text(f'name = "a"\naxes = [{{{text}}}]')
-    with pytest.raises(ConfigurationError, match=message):
-        plan_cases(load_campaign(str(tmp_path / "c.toml")))
-
-
-def toml(value: object) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f'"{key}" = {toml(item)}' for key, item in value.items()) + "}"
-    return repr(value)

@@ -1,20 +1,36 @@
-"""Identifying the path to the sensor: on simulated truth, its intervals, and bad input."""
+"""The path to the sensor, identified on simulated truth; amplitudes of tones, levels and patterns of planted errors."""
 
 import dataclasses
+import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import chdtrc, ndtr
 
-from srbval import ConfigurationError, DataError, load_scene
+from srbval import ConfigurationError, DataError, Origin, Recording, load_scene
 from srbval.bearing import Fault
+from srbval.path import amplitudes
 from srbval.path import identify as module
+from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
 from srbval.path.identify import Pair, identify, joined, third_octaves
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
-from tests.path.simulated_rig import BEARING, GAINS, RATIO, TRUE, simulated_rig
+from tests.path.simulated_rig import (
+    BEARING,
+    FS_HZ,
+    GAINS,
+    LINE_HZ,
+    RATIO,
+    SECONDS,
+    SHAFT_HZ,
+    TRUE,
+    record_of,
+    simulated_rig,
+)
 
-NEAR_DB = 0.2  # of gains: pulses here are far above the noise
+NEAR_TRUE_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
 FREQUENCY_HZ = np.linspace(350, 3600, 800)
 BAND_HZ = (400.0, 3150.0)
@@ -36,7 +52,7 @@ def test_a_known_path_is_found_in_both_directions(found):
     off_db = 20 * np.log10(np.array(path.load) / true[0])
     assert path.frequency_hz[0] == pytest.approx(501, abs=1)  # joined with 631 Hz; 398 Hz alone is too narrow
     assert path.frequency_hz[-1] == pytest.approx(3162, abs=1)
-    assert off_db[4:] == pytest.approx(0.0, abs=NEAR_DB)
+    assert off_db[4:] == pytest.approx(0.0, abs=NEAR_TRUE_DB)
     assert (path.load[0], path.load[2]) == (path.load[1], path.load[3])  # third octaves below 1259 Hz are joined
     assert np.all(np.abs(off_db[:4]) < 2 * np.array(path.u_db[:4]))
     assert min(path.u_db[:4]) > np.std(20 * np.log10(GAINS[1:])) / 2
@@ -165,3 +181,123 @@ def test_records_that_cannot_be_used_are_refused(rig):
             identify(rig.outer, bearing=BEARING, band_hz=band_hz)
     with pytest.raises(DataError, match="inner-race fault"):
         identify(rig.outer, rig.outer, bearing=BEARING)
+
+
+TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+NEAR_DB = 0.01  # of a tone in the middle of its band
+BIAS_DB = 0.5
+ORDER = BEARING.orders.bpfo
+BANDS, COMMON_DB, OWN_DB, TRIALS = 6, 6.0, 1.0, 400  # of planted errors
+COVARIANCE = COMMON_DB**2 * np.ones((BANDS, BANDS)) + OWN_DB**2 * np.eye(BANDS)
+
+
+def made(samples: np.ndarray, state: Fault = Fault.OUTER) -> Recording:
+    return dataclasses.replace(record_of("made", state, samples), origin=Origin.STAND_IN)
+
+
+def test_a_tone_has_its_level_in_its_third_octave_alone():
+    found = levels(made(2.0 * np.sin(2 * math.pi * 1000.0 * TIME_S)), None)
+    assert found["1000 Hz"].value == pytest.approx(10 * math.log10(2.0), abs=NEAR_DB)
+    assert max(value.value for name, value in found.items() if name in LEVEL_BANDS and name != "1000 Hz") < -20
+    assert found["RMS 500-1500 Hz"].value == pytest.approx(10 * math.log10(2.0), abs=NEAR_DB)
+
+
+def test_the_increment_is_the_power_of_the_fault_and_its_interval_covers_it():
+    errors, inside = [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        one, other = (0.3 * random.standard_normal(TIME_S.size) for _ in range(2))
+        tone = 0.05 * np.sin(2 * math.pi * 1000 * TIME_S)
+        value = levels(made(tone + one), made(other, Fault.HEALTHY))["1000 Hz"]
+        errors.append(value.value - 10 * math.log10(0.05**2 / 2))
+        inside.append(abs(errors[-1]) <= value.ci95)
+    assert abs(np.mean(errors)) < BIAS_DB
+    assert np.mean(inside) > 0.85  # of 40; 34 is the least that 95 % make likely
+
+
+def test_the_pattern_of_a_known_modulation():
+    """(1 + m cos)^2 = 1 + m^2 / 2 + 2 m cos + m^2 / 2 cos 2: lines 2 m and m^2 / 2 over the mean 1 + m^2 / 2."""
+    depth = 0.4
+    modulated = (1 + depth * np.cos(2 * math.pi * LINE_HZ * TIME_S)) * np.sin(2 * math.pi * 2100 * TIME_S)
+    noise = 1e-4 * np.random.default_rng(1).standard_normal(TIME_S.size)
+    found = pattern(made(modulated + noise), BEARING, Fault.OUTER, ORDER)
+    assert found["depth"].value == pytest.approx(100 * 2 * depth / (1 + depth**2 / 2), rel=0.01)
+    assert found["harmonic 2"].value == pytest.approx(20 * math.log10(depth / 4), abs=0.1)
+    assert not found["harmonic 5"].present
+    assert "sidebands 1" not in found  # an outer-race fault stands still in the load zone
+
+
+def test_sidebands_of_a_fault_that_passes_the_load_zone():
+    line_hz = BEARING.orders.bpfi * SHAFT_HZ
+    modulation = (1 + 0.5 * np.cos(2 * math.pi * SHAFT_HZ * TIME_S)) * np.cos(2 * math.pi * line_hz * TIME_S)
+    samples = np.sqrt(2 + modulation) * np.sin(2 * math.pi * 2100 * TIME_S)  # its square is the modulation
+    noise = 1e-3 * np.random.default_rng(2).standard_normal(TIME_S.size)
+    found = pattern(made(samples + noise, Fault.INNER), BEARING, Fault.INNER, BEARING.orders.bpfi)
+    assert found["sidebands 1"].value == pytest.approx(20 * math.log10(0.25), abs=0.1)
+    assert found["sidebands 2"].value < -30
+
+
+def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing():
+    one, other = (made(np.random.default_rng(seed).standard_normal(TIME_S.size)) for seed in (3, 4))
+    value = amplitudes.kurtoses(one)["kurtosis 1400-2800 Hz"]
+    assert abs(value.value - 3.0) < 2 * value.ci95
+    assert 0 < value.ci95 < 0.4
+    assert sum(value.present for value in levels(one, other).values()) <= 1
+    louder = dataclasses.replace(one, channels={"a": 1.4 * one.channels["a"]})
+    assert sum(value.present for value in levels(louder, other).values()) > 10
+    with pytest.raises(DataError, match="no shaft speed"):
+        pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
+
+
+def test_the_total_of_two_records_is_the_sum_of_their_powers():
+    one = made(np.random.default_rng(3).standard_normal(TIME_S.size))
+    alone, twice = amplitudes.totals(one)["total 1000 Hz"], amplitudes.totals(one, one)["total 1000 Hz"]
+    assert twice.value - alone.value == pytest.approx(10 * math.log10(2))
+
+
+def test_a_common_level_and_a_pattern_are_separated():
+    level, u, d2 = level_and_pattern(np.full(BANDS, 12.0), COVARIANCE)
+    assert level == pytest.approx(12.0)
+    assert u == pytest.approx(np.sqrt(COMMON_DB**2 + OWN_DB**2 / BANDS))
+    assert d2 == pytest.approx(0.0, abs=1e-9)
+    level, _, d2 = level_and_pattern(np.array([3.0, -3.0] * (BANDS // 2)), COVARIANCE)
+    assert level == pytest.approx(0.0)
+    assert d2 == pytest.approx(BANDS * 9 / OWN_DB**2)
+    assert level_and_pattern(np.array([-12.0]), np.array([[36.0]]))[0] == pytest.approx(-12.0)
+
+
+def test_right_models_are_rejected_as_often_as_they_may_be():
+    errors = np.random.default_rng(1).multivariate_normal(np.zeros(BANDS), COVARIANCE, TRIALS)
+    level, u, d2 = np.array([level_and_pattern(one, COVARIANCE) for one in errors]).T
+    for p in (2 * ndtr(-np.abs(level / u)), chdtrc(BANDS - 1, d2)):
+        assert 0.02 < np.mean(p < 0.05) < 0.09  # three deviations of as many trials
+
+
+@pytest.mark.parametrize("scatter_db", [0.7, 2.0])
+def test_the_scatter_of_mountings_is_found_from_bands_to_which_a_fault_adds_nothing(scatter_db, monkeypatch):
+    monkeypatch.setattr(amplitudes, "band_powers", lambda planted, _: planted.powers)
+    inside, means = [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        found = mounting_scatter([planted_pair(random, scatter_db) for _ in range(6)], prior_db=2.0)
+        inside.append(found["low_db"] <= scatter_db <= found["high_db"])
+        means.append(found["scatter_db"])
+    assert np.mean(means) == pytest.approx(scatter_db, rel=0.15)
+    assert np.mean(inside) > 0.85  # 95 %; three deviations of as many trials
+
+
+def planted_pair(random: np.random.Generator, scatter_db: float) -> list[SimpleNamespace]:
+    """Powers of a faulty and a healthy record, each with levels of its mounting; the fault is in each other band."""
+    pair = []
+    for fault_db in (30.0, 0.0):
+        db = scatter_db * random.standard_normal(len(LEVEL_BANDS)) + fault_db * (np.arange(len(LEVEL_BANDS)) % 2)
+        pair.append(SimpleNamespace(powers=dict(zip(LEVEL_BANDS, 10 ** (db / 10), strict=True)), seconds=30.0))
+    return pair
+
+
+def test_without_a_quieter_band_the_prior_remains():
+    quiet = made(np.random.default_rng(1).standard_normal(TIME_S.size))
+    loud = dataclasses.replace(quiet, channels={"a": 10.0 * quiet.channels["a"]})
+    found = mounting_scatter([(loud, quiet)], prior_db=2.0)
+    assert (found["quieter"], found["bands"]) == (0, len(LEVEL_BANDS))
+    assert found["scatter_db"] == pytest.approx(2.0 * np.sqrt(2 / np.pi), rel=0.01)  # mean of the half-normal prior
