@@ -138,7 +138,6 @@ PRESENCE = ComparedQuantity(
 )
 SIDEBANDS = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
 COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS)
-FREQUENCIES = (CAGE_RATIO.kind, ROLLER_LINE.kind)
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
@@ -14,8 +13,9 @@ from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.reading.verdict import sum_rule
+from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
-from srbval.storage.tables import read_toml
+from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,46 +26,68 @@ PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # colu
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table6:
-    """Table 6 with its speeds [rpm] and load [kN]: `row` has, by defect, frequencies [Hz], deviations printed [%]."""
+class Published:
+    """Numbers of a paper, without signals: fault line [Hz] by kinematics, of its model and its rig, at a speed [rpm].
 
-    shaft_rpm: float
-    motor_rpm: float
-    radial_kn: float
-    row: tuple[SimpleNamespace, ...]
+    ``_printed_pct`` are deviations from kinematics as printed [%].
+    """
 
-    def of(self, defect: str) -> SimpleNamespace:
-        """The row of a defect (``outer`` or ``inner``)."""
-        return next(row for row in self.row if row.defect == defect)
+    state: Fault
+    rpm: float
+    motor_rpm: float | None = None
+    radial_kn: float | None = None
+    kinematic_hz: float | None = None
+    model_hz: float | None = None
+    model_printed_pct: float | None = None
+    rig_hz: float | None = None
+    rig_printed_pct: float | None = None
+    source: str = ""
+
+    def deviations_pct(self) -> dict[str, float]:
+        """Deviation of the model's and the rig's line from the printed kinematic one [%], those that are known."""
+        known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
+        kinematic_hz = self.kinematic_hz
+        return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
 
 
-def table6() -> Table6:
-    """The paper's Table 6: the published numbers of the case that comes with the program."""
-    rows = read_toml(shipped_folder(CASES) / f"{PAPER_CASE}.toml")["published"]
-    speeds = {"shaft_rpm": rows[0]["rpm"]} | {name: rows[0][name] for name in ("motor_rpm", "radial_kn")}
-    named = (row | {"defect": row["state"], "line": Fault(row["state"]).line} for row in rows)
-    return Table6(**speeds, row=tuple(SimpleNamespace(**row) for row in named))
+def table6() -> dict[Fault, Published]:
+    """The paper's Table 6 by defect: the published numbers of the case that comes with the program."""
+    rows = [
+        build(Published, row, PAPER_CASE)
+        for row in read_toml(shipped_folder(CASES) / f"{PAPER_CASE}.toml")["published"]
+    ]
+    return {row.state: row for row in rows}
 
 
-def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Row]:
+def published_speeds() -> PublishedSpeeds:
+    """The published tachometer means of the rig's open recordings."""
+    speeds = dataset("torino-excerpts").published_speeds
+    assert speeds is not None, "a test holds the description to its speeds"
+    return speeds
+
+
+def published_rows(
+    printed: Mapping[Fault, Published], paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]
+) -> Iterator[Row]:
     """Our model at the paper's speed with the paper's model and rig, and the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows have insufficient data.
     """
     for fault in RACE_DEFECTS:
-        row, (_, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
+        row, (_, found_hz, ci95_hz) = printed[fault], found_line(paper[fault], fault)
+        assert row.kinematic_hz and row.rig_hz, "Table 6 states every value"
         model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
+        recomputed = {name.removesuffix("_hz"): off for name, off in row.deviations_pct().items()}
         yield _row(
             fault,
             row.kinematic_hz,
             model,
             rig,
             rig_source="published",
-            shaft_rpm=printed.shaft_rpm,
+            shaft_rpm=row.rpm,
             model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
             **{f"paper_{name}": getattr(row, name) for name in PRINTED},
-            paper_model_recomputed_pct=deviation_pct(row.model_hz, row.kinematic_hz),
-            paper_rig_recomputed_pct=deviation_pct(row.rig_hz, row.kinematic_hz),
+            **{f"paper_{name}_recomputed_pct": off for name, off in recomputed.items()},
         )
 
 
@@ -125,16 +147,19 @@ def _row(
 
 
 def sum_rules(
-    printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run], rig: Mapping[Fault, Analysis]
+    printed: Mapping[Fault, Published],
+    paper: Mapping[Fault, Analysis],
+    runs: Mapping[str, Run],
+    rig: Mapping[Fault, Analysis],
 ) -> Iterator[dict[str, Any]]:
     """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings.
 
     Our model's two runs have their own mean cage speeds, which are known; the rig's are not.
     """
     for name, key in (("kinematic, as printed", "kinematic"), ("paper's model", "model"), ("paper's rig", "rig")):
-        shaft_hz, rollers = printed.shaft_rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
-        bpfo, bpfi = (getattr(printed.of(fault.value), f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
-        stated = {"ci95": None, "stated_rpm": printed.shaft_rpm}
+        shaft_hz, rollers = printed[Fault.OUTER].rpm / 60, paper[Fault.OUTER].bearing.rolling_elements
+        bpfo, bpfi = (getattr(printed[fault], f"{key}_hz") / shaft_hz for fault in (Fault.OUTER, Fault.INNER))
+        stated = {"ci95": None, "stated_rpm": 60 * shaft_hz}
         orders = {"rolling_elements": rollers, "bpfo_order": bpfo, "bpfi_order": bpfi}
         yield sum_rule({"source": name, "origin": "published", **orders, **stated})
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}

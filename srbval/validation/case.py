@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, load_bearing
-from srbval.comparison.comparison import deviation_pct
-from srbval.comparison.table6 import CASES
+from srbval.comparison.table6 import CASES, Published
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import RecordingSettings
 from srbval.recordings.registry import listing
@@ -83,31 +82,6 @@ class CasePair:
             raise ConfigurationError(f"pair used_for = {self.used_for!r} must be one of {', '.join(USES)}.")
         if self.simulated is None and self.measured is None:
             raise ConfigurationError("a pair names neither a simulated nor a measured side; give at least one.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Published:
-    """Numbers of a paper, without signals: fault line [Hz] by kinematics, of its model and its rig, at a speed [rpm].
-
-    ``_printed_pct`` are deviations from kinematics as printed [%].
-    """
-
-    state: Fault
-    rpm: float
-    motor_rpm: float | None = None
-    radial_kn: float | None = None
-    kinematic_hz: float | None = None
-    model_hz: float | None = None
-    model_printed_pct: float | None = None
-    rig_hz: float | None = None
-    rig_printed_pct: float | None = None
-    source: str = ""
-
-    def deviations_pct(self) -> dict[str, float]:
-        """Deviation of the model's and the rig's line from the printed kinematic one [%], those that are known."""
-        known = {name: getattr(self, name) for name in ("model_hz", "rig_hz") if getattr(self, name) is not None}
-        kinematic_hz = self.kinematic_hz
-        return {name: deviation_pct(value, kinematic_hz) for name, value in known.items() if kinematic_hz}
 
 
 @dataclass(frozen=True, kw_only=True)

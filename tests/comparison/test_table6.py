@@ -23,7 +23,7 @@ FROM_CAGE = 2e-4  # relative: the line read from the spectrum is that of the cag
 
 
 def test_printed_deviations_are_those_of_the_printed_frequencies() -> None:
-    for row in table6().row:
+    for row in table6().values():
         assert deviation_pct(row.model_hz, row.kinematic_hz) == pytest.approx(row.model_printed_pct, abs=PRINTED_PCT)
         assert deviation_pct(row.rig_hz, row.kinematic_hz) == pytest.approx(row.rig_printed_pct, abs=PRINTED_PCT)
 

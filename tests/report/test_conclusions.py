@@ -35,7 +35,7 @@ def blind(used_for: str, predicted: bool) -> str:
 STATED = [verdict("rig", "877 rpm", "met"), verdict("paper", "877 rpm", "missed"), verdict("paper", TREND, "met")]
 TURNED = [verdict("rig", TREND, "missed", -0.2, reversed_by=["osculation"]), verdict("rig", "877 rpm", "met")]
 CHANGE = {"rig_pct": 0.22, "rig_ci95_pct": 0.08, "model_pct": None}
-LINE = {"origin": "measured", "speed_source": "tachometer", "line": "BPFI", "slip_pct": 0.04, "slip_ci95_pct": 0.03}
+LINE = {"speed_source": "tachometer", "line": "BPFI", "slip_pct": 0.04, "slip_ci95_pct": 0.03}
 SUMS = [{"total": 19.001, "ci95": 0.01}]
 SHARES = {"model": {"at_one": 0.1, "at_two": 0.25}, "rig": None}
 BLIND, PREDICTED = "a.mat", "Predictions of the amplitudes"
@@ -56,7 +56,7 @@ SENTENCES = [  # text, words that it has, words that it has not
         "g, 877 rpm:",
     ),
     (" ".join(missed_sentence(TURNED)), "the cause of the error of -0.20 % is not known.", "+0.12"),
-    (measured_sentence([], []) + measured_sentence([], [LINE | {"origin": "published"}]), "", " "),
+    (measured_sentence([], []) + measured_sentence([], [LINE | {"speed_source": "the lines"}]), "", " "),
     (measured_sentence([], [LINE]), " Single lines deviate by BPFI +0.04 ± 0.03 %.", None),
     (measured_sentence(SUMS, []), "add up to 19.001 ± 0.010 orders.", "deviate"),
     (

@@ -71,8 +71,8 @@ def test_each_table_and_the_rows_behind_them_are_csv_files(with_rig):
     found, folder = with_rig.document(), with_rig.folder / "figures"
     for table in with_rig.report.tables():
         assert len(pd.read_csv(folder / f"{table.id}.csv")) == len(table.rows)
-    read = pd.read_csv(folder / "rows-speed-and-slip.csv")
-    rows = found["speed_and_slip"]
-    assert read["total_pct"].tolist() == pytest.approx([row["total_pct"] for row in rows])
+    read = pd.read_csv(folder / "rows-line-deviations.csv")
+    rows = found["line_deviations"]
+    assert read["slip_pct"].tolist() == pytest.approx([row["slip_pct"] for row in rows])
     assert read["record"].tolist() == [row["record"] for row in rows]
     assert {path.stem for path in folder.glob("rows-*.csv")} == set(with_rig.report.rows)

@@ -8,7 +8,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import Effects
 from srbval.comparison.comparison import plain_frame
-from srbval.comparison.table6 import Table6
+from srbval.comparison.table6 import Published
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings.datasets.description import DatasetDescription
@@ -35,7 +35,7 @@ class Findings:
 
     data: Mapping[str, Any]
     bearing: Bearing
-    printed: Table6
+    printed: Mapping[Fault, Published]
     runs: Mapping[str, Run]
     run_facts: tuple[Mapping[str, Any], ...]
     analyses: Mapping[str, Side]

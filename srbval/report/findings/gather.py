@@ -9,7 +9,7 @@ from srbval.comparison.cage_readings import cage_readings
 from srbval.comparison.compared_quantities import effects_of
 from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
-from srbval.comparison.table6 import PAPER_CASE, Table6, table6
+from srbval.comparison.table6 import PAPER_CASE, Published, table6
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
@@ -112,16 +112,16 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
 
 
 def at_drawn_points(
-    registered: Iterable[RegisteredRecording], printed: Table6, stored: Mapping[str, Any]
+    registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
     """Recordings at the paper's load without axial load, at a speed of the model's stored draws if there are any."""
     speeds = {one["nominal_rpm"] for variant in stored.get("variants", ()) for one in variant["records"]}
-    at_load = [one for one in registered if one.radial_kn == printed.radial_kn and not one.axial_kn]
+    at_load = [one for one in registered if one.radial_kn == printed[Fault.OUTER].radial_kn and not one.axial_kn]
     return [one for one in at_load if not speeds or one.nominal_rpm in speeds]
 
 
 def choose_rig_recordings(
-    printed: Table6, registered: Iterable[RegisteredRecording]
+    printed: Mapping[Fault, Published], registered: Iterable[RegisteredRecording]
 ) -> dict[Fault, RegisteredRecording]:
     """Recordings of the rig at the paper's load, at the speed with most states and then nearest to 727 rpm.
 
@@ -129,11 +129,15 @@ def choose_rig_recordings(
     """
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
-        at_load = entry.radial_kn == printed.radial_kn and not entry.axial_kn
+        at_load = entry.radial_kn == printed[Fault.OUTER].radial_kn and not entry.axial_kn
         if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= SHORTEST_S:
             by_state = by_speed.setdefault(entry.nominal_rpm, {})
             if entry.state in PAPER_STATES and entry.state is not None:
                 by_state.setdefault(entry.state, entry)
-    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)), default=None)
+    best = max(
+        by_speed,
+        key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - (printed[Fault.OUTER].motor_rpm or 0.0))),
+        default=None,
+    )
     chosen = {} if best is None else by_speed[best]
     return {state: chosen[state] for state in PAPER_STATES if state in chosen}

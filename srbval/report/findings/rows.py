@@ -14,8 +14,7 @@ from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import RACE_LINE
 from srbval.comparison.comparison import Row, comparison_frame, deviation_pct, rows_of
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.speed_and_slip import published_speeds, record_rows, table6_rows
-from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
+from srbval.comparison.table6 import measured_rows, published_rows, published_speeds, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.models.run import Run
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
@@ -65,7 +64,7 @@ def compared_rows(
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": rows_of(comparisons),
         "pairs": pairs,
-        "speed_and_slip": (*record_rows(pairs, found.validation.comparisons, bearing), *table6_rows(printed, bearing)),
+        "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
         "published_speeds": list(published_speed_rows()),
         "recordings": tuple(registered),
         "recordings_not_used": [
@@ -92,6 +91,16 @@ def compared(rows: Iterable[Row]) -> "pd.DataFrame":
     lines = frame[frame["kind"].isin([one.kind for one in LINES]) & frame["rig_present"].astype(bool)]
     kept = frame["pair"].isin(lines["pair"]) & (frame["kind"] != RACE_LINE.kind) & frame["error"].notna()
     return frame[kept].sort_values("pair", kind="stable").drop(columns=list(PAIR_KEYS))
+
+
+def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterator[Row]:
+    """Deviation of the race line of each measured record from pure rolling at the record's own shaft speed [%]."""
+    speed_source = {one["pair"]: one["measured_facts"]["shaft_from"] for one in pairs}
+    for row in comparisons:
+        if row["kind"] == RACE_LINE.kind and row["rig_present"]:
+            found = {"record": Path(row["record"]).stem, "line": Fault(row["state"]).line}
+            found |= {"speed_source": speed_source[row["pair"]], "slip_ci95_pct": row["data_ci95"]}
+            yield found | {"slip_pct": deviation_pct(row["rig"], row["kinematic"])}
 
 
 def cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:

@@ -23,7 +23,7 @@ RECORDS, LIMITS, GLOSSARY, COMMAND = (
 MOST_NAMED = 20  # files in a list; report.json has all
 GROUPS = {"paper's speed": "paper", "at the rig's speed": "model", "rig side": "rig"}
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
-ROWS = ("comparisons", "pairs", "bias", "speed_and_slip", "published_speeds", "joint_tests", "runs")
+ROWS = ("comparisons", "pairs", "bias", "line_deviations", "published_speeds", "joint_tests", "runs")
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:

@@ -37,7 +37,7 @@ def _at_paper(rows: Any, findings: Findings) -> Table:
     ):
         shown[f"{name}_badge"], shown[f"{name}_note"] = badge, rows[deviation].map("{:+.2f} %".format)
     computed = " and ".join(f"{line.name} {line.kinematic_hz:.2f} Hz" for line in own)
-    return TEXTS.table("table-6-paper-speed", shown, shaft_rpm=findings.printed.shaft_rpm, computed=computed)
+    return TEXTS.table("table-6-paper-speed", shown, shaft_rpm=findings.printed[Fault.OUTER].rpm, computed=computed)
 
 
 def _at_rig(rows: Any, findings: Findings) -> Table:
@@ -55,7 +55,7 @@ def _at_rig(rows: Any, findings: Findings) -> Table:
 
 def speed_or_slip_section(findings: Findings) -> Section:
     """BPFO + BPFI against the number of rollers, and what follows for the paper's slippage."""
-    inner, rollers = findings.printed.of("inner"), findings.bearing.rolling_elements
+    inner, rollers = findings.printed[Fault.INNER], findings.bearing.rolling_elements
     sums = findings.frame("closure")
     shown = sums.assign(
         source_badge=sums["origin"],
@@ -66,8 +66,8 @@ def speed_or_slip_section(findings: Findings) -> Section:
     rig = sums[sums["source"] == "paper's rig"].iloc[0]
     measured = sums[sums["origin"] == "measured"].to_dict("records")
     words = {name: rig[name] for name in ("difference_pct", "implied_rpm")} | {"printed_pct": inner.rig_printed_pct}
-    words["inner_rpm"] = findings.printed.shaft_rpm * inner.rig_hz / inner.kinematic_hz
-    words["measured"] = measured_sentence(measured, findings.data["speed_and_slip"])
+    words["inner_rpm"] = inner.rpm * rig["bpfi_order"] / sums["bpfi_order"].iloc[0]  # over the printed kinematic one
+    words["measured"] = measured_sentence(measured, findings.data["line_deviations"])
     return SPEED.section(
         SPEED.paragraph("intro", rollers=rollers),
         SPEED.table(
@@ -82,7 +82,7 @@ def speed_or_slip_section(findings: Findings) -> Section:
 
 def measured_sentence(sums: Sequence[Mapping[str, Any]], lines: Sequence[Mapping[str, Any]]) -> str:
     """Sentence on the rig's recordings: their sum, and how far their lines are from kinematics."""
-    own = [row for row in lines if (row["origin"], row["speed_source"]) == ("measured", "tachometer")]
+    own = [row for row in lines if row["speed_source"] == "tachometer"]
     parts = [SPEED.text("measured-sum", total=row["total"], ci95=row["ci95"]) for row in sums[:1]]
     if 0 < len(own) <= LISTED:
         listed = ", ".join(f"{row['line']} {row['slip_pct']:+.2f} ± {row['slip_ci95_pct']:.2f} %" for row in own)

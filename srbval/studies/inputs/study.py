@@ -29,7 +29,7 @@ from srbval.comparison.compared_quantities import COMPARED
 from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import DETAIL_HZ, TURNS, SimulationCase, analyse_run, converged, with_points
 from srbval.comparison.open_inputs import Drawn, drawn, of_reading, open_inputs
-from srbval.comparison.speed_and_slip import published_speeds
+from srbval.comparison.table6 import published_speeds
 from srbval.comparison.verdicts import endpoints, of_model, verdict
 from srbval.errors import NumericsError
 from srbval.progress import Progress, silent
