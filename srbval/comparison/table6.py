@@ -77,7 +77,9 @@ def published_rows(
         row, (_, found_hz, ci95_hz) = printed[fault], found_line(paper[fault], fault)
         assert row.kinematic_hz and row.rig_hz, "Table 6 states every value"
         model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
-        recomputed = {name.removesuffix("_hz"): off for name, off in row.deviations_pct().items()}
+        of_paper: Row = {f"paper_{name}": getattr(row, name) for name in PRINTED}
+        for name, off in row.deviations_pct().items():
+            of_paper[f"paper_{name.removesuffix('_hz')}_recomputed_pct"] = off
         yield _row(
             fault,
             row.kinematic_hz,
@@ -86,8 +88,7 @@ def published_rows(
             rig_source="published",
             shaft_rpm=row.rpm,
             model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
-            **{f"paper_{name}": getattr(row, name) for name in PRINTED},
-            **{f"paper_{name}_recomputed_pct": off for name, off in recomputed.items()},
+            **of_paper,
         )
 
 
