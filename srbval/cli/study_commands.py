@@ -1,6 +1,7 @@
 """``srbval check``, ``evidence`` and ``study``: the program's behaviour, the stored results, and their computation."""
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,8 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         if getattr(given, "model", None):
             return _run_outside(given, progress, bench if name == VERBS["bench"] else stability)
         found, stored = make_result(name, given, progress, command=own_command())
+    if "file" in stored:
+        print(f"stored: {stored['file']}", file=sys.stderr)
     return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
 
 

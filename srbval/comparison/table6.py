@@ -75,7 +75,8 @@ def published_rows(
     """
     for fault in RACE_DEFECTS:
         row, (_, found_hz, ci95_hz) = printed[fault], found_line(paper[fault], fault)
-        assert row.kinematic_hz and row.rig_hz, "Table 6 states every value"
+        assert row.kinematic_hz is not None, "Table 6 states every value"
+        assert row.rig_hz is not None
         model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
         of_paper: Row = {f"paper_{name}": getattr(row, name) for name in PRINTED}
         for name, off in row.deviations_pct().items():

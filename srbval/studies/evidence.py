@@ -21,7 +21,7 @@ from srbval.recordings.registry.register import RECORDINGS_VARIABLE
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
 from srbval.storage.stored_result import REPORTS, ResultKind, StoredResult, newest_result, read_result
-from srbval.studies.harness import Study, load_study, run_and_store, study_names
+from srbval.studies.harness import Study, load_study, make_result, study_names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,17 +115,11 @@ def recompute(
     for study, state in wanted:
         message(f"{study.name}: {state.why or 'fresh'}; about {study.minutes:g} minutes on two cores")
         started = time.perf_counter()
-        options = argparse.Namespace(**study.defaults(), jobs=jobs, output=None)
+        output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
+        options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
+        origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}
         with without_own_recordings():
-            found, stored = run_and_store(
-                study,
-                options,
-                prefixed(progress, study.name),
-                command=command,
-                revision=revision,
-                behaviour=now,
-                folder=shipped_folder(REPORTS) if is_source_tree() else None,
-            )
-        done: dict[str, Any] = vars(_state(study.name, read_result(stored.path), study, now))
+            found, stored = make_result(study.name, options, prefixed(progress, study.name), **origin)
+        done: dict[str, Any] = vars(_state(study.name, read_result(stored["file"]), study, now))
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
         yield ResultState(**done | {"sound": found.sound})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -22,7 +21,7 @@ from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import code_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, ResultKind, StoredResult
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, ResultKind
 from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
@@ -120,90 +119,56 @@ def run_study(
 
 
 def make_result(
-    name: str, options: argparse.Namespace, progress: Progress, *, command: str
+    name: str,
+    options: argparse.Namespace,
+    progress: Progress,
+    *,
+    command: str,
+    revision: str | None = None,
+    behaviour: Fingerprint | None = None,
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study and store its result; returns it, and what was stored or would have been.
+    """Run a study and store its result with its origin; returns it, and what was stored or would have been.
 
     `options.output` names a file to store to in place of the user's cache. A result without a name is stored only if a
-    file is named for it. Raises `DataError` for a file in ``reports`` if the working tree was changed.
+    file is named for it. `revision` and the fingerprint `behaviour` are those of the program, read here if they are not
+    given. Raises `DataError` for a file that cannot be written, and for one in ``reports`` if the working tree was
+    changed.
     """
     from srbval.check.fingerprint import fingerprint
 
     study, path = load_study(name), Path(options.output) if options.output else None
     if path is not None:
         check_suffix(path, "JSON", (".json",))
-    revision = git_revision()
-    if path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path):
-        raise DataError(
-            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
-            "this result again; commit the changes first."
-        )
+    if revision is None:
+        revision = git_revision()
+        shipped = path is not None and path.resolve().parent == shipped_folder(REPORTS).resolve()
+        if shipped and (revision or "").endswith(DIRTY):
+            raise DataError(
+                f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could "
+                "compute this result again; commit the changes first."
+            )
     started = time.perf_counter()
     found = study.run(options, progress)
-    stated: dict[str, Any] = {"command": command, "revision": revision, "minutes": (time.perf_counter() - started) / 60}
-    if path is None and found.name is None:
-        return found, stamped(study, found, **stated)
-    behaviour = fingerprint(*study.parts, progress=progress) if study.parts else {}
-    stored = store_result(study, found, behaviour=behaviour, path=path, **stated)
-    print(f"stored: {stored.path}", file=sys.stderr)
-    return found, stored.content | {"file": stored.path}
-
-
-def run_and_store(
-    study: Study,
-    options: argparse.Namespace,
-    progress: Progress,
-    *,
-    command: str,
-    revision: str | None,
-    behaviour: Fingerprint,
-    folder: Path | None,
-) -> tuple[StudyResult, StoredResult]:
-    """Run a study and store its complete result in `folder`, by default the user's cache.
-
-    `behaviour` is the fingerprint of the program and `revision` its revision, both read before the study began.
-    """
-    started = time.perf_counter()
-    found = study.run(options, progress)
-    minutes = (time.perf_counter() - started) / 60
-    path = None if folder is None else folder / f"{study.name}.json"
-    stated: dict[str, Any] = {"command": command, "revision": revision, "minutes": minutes}
-    return found, store_result(study, found, behaviour=behaviour, path=path, **stated)
-
-
-def store_result(
-    study: Study, found: StudyResult, *, behaviour: Fingerprint, path: Path | None = None, **stated: Any
-) -> StoredResult:
-    """Write what was `found` with its origin to `path`, by default to the user's cache.
-
-    Of the fingerprint `behaviour` the study's own parts are kept. Raises `DataError` if the file cannot be written.
-    """
-    name = study.name
-    content = stamped(study, found, **stated) | {
-        "code_sha256": code_sha256(FOLDER / name), "fingerprint": {part: dict(behaviour[part]) for part in study.parts},
-    }  # fmt: skip
-    stored = StoredResult(path=path or cache_folder(RESULTS) / f"{name}.json", content=content)
-    write_json(stored.path, content, rows_text)
-    return stored
-
-
-def stamped(study: Study, found: StudyResult, *, command: str, revision: str | None, minutes: float) -> dict[str, Any]:
-    """Content of a result, with its kind, the date, the `command` and `revision` that computed it, and the machine."""
-    return {
+    content = {
         "schema_version": SCHEMA_VERSION,
         "kind": study.name,
         "evidence_kind": study.kind.value,
         "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
         "git_revision": revision,
         "command": command,
-        "minutes": round(minutes, 2),
+        "minutes": round((time.perf_counter() - started) / 60, 2),
         "machine": this_machine(),
         **to_json(found.content),
     }
-
-
-def _is_shipped(path: Path) -> bool:
-    return path.resolve().parent == shipped_folder(REPORTS).resolve()
+    if path is None and found.name is None:
+        return found, content
+    if behaviour is None:
+        behaviour = fingerprint(*study.parts, progress=progress) if study.parts else {}
+    content["code_sha256"] = code_sha256(FOLDER / study.name)
+    content["fingerprint"] = {part: dict(behaviour[part]) for part in study.parts}
+    path = path or cache_folder(RESULTS) / f"{study.name}.json"
+    write_json(path, content, rows_text)
+    return found, content | {"file": path}
 
 
 def rows_text(content: Mapping[str, Any]) -> str:
