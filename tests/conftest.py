@@ -19,8 +19,11 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        scenes = [paper_scene(model=model, solver={"name": name}) for model in ("full", "slices") for name in SOLVERS]
-        precompile(*scenes, paper_scene(model="line"), paper_scene(model="planar"), load_scene("rig"))
+        solvers = [paper_scene(solver={"name": name}) for name in SOLVERS]
+        models = [paper_scene(model=model) for model in ("slices", "line", "planar")]
+        rigs = [load_scene(name) for name in ("rig", "rig-oil")]
+        more = {"model": "full"}, {"bodies": {"free_rollers": True}}
+        precompile(*solvers, *models, *rigs, *(load_scene("rig", changes) for changes in more))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -120,7 +120,7 @@ def _at_start(code: str, folder: Path) -> str:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
-@pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.long_form)])
 def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each fails with its reason, the others run, and the next start tries those again and nothing else."""
     paths = _at_start(BAD_CASES, tmp_path)
@@ -173,7 +173,7 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("sbatch", "said"),
     [
-        ("echo Submitted batch job 1", r"no worker of slurm for 0.5 s\."),
+        pytest.param("echo Submitted batch job 1", r"no worker of slurm for 0.5 s\.", marks=pytest.mark.long_form),
         ("echo no such queue >&2\nexit 1", r"slurm failed \(RuntimeError: .* no such queue\)"),
     ],
     ids=["whose jobs never come", "that refuses jobs"],

@@ -98,8 +98,13 @@ def test_everything_missing_is_asked_for_at_once(two_channels, srbval_text):
         assert (unasked(said), "srbval analyse" in said) == ([], False)
 
 
-@pytest.mark.parametrize("stated", [["--band", "500", "3000"], ["--auto-band"]])
-@pytest.mark.parametrize("bearing", [["--elements", "9,7.94,39.04,0"], ["--orders", "3.58,5.42,2.36,0.398"]])
+@pytest.mark.parametrize(
+    ("bearing", "stated"),
+    [
+        (["--elements", "9,7.94,39.04,0"], ["--band", "500", "3000"]),
+        (["--orders", "3.58,5.42,2.36,0.398"], ["--auto-band"]),
+    ],
+)
 def test_what_a_machines_file_states_is_registered_once(
     stated, bearing, two_channels, monkeypatch, srbval_json, srbval_text
 ):

@@ -49,7 +49,7 @@ LONG = (  # functions that take long, or change this machine; everything before 
     *("sphinx.cmd.build.build_main", "webbrowser.open"),
 )
 OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records can be analysed
-SHARES = {"kinematics": 150, "simulate": 150, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}
+SHARES = {"kinematics": 150, "simulate": 60, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}
 OTHERS = 30  # examples of each other command, of 1,000 in all
 READING = ("analyse",)
 ALWAYS = {"simulate": "seconds model", "campaign export": "segment_seconds", "report": "files", "data add": "folder"}

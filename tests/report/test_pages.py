@@ -186,7 +186,10 @@ def without(study: str, folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("study", study_names())
+STUDIES = [pytest.param(name, marks=[pytest.mark.long_form] * (place > 0)) for place, name in enumerate(study_names())]
+
+
+@pytest.mark.parametrize("study", STUDIES)
 def test_the_report_is_without_the_page_of_a_study_that_is_not_there_and_the_rest_stays(study, tmp_path):
     tree = without(study, tmp_path)
     done = subprocess.run(

@@ -36,6 +36,7 @@ SCENE: dict[str, Any] = merged(
 )
 # Farther along the shaft than any load moves it, so that nothing small is lost, to load either row; or both rows.
 RINGS_M = {1: np.array([20e-6, -95e-6, 1.2e-3]), 2: np.array([20e-6, -95e-6, -1.2e-3]), 0: np.array([0, -3e-4, 0])}
+ROWS = [1, 0, pytest.param(2, marks=pytest.mark.long_form)]
 CAGE_TILT_RAD, ALIGNED = 1e-3, 0.01  # of the largest load: rollers beside the tilt's plane are skewed by it
 LAMINAE = 60
 LOAD = 3e-3  # of the largest load: a roller at the end of the load zone is pressed over two or three slices
@@ -111,7 +112,7 @@ def in_order(model: Parameters, row: int) -> FloatArray:
     return model.scratch.space[int(row) :][: len(model.slot_angle)].reshape(-1, 2).T.ravel()
 
 
-@pytest.mark.parametrize("row", RINGS_M)
+@pytest.mark.parametrize("row", ROWS)
 def test_loads_tilt_and_shift_are_those_of_the_static_solver(row):
     model, poses, y = posed(row)
     found = rates(model, 0.0, y)
@@ -154,7 +155,7 @@ def rolling(model: Parameters, rest: FloatArray) -> FloatArray:
     return y
 
 
-@pytest.mark.parametrize("row", RINGS_M)
+@pytest.mark.parametrize("row", ROWS)
 def test_power_at_an_instant(row):
     """Rollers and cage roll and rock: drive and load put in what is stored and lost.
 

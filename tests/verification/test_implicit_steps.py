@@ -10,6 +10,8 @@ it relaxes them: with the shaft as one more speed in u and D, drive and losses c
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -135,8 +137,11 @@ METHODS: dict[str, tuple[Stepper, float]] = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("method", METHODS)
+EACH: list[Any] = list(product(METHODS, SCENES))
+EACH[-1] = pytest.param(*EACH[-1], marks=pytest.mark.long_form)  # whose kernel nothing else needs
+
+
+@pytest.mark.parametrize(("method", "name"), EACH)
 def test_steps_by_dense_matrices(method, name):
     scene, model, world = subject(CASES[name][0])
     start = disturbed(model, seed=2, cage_angle=scene.load.zone_rad)
