@@ -191,15 +191,15 @@ AXES = [
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def cases(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("campaign")
     run_small(small(axes=AXES), made)
     return made
 
 
-def test_segments_and_labels(folder: Path, tmp_path: Path) -> None:
+def test_segments_and_labels(cases: Path, tmp_path: Path) -> None:
     file = tmp_path / "set.h5"
-    made = export_campaign(folder, file, segment_s=2e-3, snr_db=(10.0, -3.0))
+    made = export_campaign(cases, file, segment_s=2e-3, snr_db=(10.0, -3.0))
     assert (made["segments"], made["samples"], made["left_out"]) == (2 * 2 * 3, 41, 1)
     with h5py.File(file) as found:
         table = {name: found[name][()] for name in found}
@@ -215,9 +215,9 @@ def test_segments_and_labels(folder: Path, tmp_path: Path) -> None:
     assert "split by `case`" in card
 
 
-def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -> None:
+def test_the_same_settings_give_the_same_samples(cases: Path, tmp_path: Path) -> None:
     def noisy(name: str, **options: object) -> np.ndarray:
-        export_campaign(folder, tmp_path / name, segment_s=2e-3, **options)  # type: ignore[arg-type]
+        export_campaign(cases, tmp_path / name, segment_s=2e-3, **options)  # type: ignore[arg-type]
         with h5py.File(tmp_path / name) as found:
             return np.asarray(found["segments"][found["snr_db"][()] == 0.0])
 
@@ -226,23 +226,23 @@ def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -
     assert not np.array_equal(first, noisy("c.h5", snr_db=(0.0,), seed=1))
 
 
-def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
-    noise = str(good_results(folder)[0])
-    assert export_campaign(folder, tmp_path / "set.h5", segment_s=2e-3, snr_db=(0.0,), noise=noise)["segments"] == 8
+def test_noise_of_a_recording(cases: Path, tmp_path: Path) -> None:
+    noise = str(good_results(cases)[0])
+    assert export_campaign(cases, tmp_path / "set.h5", segment_s=2e-3, snr_db=(0.0,), noise=noise)["segments"] == 8
     with h5py.File(tmp_path / "set.h5") as found:
         card = str(found.attrs["data_card"])
     assert "Added noise: Gaussian, with the spectrum of " in card
     assert ", at 0 dB, seed 0." in card
 
 
-def test_what_cannot_be_exported(folder: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_exported(cases: Path, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no case holds 1 s of signal"):
-        export_campaign(folder, tmp_path / "set.h5")
+        export_campaign(cases, tmp_path / "set.h5")
     assert not (tmp_path / "set.h5").exists()
     with pytest.raises(DataError, match="no campaign here"):
         export_campaign(tmp_path, tmp_path / "set.h5")
     with pytest.raises(ConfigurationError, match="no ratio"):
-        export_campaign(folder, tmp_path / "set.h5", noise="recording.mat")
+        export_campaign(cases, tmp_path / "set.h5", noise="recording.mat")
 
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

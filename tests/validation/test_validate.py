@@ -2,15 +2,33 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from srbval import ConfigurationError, DataError, SrbvalError, paper_scene, simulate, write_run
+from srbval import (
+    Analysis,
+    ConfigurationError,
+    DataError,
+    NumericsError,
+    Origin,
+    SrbvalError,
+    Validation,
+    analyse,
+    paper_scene,
+    simulate,
+    write_run,
+)
 from srbval.bearing import Fault, load_bearing
+from srbval.comparison.bias import biases
+from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, values_of_model
+from srbval.comparison.counterpart import AnalysedRun
 from srbval.recordings.registry import add
+from srbval.report.findings.rows import compared
+from srbval.validation import sides
 from srbval.validation.case import Case, Source, case_of_pairs
 from srbval.validation.pairing import pair_files, state_in_name
 from srbval.validation.validate import validate
@@ -29,10 +47,10 @@ SIMULATED = {
 }
 
 
-def signal(state: Fault, seed: int, shift_pct: float, seconds: float) -> np.ndarray:
+def signal(state: Fault, seed: int, shift_pct: float, seconds: float, rpm: float = RPM) -> np.ndarray:
     """Vibration of the impulse model with its race lines shifted."""
     shifted = {name: getattr(BEARING.orders, name) * (1 + shift_pct / 100) for name in ("bpfo", "bpfi")}
-    turns = np.arange(int(FS_HZ * seconds)) * RPM / 60 / FS_HZ
+    turns = np.arange(int(FS_HZ * seconds)) * rpm / 60 / FS_HZ
     return vibration(state, dataclasses.replace(BEARING.orders, **shifted), turns, np.random.default_rng(seed))
 
 
@@ -42,12 +60,14 @@ def simulated(path: Path, state: Fault, *, seed: int, shift_pct: float = 0.0, se
     return str(path)
 
 
-def measured(path: Path, state: Fault, *, seed: int, seconds: float = SECONDS) -> str:
+def measured(
+    path: Path, state: Fault, *, seed: int, seconds: float = SECONDS, rpm: float = RPM, nominal: float = 877.0
+) -> str:
     """A record in the layout of the rig's excerpts, with its tachometer."""
-    values = signal(state, seed, 0.0, seconds)
+    values = signal(state, seed, 0.0, seconds, rpm)
     times = np.arange(values.size) / FS_HZ
-    changes = {"acc_m_s2": values, "time_acc": times, "condition": state.code, "rpm_nominal": 877.0}
-    files.excerpt(path, **changes, rpm=np.full(values.size, RPM))
+    changes = {"acc_m_s2": values, "time_acc": times, "condition": state.code, "rpm_nominal": nominal}
+    files.excerpt(path, **changes, rpm=np.full(values.size, rpm))
     return str(path)
 
 
@@ -179,6 +199,82 @@ def test_another_engine_s_model_of_the_rig_s_bearing(recordings_dir):
     row = validate(case).table.set_index("quantity").loc["cage ratio"]
     assert row["simulated"] == pytest.approx(0.43154, abs=1e-5)
     assert row["error"] == pytest.approx(0.17, abs=0.01)
+
+
+STATES, CAGE, LINES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER), 0.432, {"outer": "BPFO", "inner": "BPFI"}
+KNOWN = {
+    (defect, name): {"shift": 0.0, "inputs_ci95": size, "grid_ci95": 0.0}
+    for defect, line in LINES.items()
+    for name, size in (("cage ratio", 0.0004), (f"2x{line}", 1.0), (f"{line} sidebands", 1.0))
+}
+
+
+def rig_files(folder: Path, **speed: float) -> Path:
+    """Three records of the rig, made by the impulse model."""
+    for seed, state in enumerate(STATES, start=1):
+        name = f"{state.code}_{speed.get('nominal', 877):g}rpm_made.mat"
+        measured(folder / name, state, seed=seed, seconds=2.0, **speed)
+    return folder
+
+
+def another_impulse_model(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
+    """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
+    state = rig.recording.state or Fault.HEALTHY
+    turns = np.arange(int(FS_HZ * 2)) * rig.speed.value_hz / FS_HZ
+    orders = dataclasses.replace(BEARING.orders, bpfo=19 * CAGE, bpfi=19 * (1 - CAGE))
+    channels = {"x": vibration(state, orders, turns, np.random.default_rng(99))}
+    made = dataclasses.replace(rig.recording, origin=Origin.SIMULATED, channels=channels, channel="x")
+    order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
+    analysis = analyse(made, bearing=BEARING, speed=rig.speed)
+    values = values_of_model(analysis, state, order, sides.QUANTITIES)
+    run = SimpleNamespace(cage_ratio=CAGE)
+    return AnalysedRun(case=None, run=run, analysis=analysis, line_order=order, values=values)
+
+
+def shipped_case(folder: Path, counterpart: Any = another_impulse_model) -> Validation:
+    add(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("srbval.validation.validate.effects_of", lambda _: KNOWN)
+        patch.setattr(sides, "run_counterpart", counterpart)
+        return validate("torino-22240", jobs=2)
+
+
+def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_path):
+    """Nothing but files that are registered: each adds its record, and its rows to every kind of quantity."""
+    (tmp_path / "more").mkdir()
+    found = shipped_case(rig_files(tmp_path))
+    assert [pair["state"] for pair in found.pairs.to_dict("records")] == ["healthy", "inner", "outer"]
+    assert found.pairs["measured_facts"].iloc[1]["shaft_from"] == "tachometer"
+    frame = compared(found.comparisons).set_index(["state", "kind"])
+    for state in ("outer", "inner"):
+        cage = frame.loc[state, CAGE_RATIO.kind]
+        assert cage["error"] == pytest.approx(100 * (CAGE / cage["rig"] - 1))  # not of the line: its sign is another
+        assert cage["model"] == pytest.approx(CAGE)
+        assert cage["verdict"] == "differs", "0.3 % are far beyond what is not known"
+        assert cage["uncertainty"] > 0.09  # the known term's
+    assert frame.xs(PRESENCE.kind, level="kind")[["model", "rig"]].to_numpy().tolist() == [[1.0, 1.0]]
+    after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
+    counted = [
+        {b["kind"]: b["records"] for b in biases(compared(one.comparisons), used_for="withheld")}
+        for one in (found, after)
+    ]
+    for row in (CAGE_RATIO, HARMONIC[2]):  # higher harmonics need not show on both sides
+        assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
+    assert not compared(after.comparisons)["record"].str.contains("H_727").any()
+
+
+def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(tmp_path):
+    asked = []
+
+    def counterpart(rig: Analysis, *_: Any, **__: Any) -> AnalysedRun:
+        asked.append(rig.recording.state)
+        raise NumericsError("the load was lost")
+
+    failed = shipped_case(rig_files(tmp_path), counterpart)
+    assert sorted(asked) == [Fault.INNER, Fault.OUTER]
+    assert list(failed.pairs["problem"]) == ["", "the load was lost", "the load was lost"]
+    assert compared(failed.comparisons).empty
+    assert set(failed.table["verdict"]) == {"insufficient data"}
 
 
 def verdict_of(case: Case) -> pd.Series:
