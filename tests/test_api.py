@@ -55,31 +55,3 @@ def test_an_analysis_is_a_table_a_picture_and_a_line_of_text():
     assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
     assert repr(analysis()).endswith("BPFI detected>")
     assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"
-
-
-def test_every_command_is_a_function():
-    verbs = {
-        "analyse": "analyse",
-        "bearing": "find_bearings",
-        "bench": "run_study",
-        "campaign": "run_campaign",
-        "check": "run_check",
-        "data": "list_recordings",
-        "docs": "build_docs",
-        "doctor": "doctor",
-        "evidence": "run_study",
-        "identify": "identify_path",
-        "kinematics": "fault_frequencies",
-        "plan": "make_plan",
-        "report": "report_recordings",
-        "simulate": "simulate",
-        "stability": "run_study",
-        "study": "run_study",
-        "trend": "trend_of",
-        "validate": "validate",
-    }
-    from srbval.cli.arguments import parser
-
-    commands = next(a for a in parser()._actions if a.dest == "command").choices
-    assert set(commands) - set(verbs) == {"completion"}  # a script for shells
-    assert all(callable(getattr(srbval, function)) for function in verbs.values())

@@ -9,7 +9,7 @@ from srbval.models import film
 from srbval.models.simulate import Step, simulate
 
 CLOSED = 1e-3  # of the drive's power that no source accounts for
-SETTLED = {"duration": "0.05 s", "settle": "0.05 s", "detail_rate": "512 Hz"}
+SETTLED = {"duration": "0.1 s", "settle": "0.1 s", "detail_rate": "512 Hz"}
 KEYS = {"sliding", "rolling", "drag", "cage", "seals", "damping", "total"}
 
 
@@ -58,7 +58,7 @@ AXIAL = {"bodies": {"free_rollers": True}, "load": {"axial": "12.5 kN"}, "solver
 
 @pytest.mark.parametrize("name", ["rig", pytest.param("rig-oil", marks=pytest.mark.long_form)])
 def test_power_closes_and_the_loaded_row_carries(name):
-    run = simulate(load_scene(name, AXIAL | {"duration": "0.05 s", "settle": "0.05 s"}), step=Step.UNCHECKED)
+    run = simulate(load_scene(name, AXIAL | {"duration": "0.1 s", "settle": "0.1 s"}), step=Step.UNCHECKED)
     assert run.status is RunStatus.OK
     assert abs(run.energy_imbalance) < CLOSED
     assert run.free_rollers["row_1_share"] == pytest.approx(SHARE, abs=SHARE_OFF)

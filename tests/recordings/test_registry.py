@@ -1,32 +1,47 @@
-"""The register: add, list, verify, remove; atomic, shared between processes, a changed byte caught."""
+"""The register: add, list, verify, remove, what users state and the recordings that ship; download of an open set."""
 
+import dataclasses
+import hashlib
 import os
 import shutil
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault
+from srbval.bearing import Fault, load_bearing
 from srbval.campaign.folder import CampaignTable, folder_lock, write_table
-from srbval.errors import DataError
-from srbval.recordings import Origin, RecordingSettings
+from srbval.errors import ConfigurationError, DataError
+from srbval.reading.analyse import analyse
+from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording
+from srbval.recordings.datasets.description import ExpectedFile, dataset
 from srbval.recordings.registry import (
     FileStatus,
     add,
+    fetch,
     find_recording,
+    healthy_baseline,
     listing,
+    load_entry,
+    load_registered,
+    lookup,
     register,
     remove,
     rig_recordings,
     verify,
 )
 from srbval.recordings.registry.manifest import manifest_path, read_manifest
+from srbval.recordings.registry.register import shipped_recordings
 from srbval.report.blocks import Report, Tone, VerdictBox
+from srbval.report.findings.provenance import provenance
 from srbval.report.write import write_report
+from srbval.storage.installation import shipped_folder
 from tests.campaign.campaigns import small
 from tests.recordings.synthetic_record import write_synthetic_record
 
@@ -242,3 +257,281 @@ def test_a_damaged_register_is_refused(content, folder):
     with pytest.raises(DataError, match=r"manifest\.json"):
         listing()
     assert "not a readable manifest" in listing(or_none=True).unreadable
+
+
+GIVEN = {"fs_hz": 8000.0, "unit": "g", "bearing": "skf-6205", "rpm": 1500.0}
+HEADER = "file;state;bearing;rpm;radial_kn;channel;fs;unit"
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """A folder with files of two channels, and one file of one channel."""
+    (tmp_path / "rig").mkdir()
+    for i, name in enumerate(("a.npy", "b.npy")):
+        np.save(tmp_path / "rig" / name, np.stack([files.vibration(seed=2 * i + k) for k in range(2)], axis=1))
+    np.save(tmp_path / "rig" / "one.npy", files.vibration())
+    return tmp_path / "rig"
+
+
+def labelled(machine, *rows, header=HEADER):
+    path = machine.parent / "labels.csv"
+    path.write_text("\n".join(["\ufeff" + header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_stated_once_and_stored(machine):
+    path = machine / "a.npy"
+    (asked,) = add(path).recordings
+    assert "--channel data[1] | data[2]; no sampling rate: --fs HZ; no unit: --unit m/s2 |" in (asked.reason or "")
+    assert "no bearing: --bearing NAME | FILE.toml; no shaft speed: --rpm R, or --tacho CHANNEL" in (asked.reason or "")
+    given = RecordingSettings(channel="data[2]", **GIVEN)
+    (entry,) = add(path, settings=given).recordings
+    assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
+    for again in (add(path), verify()):
+        assert again.recordings[0].settings == given
+    for recording in (load_registered(path), load_entry(verify().recordings[0])):
+        assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
+    with pytest.raises(DataError, match="leaves open"):
+        load_recording(path)  # the plain loader does not use the register
+    add(path, settings=RecordingSettings(fs_hz=9000.0))  # later options go over stored ones
+    assert (load_registered(path).fs_hz, load_registered(path).channel) == (9000.0, "data[2]")
+    assert load_registered(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
+    assert add(path, repin=True).recordings[0].settings is None
+
+
+def test_an_option_that_one_file_of_a_folder_has_no_use_for(machine):
+    found = add(machine, settings=RecordingSettings(channel="data[2]", **GIVEN)).recordings
+    *two, one = found
+    assert [(entry.channel, entry.reason) for entry in two] == [("data[2]", None)] * 2
+    assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
+    assert "no channel 'data[2]'; it has data" in (one.reason or "")
+
+
+def test_a_set_point_is_not_a_measured_speed(machine):
+    path, given = machine / "one.npy", {"fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
+    measured, nominal = load_recording(path, **given), load_recording(path, **given, rpm_tolerance_pct=2.0)
+    assert (measured.speed.source, measured.speed.ci95_hz) == (SpeedSource.STATED, 1 / 60)
+    assert (nominal.speed.source, nominal.speed.ci95_hz) == (SpeedSource.NOMINAL, 0.5)
+    assert "set point kept within 2 %" in " ".join(nominal.notes)
+    add(path, settings=RecordingSettings(**given, rpm_tolerance_pct=2.0))
+    assert load_registered(path).speed == nominal.speed
+    again = load_registered(path, RecordingSettings(rpm=1490.0))
+    assert again.speed.source is SpeedSource.STATED  # the stored tolerance belongs to the stored speed
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"rpm_tolerance_pct": 1.0}, "--rpm.*at most 10 %"),
+        ({"rpm": 1500.0, "rpm_tolerance_pct": 11.0}, "--rpm.*at most 10 %"),
+        ({"derivative": 3}, "derivative 3 must be 1, of a velocity, or 2, of a position"),
+        ({"resample_hz": 0.0}, "rate to resample to 0.0 must be a positive number"),
+        ({"skip_s": -1.0}, "time to skip -1.0 must be a positive number"),
+    ],
+)
+def test_impossible_settings(wrong, said):
+    with pytest.raises(ConfigurationError, match=said):
+        RecordingSettings(**wrong)
+
+
+def test_a_table_of_labels(machine, srbval_json):
+    """Files that it does not name are not registered; an empty field leaves the option of the command."""
+    rows = ("a.npy;healthy;skf-6205;1480,5;2,5;data[2];25600;g", "b.npy;outer;skf-6205;1478;2,5;data[2];25600;")
+    labels = labelled(machine, *rows)
+    first, second = srbval_json("data", "add", machine, "--table", labels, "--unit", "m/s2")["recordings"]
+    assert [Path(r["file"]).name for r in (first, second)] == ["a.npy", "b.npy"]
+    assert (first["state"], first["bearing"], first["rpm"], first["radial_kn"]) == ("healthy", "skf-6205", 1480.5, 2.5)
+    assert (first["settings"]["unit"], second["settings"]["unit"]) == ("g", "m/s2")
+    assert (first["reason"], second["reason"]) == (None, None)
+    faulty = load_registered(machine / "b.npy")
+    assert (faulty.state, faulty.bearing, faulty.radial_n) == (Fault.OUTER, "skf-6205", 2500.0)
+    assert (faulty.channel, Path(healthy_baseline(faulty).file).name) == ("data[2]", "a.npy")
+
+
+def test_a_baseline_of_another_speed_load_bearing_or_channel_is_none(machine):
+    same = GIVEN | {"channel": "data[1]", "rpm": 1480.0}
+    add(machine / "b.npy", settings=RecordingSettings(**same, state=Fault.OUTER))
+    for other in ({}, {"rpm": 1200.0}, {"bearing": "skf-6203"}, {"radial_kn": 1.0}, {"channel": "data[2]"}):
+        add(machine / "a.npy", settings=RecordingSettings(**same | other, state=Fault.HEALTHY), repin=True)
+        assert (healthy_baseline(load_registered(machine / "b.npy")) is None) == bool(other), other
+
+
+WRONG_ROWS = ("a.npy;rusty;skf-6205;1;;;;", "none.npy;;;;;;;", "a.npy;outer;;fast;;;;", "a.npy;outer")
+WRONG_ROWS += ("a.npy;;;1;;;;", "a.npy;;;2;;;;")
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "said"),
+    [
+        ("file;bearng", ("a.npy;x",), "unknown column 'bearng'; did you mean 'bearing'"),
+        ("state", ("outer",), "'file' among them"),
+        (
+            HEADER,
+            WRONG_ROWS,
+            r"5 of 6 rows cannot be used: row 1: .*rusty.*row 2: .*none\.npy: no such file.*row 3: .*fast.*"
+            r"row 4: 2 fields where the header has 8.*row 6: a\.npy is named twice",
+        ),
+        (HEADER, ("a.npy;;skf-9999;;;;;",), "bearing 'skf-9999' is not known"),
+    ],
+)
+def test_all_that_is_wrong_with_a_table_at_once(machine, header, rows, said):
+    with pytest.raises(ConfigurationError, match=said):
+        add(machine, table=labelled(machine, *rows, header=header))
+
+
+FOLDER = shipped_folder("data_manifest/rig_excerpts")
+POINTS = {(state, rpm) for state in Fault for rpm in (353.0, 877.0)}
+MOST_BYTES = 2_000_000
+SINGLE = 2.0**-24  # relative error of rounding to single precision
+MEAN_SPEED = 1e-6  # relative: of the mean of every 32nd value
+PUBLISHED_RPM = 6e-4  # the author's means are rounded to 0.001 rpm
+SPEED_CI = 0.001  # a tachometer's mean over 2 s is known to better than a per mille
+LINES = 2e-6  # relative: of a line's frequency, with the mean speed
+
+
+def test_what_ships_is_small_and_says_where_it_comes_from():
+    assert sum(path.stat().st_size for path in FOLDER.iterdir()) < MOST_BYTES
+    licence = (FOLDER / "LICENSE.txt").read_text()
+    assert "Copyright (c) 2025 Politecnico di Torino" in licence
+    assert "The above copyright notice and this permission notice shall be included in all" in licence
+    described = (FOLDER / "README.md").read_text()
+    published = {file.name: file for file in dataset("torino-excerpts").files}
+    packed = sorted(FOLDER.glob("*.h5"))
+    assert len(packed) == len(POINTS)
+    for path in packed:
+        original = published[f"{path.stem}.mat"]
+        assert original.used_for  # so that every point of the grid counts as opened
+        with h5py.File(path) as file:
+            assert f"{original.name}, SHA-256 {original.sha256}" in file.attrs["copy_of"]
+            assert file.attrs["source"] == original.url
+            assert file["acc_m_s2"].dtype == np.float32
+        assert f"| `{path.name}` | `{original.name}` | `{original.sha256}` |" in described
+        assert (original.url or "").split("/")[5] in described  # the commit
+
+
+def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
+    monkeypatch.setattr(lookup, "shipped_recordings", shipped_recordings)  # hidden from other tests
+    found = rig_recordings()
+    assert {(r.state, r.nominal_rpm) for r in found} == POINTS
+    for entry in found:
+        assert (entry.dataset, entry.origin, entry.radial_kn) == ("torino-excerpts", Origin.MEASURED, 124.8)
+        recording = load_recording(entry.file)
+        assert (recording.fs_hz, recording.unit, recording.seconds) == (20480.0, "m/s2", 2.0)
+        assert recording.speed.source is SpeedSource.TACHOMETER
+        assert any("compact copy of" in note and "SHA-256" in note for note in recording.notes)
+    facts = provenance((), found)["recordings_shipped_with_srbval"]
+    assert "OR_877rpm_sample.h5" in facts["files"]
+    assert "commit 946782ab" in facts["source"]
+    assert "Copyright (c) 2025 Politecnico di Torino" in facts["licence"]
+    assert "recordings_shipped_with_srbval" not in provenance((), ())
+    (outer,) = rig_recordings(state=Fault.OUTER, nominal_rpm=877)
+    assert Path(healthy_baseline(load_recording(outer.file)).file).name == "H_877rpm_sample.h5"
+    files.excerpt(tmp_path / "mine.mat", condition="OR", rpm_nominal=877)
+    add(tmp_path)
+    (own,) = rig_recordings(state=Fault.OUTER, nominal_rpm=877)
+    assert Path(own.file).name == "mine.mat"  # registered ones come first
+    assert {(r.state, r.nominal_rpm) for r in rig_recordings()} == POINTS
+    manifest_path().write_text("{")
+    assert shipped_recordings() == found
+
+
+@pytest.mark.recordings
+def test_they_are_the_originals(recordings_dir):
+    bearing, published = load_bearing("skf-22240"), dataset("torino-excerpts").published_speeds
+    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published.means}
+    for path in sorted(FOLDER.glob("*.h5")):
+        compact, original = load_recording(path), load_recording(recordings_dir / "torino" / f"{path.stem}.mat")
+        for fact in ("state", "bearing", "fs_hz", "unit", "radial_n", "axial_n", "nominal_rpm", "channel", "band_hz"):
+            assert getattr(compact, fact) == getattr(original, fact), fact
+        a, b = compact.channels["sensor_4"], original.channels["sensor_4"]
+        np.testing.assert_allclose(a, b, rtol=SINGLE, atol=0)
+        speed, every = compact.speed_signal, round(original.speed_signal.rate_hz / compact.speed_signal.rate_hz)
+        assert speed.rate_hz == 640.0
+        np.testing.assert_allclose(speed.values_hz, original.speed_signal.values_hz[::every], rtol=2 * SINGLE)
+        mean_rpm = means[original.state, original.nominal_rpm]
+        assert original.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=PUBLISHED_RPM)
+        assert 0 < original.speed.ci95_hz * 60 < SPEED_CI * mean_rpm
+        assert compact.speed.value_hz == pytest.approx(original.speed.value_hz, rel=MEAN_SPEED)
+        assert compact.speed.ci95_hz == pytest.approx(original.speed.ci95_hz, rel=0.05)
+        if path.stem.startswith(("OR_", "IR_")):
+            lines = [analyse(r, bearing=bearing).line_of(r.state or Fault.HEALTHY) for r in (compact, original)]
+            assert lines[0].found_hz == pytest.approx(lines[1].found_hz, rel=LINES)
+
+
+NAMES = ("H_877rpm_a.mat", "IR_877rpm_a.mat", "OR_877rpm_a.mat")
+
+
+class Server(ThreadingHTTPServer):
+    """Serves `contents`; `broken` names are cut half-way, `asked` lists the requests."""
+
+    def __init__(self, contents):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.contents, self.broken, self.asked = contents, set(), []
+        self.url = f"http://127.0.0.1:{self.server_port}"
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+
+class Handler(BaseHTTPRequestHandler):
+    def do_GET(self):
+        name = self.path.lstrip("/")
+        self.server.asked.append(name)
+        body = self.server.contents[name]
+        self.send_response(200)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body[: len(body) // 2] if name in self.server.broken else body)
+
+    def log_message(self, *_):
+        """Keep the test's output clean."""
+
+
+@pytest.fixture
+def server(tmp_path, monkeypatch):
+    (tmp_path / "made").mkdir()
+    made = (files.excerpt(tmp_path / "made" / name, condition=name.split("_")[0]) for name in NAMES)
+    served = Server({path.name: path.read_bytes() for path in made})
+    expected = (
+        ExpectedFile(name=name, sha256=hashlib.sha256(body).hexdigest(), url=f"{served.url}/{name}")
+        for name, body in served.contents.items()
+    )
+    described = dataclasses.replace(dataset("torino-excerpts"), files=tuple(expected))
+    monkeypatch.setattr(register, "dataset", lambda _: described)
+    yield served
+    served.shutdown()
+    served.server_close()
+
+
+def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
+    def no_network(**_):
+        raise OSError("network is unreachable")
+
+    monkeypatch.setattr("pooch.retrieve", no_network)
+    with pytest.raises(DataError, match=r"network is unreachable.*data add"):
+        fetch("torino-excerpts", tmp_path)
+    with pytest.raises(DataError, match=r"restricted.*data add"):
+        fetch("torino-full")
+    with pytest.raises(DataError, match=r"no pinned files.*Downloadable: torino-excerpts"):
+        fetch("upm-citef")
+    with pytest.raises(ConfigurationError, match="Known: cwru"):
+        fetch("nothing")
+
+
+def test_broken_off_then_resumed_at_the_file_that_is_missing(server, tmp_path):
+    server.broken = {NAMES[1]}
+    with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*data add"):
+        fetch("torino-excerpts", tmp_path / "data")
+    assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]  # no half a file
+    server.broken, reported = set(), []
+    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
+    assert [(Path(r.file).name, r.status) for r in result.recordings] == [(name, FileStatus.OK) for name in NAMES]
+    assert reported == [("Download", part / 3) for part in range(4)]
+    assert server.asked.count(NAMES[0]) == 1  # what was there was kept
+
+
+def test_file_that_is_not_the_pinned_one_is_refused(server, tmp_path):
+    body = bytearray(server.contents[NAMES[0]])
+    body[5000] ^= 1
+    server.contents[NAMES[0]] = bytes(body)
+    with pytest.raises(DataError, match="hash"):
+        fetch("torino-excerpts", tmp_path / "data")
+    assert not list((tmp_path / "data").iterdir())

@@ -1,0 +1,321 @@
+"""Tables and their times: what is not as it should be is an error, a question or a caution; nothing is guessed."""
+
+import codecs
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.errors import DataError
+from srbval.recordings import load_recording
+from srbval.recordings.loaders.text import load_text
+from srbval.recordings.registry import FileStatus, add
+
+from . import files
+
+ROWS = 400
+X, Y = files.vibration(ROWS).round(4), files.vibration(ROWS, 1).round(4)
+TABLE = [f"{a:.4f},{b:.4f}" for a, b in zip(X, Y, strict=True)]
+SEMICOLONS = [f"{a:.4f};{b:.4f}".replace(".", ",") for a, b in zip(X, Y, strict=True)]
+
+
+def read(tmp_path, lines):
+    path = tmp_path / "table.csv"
+    if not isinstance(lines, bytes):
+        lines = (lines if isinstance(lines, str) else "\n".join(lines) + "\n").encode()
+    path.write_bytes(lines)
+    return dict(load_text(path).variables)
+
+
+def changed(at, *lines):
+    return [*TABLE[:at], *lines, *TABLE[at + 1 :]]
+
+
+REFUSED = [
+    (changed(9, "", "", "0,0"), r"2 line\(s\) blank among the samples, the first is line 10\."),
+    (["a,b", *(row + ",0.5" for row in TABLE)], "line 1 has 2 names for 3 columns"),
+    (["a,,c", *(row + ",0.5" for row in TABLE)], "line 1 is not a row of numbers, and '' not a column name"),
+    (changed(0, "0.12x, 0.3"), "line 1 is not a row of numbers, and '0.12x' not a column name"),
+    (["a,a", *TABLE], "line 1 names more than one column 'a'"),
+    (changed(7, "0.1"), r"1 line\(s\) do not have 2 fields as line 1 has, the first is line 8\."),
+    (changed(0, "0.1"), r"399 line\(s\) do not have 1 fields as line 1 has, the first is line 2\."),
+    (changed(7, "0.1,0.2,0.3", "0.1,0.2,", "0.3"), r"3 line\(s\) do not have 2 fields .* first is line 8\."),
+    (changed(5, "NaN,0.1", "0.1,inf"), r"2 line\(s\) with a field that is not finite \('NaN'\).* line 6\."),
+    (changed(5, "0.1,0.2 V"), r"not finite \('0\.2 V'\).* line 6\."),
+    (changed(5, "0.1,0.2 # later"), r"1 line\(s\) with a # after its beginning, the first is line 6\."),
+    (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers behind a # among the samples.* line 6"),
+    (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
+    ([*(TABLE * 3)[:999], "0.1,0.2\x003", *TABLE], r"1 line\(s\) with control characters, the first is line 1000\."),
+    (["# fs = 1000", "# fs = 2000", *TABLE], r"says fs = 1000\.0 and 2000\.0"),
+    (codecs.BOM_UTF16_LE + "\n".join(TABLE).encode("utf-16-le")[:-1], "damaged UTF-16 text"),
+]
+COMMAS = [
+    ([row.replace(".", ",") for row in TABLE], "line .* has decimal commas that cannot be told from those between"),
+    ([f"{a:.1f}".replace(".", ",") for a in X], "line .*-0,.* has decimal commas that cannot be told"),
+    (["x", *(f"{a:.4f}".replace(".", ",") for a in X)], "1 names for 2 columns. .*decimals need a point"),
+    (["x", *SEMICOLONS], r"1 names for 2 columns\. Name each\.$"),
+    (["12,34", "5,6", "7,08", *["1,1"] * 300], "line 3, '7,08', has decimal commas"),
+    ([*SEMICOLONS, "1.234,56;0,1"], "is in a table of both decimal commas and points, or with thousands separators"),
+    ([f"{i % 7 + 1},{i:03d};{i % 5 + 1},{i:03d}" for i in range(100, 500)], "three digits after every comma"),
+    ([*SEMICOLONS, "1,234,567;0,1"], r"not finite \('1,234,567'\)"),
+]
+
+
+@pytest.mark.parametrize(("lines", "said"), REFUSED + COMMAS)
+def test_what_is_refused(tmp_path, lines, said):
+    with pytest.raises(DataError, match=said):
+        read(tmp_path, lines)
+    (entry,) = add(tmp_path).recordings
+    assert entry.status is FileStatus.UNREADABLE  # a damaged table is a damaged recording, a readme is none
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["", "", "a,b", "", *TABLE, "", " "],
+        ["a,b,", *(row + "," for row in TABLE)],
+        ["a,b", *(row + "," for row in TABLE)],
+        ['"a","b"', *('"' + row.replace(",", '","') + '"' for row in TABLE)],
+        ["a, b", *(row.replace(",", " , ") for row in TABLE)],
+        ["a\tb", TABLE[0].replace(",", "\t"), "# a remark of one's own, in between", "#"]
+        + [row.replace(",", "\t") for row in TABLE[1:]],
+    ],
+)
+def test_what_is_harmless(tmp_path, lines):
+    found = read(tmp_path, lines)
+    assert list(found) == ["a", "b"]
+    np.testing.assert_array_equal([found["a"], found["b"]], [X, Y])
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "  "])
+@pytest.mark.parametrize("header", [True, False])
+def test_decimal_commas(tmp_path, separator, header):
+    rows = [row.replace(";", separator) for row in SEMICOLONS]
+    found = read(tmp_path, [separator.join("ab")] * header + rows)
+    np.testing.assert_array_equal(list(found.values()), [X, Y])
+    assert load_text(tmp_path / "table.csv").notes == ("decimal commas read as decimal points",)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("header", ["Beschleunigung [m/s²],b\r\n", ""])
+def test_byte_order_marks(tmp_path, encoding, header):
+    marks = {"utf-16-le": codecs.BOM_UTF16_LE, "utf-16-be": codecs.BOM_UTF16_BE}
+    text = header + "\r\n".join(TABLE)
+    (tmp_path / "t.csv").write_bytes(marks.get(encoding, b"") + text.encode(encoding))
+    recording = load_recording(tmp_path / "t.csv", channel="b" if header else "col_2", fs_hz=1e4, unit="g")
+    assert list(recording.channels) == (["Beschleunigung [m/s²]", "b"] if header else ["col_1", "col_2"])
+    np.testing.assert_allclose(recording.channels["b" if header else "col_2"], Y * 9.80665)
+
+
+def test_line_ends_of_old(tmp_path):
+    np.testing.assert_array_equal(list(read(tmp_path, "\r".join(["a,b", *TABLE])).values()), [X, Y])
+    assert load_text(tmp_path / "table.csv").notes == ("the last line has no end: the file may have been cut there",)
+
+
+N = 4096
+GRID = np.arange(N) / 20480
+JITTER = np.random.default_rng(0).uniform(-0.02, 0.02, N) / 20480
+SAMPLE = np.arange(N)
+
+
+def load(tmp_path, values, **given):
+    savemat(tmp_path / "a.mat", {"x": files.vibration(N)} | values, oned_as="column")
+    return load_recording(tmp_path / "a.mat", unit="g", **given)
+
+
+def text(tmp_path, name, times):
+    rows = (f"{t},{x:.6f}" for t, x in zip(times, files.vibration(len(times)), strict=True))
+    (tmp_path / "a.csv").write_text("\n".join([f"{name},x", *rows, ""]))
+    return load_recording(tmp_path / "a.csv", unit="g")
+
+
+@pytest.mark.parametrize(
+    ("name", "fs_hz", "scale"),
+    [
+        *((name, 10_000, 1e3) for name in ("time_ms", "t [ms]", "Time (ms)", "time/ms", "T_MSEC")),
+        *((name, 20_480, 1.0) for name in ("t", "time_s", "Time (s)", "time [seconds]", "a.t/s", "Timestamp")),
+    ],
+)
+def test_unit_in_the_name(tmp_path, name, fs_hz, scale):
+    times = [f"{scale * i / fs_hz:.6f}" for i in range(N)]
+    assert text(tmp_path, name, times).fs_hz == pytest.approx(fs_hz, rel=1e-4)
+
+
+@pytest.mark.parametrize(("units", "factor"), [("ms", 1e3), ("s", 1), ("us", 1e6)])
+def test_units_attribute(tmp_path, units, factor):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"], file["time"] = files.vibration(N), GRID * factor
+        file["time"].attrs["units"] = units
+    assert load_recording(tmp_path / "a.h5", unit="g").fs_hz == pytest.approx(20_480, rel=1e-6)
+
+
+@pytest.mark.parametrize(("digits", "fs_hz"), [(5, 20_480.0), (6, 25_600.0), (7, 20_480.0), (9, 10_000.0)])
+def test_rounded_times_are_even(tmp_path, digits, fs_hz):
+    recording = text(tmp_path, "t", [f"{i / fs_hz:.{digits}f}" for i in range(N)])
+    assert recording.fs_hz == pytest.approx(fs_hz, rel=1e-4)
+    assert recording.cautions == ()
+
+
+def test_single_precision_times_are_even(tmp_path):
+    assert load(tmp_path, {"t": (100 + GRID).astype(np.float32)}).fs_hz == pytest.approx(20_480, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        # times without a unit that mean no vibration record
+        ({"t": SAMPLE / 10}, r"\(t has a step of 0.1, 10 Hz if in s, 10000 Hz if in ms, .*: --fs HZ"),
+        (
+            {"t": GRID * 1e6},
+            r"a step of 48\.8281, 0\.02048 Hz if in s, 20\.48 Hz if in ms, 20480 Hz if in us\): --fs HZ",
+        ),
+        ({"t": GRID / 1e6}, r"2\.048e\+10 Hz if in s"),
+        ({"t": SAMPLE}, r"\(t counts the samples"),
+        ({"t": SAMPLE + 1.0}, r"\(t counts the samples"),
+        # names that contradict each other, and rates in another unit
+        ({"fs": 8000.0, "sr": 9000.0}, r"\(fs = 8000 and sr = 9000 contradict each other\): --fs HZ"),
+        ({"fs": 8000.0, "sr": 9000.0, "t": GRID + JITTER}, "fs = 8000 and sr = 9000 contradict each other"),
+        ({"fs": -1.0}, r"\(fs = -1 is not within 500 to 5e\+06, perhaps in another unit\)"),
+        ({"fs": 20.48}, r"\(fs = 20\.48 is not within 500 to 5e\+06, perhaps in another unit\)"),
+    ],
+)
+def test_the_rate_stays_open(tmp_path, values, said):
+    with pytest.raises(DataError, match=f"no (sampling rate|even times) .*{said}"):
+        load(tmp_path, values)
+
+
+def test_speeds_that_contradict_each_other(tmp_path):
+    said = "rpm = 1200 and mean_rpm = 1500 contradict each other. State the speed: --rpm"
+    with pytest.raises(DataError, match=said):
+        load(tmp_path, {"fs": 8000.0, "rpm": 1200.0, "mean_rpm": 1500.0})
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        (GRID + JITTER, r"\d{4} otherwise uneven of 4095 steps, the worst off by 3\.\d+ %"),
+        (GRID + 3 / 20480 * (SAMPLE >= 1000) + 500 / 20480 * (SAMPLE >= 3000), r"2 gaps .*, the worst off by 5e\+04 %"),
+        (GRID - 1 / 20480 * (SAMPLE >= 10), r"1 repeated of 4095 steps, the worst off by 100 %"),
+        (GRID - 5 / 20480 * (SAMPLE >= 2000), r"1 backwards of 4095 steps, the worst off by 500 %"),
+        (GRID + 0.01 * GRID**2, r"2042 otherwise uneven of 4095 steps, the worst off by 0\.2 %"),
+        (GRID.round(3), r"do not run forwards: \d+ of 4095 steps"),
+    ],
+    ids=["jitter", "gaps", "repeated", "backwards", "drift", "rounded"],
+)
+def test_uneven_times_leave_the_rate_open(tmp_path, times, said):
+    """A tolerance of a microsecond would take jitter of 2 % at 20 kHz for even."""
+    remedy = "export them again, rising" if "run forwards" in said or "backwards" in said else "--resample HZ"
+    with pytest.raises(DataError, match=rf"no even times \(the times of t.*{said}\): {remedy}") as refused:
+        load(tmp_path, {"t": times})
+    assert "--fs" not in str(refused.value)
+    (caution,) = load(tmp_path, {"t": times}, fs_hz=20_480.0).cautions
+    assert caution.endswith("read as even, at 20480 Hz")
+    assert load(tmp_path, {"t": times, "fs": 20_480.0}).cautions == (caution,)
+
+
+NOT_FINITE = "1 of the times of t are not finite numbers; read as even, at 20480 Hz"
+
+
+@pytest.mark.parametrize(
+    ("times", "fs_hz", "cautions"),
+    [
+        (GRID, 25_600.0, ("the times of t mean 20480 Hz, read at 25600 Hz",)),
+        (GRID, 20_480.0, ()),
+        (GRID * 1e3, 20_480.0, ()),
+        (GRID * 1e3, 30_000.0, ("the times of t mean 20.48 Hz, read at 30000 Hz",)),
+        (SAMPLE, 30_000.0, ()),
+        (np.where(SAMPLE == 7, np.nan, GRID), 20_480.0, (NOT_FINITE,)),
+    ],
+)
+def test_a_rate_against_the_times(tmp_path, times, fs_hz, cautions):
+    """Stated by the file or by the user."""
+    assert load(tmp_path, {"t": times, "fs": fs_hz}).cautions == cautions
+    assert load(tmp_path, {"t": times}, fs_hz=fs_hz).cautions == cautions
+
+
+def test_what_is_left_out_is_said(tmp_path):
+    notes = load(tmp_path, {"fs": 8000.0, "short": np.arange(100.0), "no": np.arange(1, N + 1)}).notes
+    assert "left out, no signal of 256 samples or more: short (100, 1), no (4096, 1)" in notes
+    notes = load(tmp_path, {"fs": 8000.0, "y": files.vibration(300)}, channel="x").notes
+    assert "left out, of another length, rate or unit: y" in notes
+    (entry,) = add(tmp_path).recordings
+    assert entry.channels == ("x", "y")
+
+
+def cautions_of(tmp_path, samples):
+    np.save(tmp_path / "x.npy", samples)
+    return load_recording(tmp_path / "x.npy", fs_hz=8000.0, unit="g").cautions
+
+
+def clipped(top=1.5):
+    return np.clip(files.vibration(40_000), -9, top)
+
+
+@pytest.mark.parametrize("scale", [1.0, 9.80665 / 2**15, 1e-3])
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_limits_of_a_converter_are_clipping(tmp_path, bits, scale):
+    """As integers or scaled: at either end of the range, even where no two in a row are clipped."""
+    half = 2 ** (bits - 1)
+    samples = np.round(files.vibration(20_000) * half / 9)
+    samples[[100, 300, 500]], samples[700], samples[701] = half - 1, -half, 1
+    top, bottom = cautions_of(tmp_path, samples * scale)
+    assert "clipped: 3 of 20000 samples (0.015 %)" in top
+    assert f"the limit of {bits} bits, up to 1 in a row" in top
+    assert "clipped: 1 of 20000 samples" in bottom
+
+
+def test_held_samples_and_zeros(tmp_path):
+    samples = files.vibration(40_000)
+    samples[1000:1020], samples[5000:5100] = samples[1000], 0.0
+    held = "held, not measured: 120 of 40000 samples (0.3 %) in 2 run(s) of equal samples"
+    assert cautions_of(tmp_path, samples) == (f"{held}, the longest 100 times 0 from sample 5000 on",)
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        files.vibration(40_000),
+        np.round(files.vibration(200_000) * 0.5),  # into 5: repeats of a dozen samples are chance
+        np.round(500 * np.sin(np.arange(40_000) / 700)),  # a slow sine's tops are flat by their digits alone
+        np.repeat(files.vibration(10_000), 4),  # held evenly throughout: no single run says anything
+        np.sin(2 * np.pi * np.arange(40_000) / 40),  # its peaks are exactly 1, a thousand times
+        np.where(np.arange(4096) == 5, 1.0, 0.0) + files.vibration(),
+    ],
+)
+def test_sound_samples_are_not_accused(tmp_path, samples):
+    assert cautions_of(tmp_path, samples) == ()
+
+
+def test_cautions_are_those_of_the_channel_analysed(tmp_path):
+    savemat(tmp_path / "a.mat", {"good": files.vibration(40_000), "bad": clipped(), "fs": 8000.0})
+    assert load_recording(tmp_path / "a.mat", channel="good", unit="g").cautions == ()
+    (said,) = load_recording(tmp_path / "a.mat", channel="bad", unit="g").cautions
+    (entry,) = add(tmp_path / "a.mat").recordings
+    assert entry.cautions == (f"bad: {said}",)
+
+
+def test_analyse_and_data_show_cautions(tmp_path, srbval_text, srbval_json):
+    path = tmp_path / "a.mat"
+    savemat(path, {"x": clipped(), "fs": 8000.0})
+    options = ["--unit", "g", "--rpm", "1500", "--bearing", "skf-6205"]
+    out = srbval_text("analyse", path, "--band", "500", "3000", *options).out
+    assert out.index("caution: clipped: ") < out.index("every line, features, reasons")
+    (said,) = srbval_json("analyse", path, "--band", "500", "3000", *options)["cautions"]
+    assert f"a.mat: caution: {said}" in srbval_text("data", "add", path, *options).out
+    (entry,) = srbval_json("data", "list")["recordings"]
+    assert (entry["cautions"], entry["status"], entry["reason"]) == ([said], "ok", None)
+
+
+def test_a_cautioned_healthy_baseline_is_said(tmp_path, srbval_text):
+    """The fault call rests on it."""
+    acceleration = files.vibration(40_000)
+    common = {"time_acc": np.arange(40_000) / files.FS_HZ, "rpm_nominal": 353, "mean_rpm": 353.0}
+    common |= {"rpm": 353 + 0.5 * files.vibration(1250, 1), "time_rpm": np.arange(1250) / 640}
+    for state, samples in (("OR", acceleration), ("H", np.clip(acceleration, -9, 1.5))):
+        files.excerpt(tmp_path / f"{state}_353rpm_x.mat", condition=state, acc_m_s2=samples, acc_g=samples, **common)
+    add(tmp_path)
+    shown = srbval_text("analyse", tmp_path / "OR_353rpm_x.mat")
+    assert "caution: healthy baseline" in shown.err
+    assert "H_353rpm_x.mat: clipped: " in shown.err
+    assert "caution: " not in shown.out
