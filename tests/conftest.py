@@ -119,6 +119,15 @@ def _own_home(tmp_path_factory, monkeypatch):
     monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: home / kind)
 
 
+@pytest.fixture(scope="module")
+def _own_results(tmp_path_factory):
+    """Store what is computed for all tests of a module apart from the user's results."""
+    folder = tmp_path_factory.mktemp("results")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("srbval.storage.content_store.cache_folder", lambda _: folder)
+        yield
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _nothing_shipped():
     """Hide the shipped excerpts of the rig; their own tests show them again."""

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 import pytest
 
 HANG_S = 120.0  # longer than any condition that a test waits for
-END_S = 2.0  # in which a process without its parent ends, on a busy machine
 
 
 def until(done: Callable[[], object], *, within_s: float = HANG_S) -> None:

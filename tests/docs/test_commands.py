@@ -124,11 +124,6 @@ def test_every_command_runs_as_it_is_printed(page, files, capsys):
         printed = capsys.readouterr().out.splitlines()
 
 
-def test_every_reason_to_leave_a_command_out_has_a_command():
-    lines = [line for page in TEXTS for line in commands(page)]
-    assert [words for words in LEFT_OUT if not any(words in line for line in lines)] == []
-
-
 @pytest.mark.parametrize("page", TEXTS)
 def test_every_command_has_the_options_it_is_given(page):
     """Includes commands that are not run, and complete ones within a sentence."""

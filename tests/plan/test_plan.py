@@ -10,8 +10,7 @@ from srbval import ConfigurationError, DataError, Scene, load_scene, paper_scene
 from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, LEVEL_BANDS, RMS_BANDS, SIDEBANDS
-from srbval.plan import measured
-from srbval.plan.measured import LEAST_SCENES, MeasuredErrors, measured_errors, read_errors, scene_values, table_about
+from srbval.plan.measured import LEAST_SCENES, MeasuredErrors, read_errors, scene_values, table_about
 from srbval.plan.measures import line_heights, noise_floor, smooth_mean
 from srbval.plan.plan import Candidate, Plan, make_plan
 from srbval.plan.questions import MEANING, Question, answers, asked_of, error_pct, pct_of
@@ -82,12 +81,6 @@ def test_tables_are_read_or_refused():
             read_errors(content)
     with pytest.raises(DataError, match="numbers that are none"):
         made(float("nan"))
-
-
-def test_without_a_result_the_command_is_named(monkeypatch):
-    monkeypatch.setattr(measured, "newest_result", lambda _: None)
-    with pytest.raises(DataError, match="srbval evidence model_levels"):
-        measured_errors.__wrapped__()
 
 
 @pytest.mark.parametrize("kind", ["outer", "inner"])

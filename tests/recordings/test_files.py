@@ -80,12 +80,6 @@ def test_csv_with_time_column_and_settings(tmp_path):
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
 
 
-def test_matrix_columns_are_channels(tmp_path):
-    np.save(tmp_path / "m.npy", np.stack([files.vibration(seed=i) for i in range(3)]))
-    r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000, unit="g")
-    np.testing.assert_allclose(r.channels["data[3]"], files.vibration(seed=2) * G)
-
-
 def test_a_unit_that_is_not_known(tmp_path):
     savemat(tmp_path / "a.mat", {"x": np.array(files.vibration()), "fs": 8000.0, "unit": "furlong/s2"})
     assert "left out: unit 'furlong/s2', which is not known" in load_recording(tmp_path / "a.mat", unit="g").notes
@@ -124,15 +118,6 @@ def run_file(path, **attributes):
             file[f"acceleration_{axis}_m_s2"] = files.vibration(seed=i)
         file["cage_speed_rad_s"] = files.vibration(seed=9)
     return path
-
-
-def test_run_becomes_a_simulated_recording_with_two_axes(tmp_path):
-    r = load_recording(run_file(tmp_path / "run.h5", cage_ratio=0.43))
-    assert (r.origin, r.axes, r.channel, r.unit) == (Origin.SIMULATED, ("x", "y"), None, "m/s2")
-    assert (r.fs_hz, r.state, r.bearing, r.radial_n) == (61440.0, Fault.OUTER, "skf-22240", 124800.0)
-    assert (r.speed.value_hz, r.speed.source, r.cage_ratio) == (11.8333, SpeedSource.PRESCRIBED, pytest.approx(0.43))
-    np.testing.assert_array_equal(r.channels["z"], files.vibration(seed=2))
-    assert load_recording(tmp_path / "run.h5", channel="y").axes is None
 
 
 SCENES = ("[" * 50_000, '{"speed_profile": 1' + "0" * 5000 + "}", "[]", '{"speed_profile": [[]]}')

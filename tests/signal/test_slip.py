@@ -10,8 +10,6 @@ from tests.signal.slip_table import CELLS, drawn_slip, drawn_weak, slip_coverage
 
 FS_HZ, SECONDS, LINE_HZ = 1000.0, 30.0, 90.0
 ONE = np.array([1.0])
-# One record's estimate of a variance from some tens of blocks, averaged over 20 records.
-MEAN_OF_RECORDS = 0.25
 # 150 intervals of 95 %: four binomial standard errors below, and not all of them.
 COVERED = (0.88, 0.995)
 
@@ -25,14 +23,6 @@ def wandering(rng, walk_rad2_s, noise=0.05):
 def followed(samples, line_hz=LINE_HZ, noise=0.05, **options):
     phasors = Phasors.of(samples, FS_HZ, np.array([line_hz]))
     return slip.track_slip(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
-
-
-@pytest.mark.parametrize("walk_rad2_s", [0.01, 0.1])
-def test_interval_is_that_of_a_slope_through_a_random_walk(walk_rad2_s):
-    rng = np.random.default_rng(1)
-    stated = [followed(wandering(rng, walk_rad2_s))[1] for _ in range(20)]
-    expected = 1.96 * np.sqrt(walk_rad2_s / SECONDS) / (2 * np.pi)
-    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(expected, rel=MEAN_OF_RECORDS)
 
 
 def test_weak_line_or_few_blocks_cannot_be_told():
@@ -67,42 +57,19 @@ def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatc
 WEAK_HZ, WEAK_S, WEAK_BLOCKS = 97.0, 10.0, 32
 BLOCK_S = WEAK_S / WEAK_BLOCKS
 NUMBER = np.array([1.0, 2.0])
-# Steady lines of 25 in all: the posterior's mean within three of its own standard errors.
-RECORDS = 40
 # Six standard errors of the line's frequency (Cramer-Rao, 1.6 mHz).
 SHIFT_HZ = 0.01
-# The amplitudes are point estimates: the posterior may be wider or narrower than the walk's scatter by a third.
-CREDIBLE = 0.35
-# 40 intervals of 95 % once stretched: four binomial standard errors below.
-STRETCH, LEAST_COVER = 1.3, 0.8
-
-
-def sums(rng, amplitude, *, shift_hz=0.0, jitter=0.0):
-    """Block sums of a line `shift_hz` above where it was turned back, in units of their noise."""
-    step = 2 * np.pi * jitter * np.sqrt(WEAK_HZ * BLOCK_S)
-    phase = 2 * np.pi * shift_hz * BLOCK_S * np.arange(WEAK_BLOCKS) + np.cumsum(step * rng.standard_normal(WEAK_BLOCKS))
-    noise = rng.standard_normal((NUMBER.size, WEAK_BLOCKS, 2)).view(np.complex128)[..., 0] / np.sqrt(2)
-    return np.array(amplitude)[:, None] * np.exp(1j * (np.outer(NUMBER, phase) + 0.4)) + noise
-
-
-def read(block_sums):
-    return posterior(block_sums, NUMBER, line_hz=WEAK_HZ, block_s=BLOCK_S)
 
 
 @pytest.mark.parametrize("shift_hz", [0.07, -0.04])
 def test_a_line_beside_its_place_is_found_on_its_own_side(shift_hz):
-    told = read(sums(np.random.default_rng(1), (3.0, 1.5), shift_hz=shift_hz))
+    """Block sums of a line `shift_hz` above where it was turned back, in units of their noise."""
+    rng, phase = np.random.default_rng(1), 2 * np.pi * shift_hz * BLOCK_S * np.arange(WEAK_BLOCKS)
+    noise = rng.standard_normal((NUMBER.size, WEAK_BLOCKS, 2)).view(np.complex128)[..., 0] / np.sqrt(2)
+    sums = np.array([[3.0], [1.5]]) * np.exp(1j * (np.outer(NUMBER, phase) + 0.4)) + noise
+    told = posterior(sums, NUMBER, line_hz=WEAK_HZ, block_s=BLOCK_S)
     assert told.shift_hz == pytest.approx(shift_hz, abs=SHIFT_HZ)
     assert abs(told.shift_hz - shift_hz) < told.credible_hz
-
-
-def test_slip_is_covered_where_the_walk_hides_the_line():
-    """Beginning and end of the walk are what the record tells of: a mean frequency is off by sqrt(walk / T) / 2 pi."""
-    rng = np.random.default_rng(3)
-    told = [read(sums(rng, (1.5, 0.8), jitter=0.008)) for _ in range(RECORDS)]
-    expected = 1.96 * 0.008 * WEAK_HZ / np.sqrt(WEAK_HZ * WEAK_S)
-    assert np.median([t.credible_hz for t in told]) == pytest.approx(expected, rel=CREDIBLE)
-    assert np.mean([abs(t.shift_hz) < STRETCH * t.credible_hz for t in told]) > LEAST_COVER
 
 
 # What the table is made for, and three standard errors of a share of 1000 draws: 3 sqrt(p (1 - p) / 1000).

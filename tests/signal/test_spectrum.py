@@ -60,15 +60,6 @@ def test_a_modulated_gear_mesh_is_gone_and_impacts_stay():
     assert line_to_noise(prewhitened(struck)) > 50
 
 
-def test_every_line_has_the_same_height_and_keeps_its_phase():
-    samples = impacts(np.random.default_rng(3))
-    white = np.fft.rfft(prewhitened(samples))[1:-1]
-    before = np.fft.rfft(samples[: prewhitened(samples).size])[1:-1]
-    assert np.allclose(np.abs(white), np.abs(white[0]))
-    assert np.allclose(np.angle(white / before), 0, atol=1e-6)
-    assert np.allclose(prewhitened(-7 * samples), -prewhitened(samples))
-
-
 @pytest.mark.parametrize("size", [4096, 4097])
 def test_random_phases_keep_the_spectrum(size):
     samples = np.random.default_rng(1).standard_normal(size) + 0.3

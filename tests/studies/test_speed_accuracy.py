@@ -11,7 +11,6 @@ from srbval.storage.json_files import to_json
 from srbval.studies.speed_accuracy import study
 from srbval.studies.speed_accuracy.page import blocks
 from srbval.sweep.scenes import bench_scene
-from tests.sweep import stored_in
 
 TINY = study.Settings(
     steps_per_s=(20480, 61440), converged=122880, timed_s=0.002, repeats=1, compared_s=0.25, settle_s=0.0
@@ -21,9 +20,8 @@ ROW_KEYS = {"scene", "model", "solver", "dt_s", "wall_per_simulated_s", "cpu_per
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory):
-    with stored_in(tmp_path_factory.mktemp("bench")):
-        found = study.run_bench(scenes=("interference-outer",), solvers=("ode1", "imex2"), settings=TINY)
+def result(_own_results):
+    found = study.run_bench(scenes=("interference-outer",), solvers=("ode1", "imex2"), settings=TINY)
     content: dict[str, Any] = to_json(found)
     return content
 

@@ -10,7 +10,6 @@ from srbval.storage.json_files import to_json
 from srbval.studies.stability import study
 from srbval.studies.stability.claims import claims
 from srbval.sweep.scenes import PAPER
-from tests.sweep import stored_in
 
 CELL_KEYS = {"model", "solver", "dt_s", "rpm", "status", "reason", "stable", "predicted_limit_dt_s"}
 LIMIT_KEYS = {"model", "solver", "rpm", "largest_stable_dt_s", "predicted_limit_dt_s", "runs"}
@@ -18,11 +17,10 @@ LOWER = [(f"ode{n}", 710.0) for n in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")
-def result(tmp_path_factory):
-    with stored_in(tmp_path_factory.mktemp("stability")):
-        found = study.run_stability(
-            scenes=("interference-outer",), solvers=("ode1", "imex2"), rpm=(710.0,), steps_per_s=(122880, 61440, 15360)
-        )
+def result(_own_results):
+    found = study.run_stability(
+        scenes=("interference-outer",), solvers=("ode1", "imex2"), rpm=(710.0,), steps_per_s=(122880, 61440, 15360)
+    )
     content: dict[str, Any] = to_json(found)
     return content
 

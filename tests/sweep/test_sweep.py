@@ -13,7 +13,6 @@ from srbval.models.run import RunStatus, works
 from srbval.sweep.pool import Attempt, attempt, side_by_side
 from srbval.sweep.scenes import OUTPUT_RATE_HZ, PAPER, bench_scene, lasting_passages
 from srbval.sweep.sweep import Case, bisect, draws, grid, records, sweep
-from tests.sweep import stored_in
 
 RUNS: list[float] = []
 
@@ -35,13 +34,12 @@ def test_a_grid_has_every_combination_and_draws_fill_their_ranges():
     assert drawn["high"].between(10, 20).all()
 
 
-def test_rows_are_measured_once_and_then_read(tmp_path):
+def test_rows_are_measured_once_and_then_read():
     cases = grid(rpm=[300.0, 600.0])
     RUNS.clear()
-    with stored_in(tmp_path):
-        first = sweep(cases, scene_of, measure, task="two speeds")
-        again = sweep(cases, scene_of, measure, task="two speeds")
-        pair = sweep(cases, lambda case: (scene_of(case),) * 2, measure, task="pairs", stored=False)
+    first = sweep(cases, scene_of, measure, task="two speeds")
+    again = sweep(cases, scene_of, measure, task="two speeds")
+    pair = sweep(cases, lambda case: (scene_of(case),) * 2, measure, task="pairs", stored=False)
     assert first.equals(again)
     assert sorted(RUNS) == [300.0, 300.0, 600.0, 600.0], "two rows of one run, then two rows of two"
     assert first["bpfo_hz"].tolist() == pytest.approx(pair["bpfo_hz"].tolist())
@@ -49,12 +47,11 @@ def test_rows_are_measured_once_and_then_read(tmp_path):
     assert first["status"].tolist() == ["ok", "ok"]
 
 
-def test_bisection_finds_the_last_value_that_passes(tmp_path):
+def test_bisection_finds_the_last_value_that_passes():
     values, groups = [100.0, 200.0, 300.0, 400.0, 500.0], grid(limit=[50.0, 320.0, 900.0])
-    with stored_in(tmp_path):
-        limits, cells = bisect(
-            groups, pd.Series(values, name="rpm"), scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"]
-        )
+    limits, cells = bisect(
+        groups, pd.Series(values, name="rpm"), scene_of, measure, lambda cell: cell["rpm"] <= cell["limit"]
+    )
     found = records(limits)
     assert [row["rpm"] for row in found] == [None, 300.0, 500.0]
     assert [row["bounded"] for row in found] == [True, True, False]
