@@ -15,6 +15,7 @@ from srbval.recordings.loaders import limited
 from srbval.recordings.loaders.limited import FileFormat, end_readers
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.registry.manifest import read_manifest
+from tests.marked import until
 
 from . import files
 
@@ -103,8 +104,7 @@ def test_ctrl_c_ends_the_reader(run, tmp_path):
     noted = tmp_path / "pid"
 
     def interrupt():
-        while not (noted.exists() and noted.read_text()):
-            pass
+        until(lambda: noted.exists() and noted.read_text())
         os.kill(os.getpid(), signal.SIGINT)
 
     thread = threading.Thread(target=interrupt)

@@ -81,7 +81,7 @@ REFUSED = [
 ]
 
 
-@pytest.mark.timeout(20)
+@pytest.mark.timeout(60)
 @pytest.mark.parametrize(("changes", "message"), REFUSED)
 def test_wrong_scenes_say_what_is_wrong(changes, message):
     with pytest.raises(ConfigurationError, match=message):

@@ -112,7 +112,7 @@ def refused(act: Callable[[], object]) -> str:
     return text
 
 
-@pytest.mark.timeout(20)
+@pytest.mark.timeout(60)
 @pytest.mark.parametrize("reader", READERS, ids=lambda reader: reader.__name__)
 @pytest.mark.parametrize("what", TEXTS)
 def test_hostile_texts(what, reader, tmp_path):
@@ -121,7 +121,7 @@ def test_hostile_texts(what, reader, tmp_path):
     assert "file.toml" in refused(lambda: reader(str(path)))
 
 
-@pytest.mark.timeout(20)
+@pytest.mark.timeout(60)
 def test_a_pipe_that_a_campaign_names(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "campaign.toml").write_text('name = "a"\nscene_file = "pipe.toml"')
