@@ -23,7 +23,7 @@ from tests.verification.cases import subject
 from tests.verification.harness import FloatArray, Parameters, geometry, layout_of, merged, rates
 from tests.verification.slices_reference import C_L_N_MM, SlicedBearing, slices_model
 from tests.verification.test_energy_balance import lost, supplied
-from tests.verification.test_slices_energy import RIG, SPAN_S
+from tests.verification.test_slices_law import RIG, SPAN_S
 
 SCENE: dict[str, Any] = merged(
     RIG,
