@@ -1,7 +1,11 @@
 """A whole report of short runs with the rig's records, and a small one of synthetic arrays with hostile texts."""
 
+import json
 import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,13 +17,40 @@ from srbval.recordings.registry.register import shipped_recordings
 from srbval.report import blocks
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import gather as gathering
+from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
 from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages
 
-from .made import OPTIONS, SECONDS, Made
+SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
+FILES = {"report.html", "report.pdf", "report.json", "figures"}
+PANELS = {  # of the paper's Figures 11 to 14
+    f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
+}
+OPTIONS = ("report", "--seconds", str(SECONDS), "--no-pdf", "-o", "made")  # the same report on a command line
+
+
+@dataclass(frozen=True)
+class Made:
+    """A report's findings, its tree and its files."""
+
+    findings: Findings
+    report: blocks.Report
+    files: Mapping[str, Path]
+
+    @property
+    def folder(self) -> Path:
+        return self.files["json"].parent
+
+    def text(self, kind: str) -> str:
+        return self.files[kind].read_text(encoding="utf-8")
+
+    def document(self) -> dict[str, Any]:
+        """Strict JSON: neither NaN nor Infinity."""
+        return dict(json.loads(self.text("json"), parse_constant=lambda name: pytest.fail(f"{name} in JSON")))
+
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 

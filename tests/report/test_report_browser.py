@@ -16,7 +16,7 @@ import pytest
 from srbval.cli import main
 from tests.reading.test_shaft_speed import FS_HZ, record
 
-from .made import Made
+from .conftest import Made
 
 LOOKS = ((360, "dark"), (1400, "light"))  # narrowest and widest window, each in one of the two colour schemes
 OWN = {"file": ["report", "day07.npy"], "folder": ["report", "."], "trend": ["trend", ".", "--baseline", "5"]}
