@@ -87,10 +87,11 @@ def healthy_file(file: Path, dataset: str) -> Path | None:
 def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir):
     """Recordings alone and beside their healthy ones; labels by the manifest, which no analysis sees.
 
-    Every third one, in the long form all.
+    Every fifth one, in the long form all.
     """
     findings, entries = {}, json.loads((recordings_dir / "manifest.json").read_text(encoding="utf-8"))
-    for entry in entries[:: 1 if os.environ.get("SRBVAL_TESTS") == "all" else 3]:
+    taken = entries[:: 1 if os.environ.get("SRBVAL_TESTS") == "all" else 5]
+    for entry in taken:
         path = recordings_dir / entry["file"]
         for channel in [f"ch{n}" for n in range(1, 9)] if entry["dataset"] == "ims_test1" else [None]:
             state, analysis = analysed(recordings_dir, entry["file"], channel)
@@ -110,4 +111,4 @@ def test_no_tick_beside_a_fault_and_no_cross_on_a_healthy_bearing(recordings_dir
     for (file, channel, beside), (_, verdict) in findings.items():
         if not beside and (file, channel, True) in findings and verdict.part:
             assert findings[file, channel, True][1].part is verdict.part
-    assert len(findings) > len(entries) / 3
+    assert len(findings) > len(taken)

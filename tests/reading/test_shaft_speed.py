@@ -82,7 +82,7 @@ def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders):
     assert speed.source is SpeedSource.NOMINAL or abs(speed.value_hz - 26.5) <= speed.ci95_hz
 
 
-@pytest.mark.slow
+@pytest.mark.long_form
 @pytest.mark.recordings
 def test_left_out_records_are_covered(recordings_dir, monkeypatch):
     """Records with a measured speed, estimated without it: each covered by what the others alone would allow."""
