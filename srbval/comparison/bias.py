@@ -9,7 +9,7 @@ validation guide, McGrattan et al., NIST SP 1018-3).
 import math
 from typing import TYPE_CHECKING
 
-from srbval.comparison.compared_quantities import COMPARED, PRESENCE
+from srbval.comparison.compared_quantities import COMPARED
 from srbval.comparison.comparison import Row
 from srbval.signal import NORMAL_95
 
@@ -20,13 +20,13 @@ LEAST_RECORDS = 5
 
 
 def biases(comparisons: "pd.DataFrame", *, used_for: str = "") -> list[Row]:
-    """Bias of each kind, scene and use among the rows that both sides show; presence is counted, not measured.
+    """Bias of each kind, scene and use among the rows that both sides show.
 
     With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width `ci95` and the
     `scatter`, one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is the mean seen.
     """
     both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
-    shown = comparisons[both & (comparisons["kind"] != PRESENCE.kind)]
+    shown = comparisons[both]
     if used_for:
         shown = shown.assign(used_for=used_for)
     places = {row.kind: place for place, row in enumerate(COMPARED)}

@@ -13,7 +13,7 @@ from srbval.comparison.budget import TOLERANCE, VERDICT
 from srbval.comparison.comparison import QuantityValue as Value
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.signal import LEAST_SNR, NORMAL_95
+from srbval.signal import NORMAL_95
 
 _DB = 20 / math.log(10)
 
@@ -30,7 +30,7 @@ class ComparedQuantity:
 
     `name` may contain ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` returns the
     value of an analysis of one of `faults`. With `value_of` a run's value follows from its line's order, and errors
-    are in per cent of the rig's value; else in dB. `margin`: see `vocabulary`; without it, presence is compared.
+    are in per cent of the rig's value; else in dB. `margin`: see `vocabulary`.
     """
 
     kind: str
@@ -39,7 +39,7 @@ class ComparedQuantity:
     unit: str = "dB"
     faults: Collection[Fault] = DEFECTS
     value_of: ValueOfOrder | None = None
-    margin: float | None = VERDICT.level_db
+    margin: float = VERDICT.level_db
 
     def name_of(self, fault: Fault) -> str:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
@@ -95,12 +95,10 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
         return None
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
     spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
-    least = max((line.depth or 0.0) * math.sqrt(LEAST_SNR / max(line.snr or 0.0, 0.5)) for line in lines)
     return Value(
         value=_DB * math.log(depth / first.depth),
         ci95=NORMAL_95 * spread,
         present=first.detected and all(line.detected for line in lines),
-        least=_DB * math.log(least / first.depth),
     )
 
 
@@ -133,11 +131,8 @@ HARMONIC = {
     number: ComparedQuantity(kind=f"harmonic {number}", name=f"{number}x{{line}}", read=harmonic_level(number))
     for number in (2, 3, 4, 5)
 }
-PRESENCE = ComparedQuantity(
-    kind="sideband presence", name="{line} sidebands: shown", read=sideband_level, unit="1: yes", margin=None
-)
 SIDEBANDS = ComparedQuantity(kind="sideband level", name="{line} sidebands", read=sideband_level)
-COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS)
+COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), SIDEBANDS)
 
 
 def effects_of(stored: Mapping[str, Any]) -> Effects:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
-from srbval.comparison.vocabulary import Verdict, verdict_on_error
+from srbval.comparison.vocabulary import verdict_on_error
 
 if TYPE_CHECKING:  # models and plans use quantities and need no tables
     import pandas as pd
@@ -29,14 +29,13 @@ class QuantityValue:
     """A quantity as read from one side, model or rig, with 95 % half widths.
 
     `ci95` is that of the reading, None if the source states none; `speed_ci95` is the effect of the shaft speed's. The
-    value is `present` if it stands out of the noise, as from `least` on it would. `kinematic`: value in pure rolling.
+    value is `present` if it stands out of the noise. `kinematic`: value in pure rolling.
     """
 
     value: float
     ci95: float | None = 0.0
     speed_ci95: float = 0.0
     present: bool = True
-    least: float = -math.inf
     kinematic: float | None = None
 
 
@@ -48,16 +47,15 @@ def comparison_row(
     parts: Mapping[str, float],
     state: Fault = Fault.HEALTHY,
     margin: float | None = None,
-    verdict: Verdict | None = None,
     **names: str,
 ) -> Row:
     """Row of the table of comparisons, with the keys of `comparisons` in ``report.json``.
 
-    `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. `verdict` is given for
-    quantities without an uncertainty. The uncertainty is None if nothing but readings is known. No verdict is
-    given on a level that one side does not show, since that level is the noise's. Of the `names`, `kind` groups
-    quantities that share a bias, `unit` is that of model and rig, `scene` the bundled scene of the model, and
-    `used_for` is ``fit`` (fitted to the record), ``withheld`` (not fitted, but seen) or ``blind`` (predicted before).
+    `error`, `margin` and `parts` of the uncertainty (95 % half widths) are in `error_unit`. The uncertainty is None
+    if nothing but readings is known. No verdict is given on a level that one side does not show, since that level
+    is the noise's. Of the `names`, `kind` groups quantities that share a bias, `unit` is that of model and rig,
+    `scene` the bundled scene of the model, and `used_for` is ``fit`` (fitted to the record), ``withheld`` (not
+    fitted, but seen) or ``blind`` (predicted before).
     """
     uncertainty = math.hypot(*parts.values()) if set(parts) - {*DATA_PARTS, SIMULATION_READING} else None
     known = model.present and rig.present and rig.ci95 is not None
@@ -77,7 +75,7 @@ def comparison_row(
         "parts": dict(parts),
         "dominant": max(parts, key=lambda name: parts[name], default=""),
         "margin": margin,
-        "verdict": (verdict or verdict_on_error(error, uncertainty if known else None, margin)).value,
+        "verdict": verdict_on_error(error, uncertainty if known else None, margin).value,
     }
 
 

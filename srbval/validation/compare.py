@@ -17,7 +17,6 @@ from srbval.bearing import Fault
 from srbval.comparison.budget import PRIOR, TOLERANCE
 from srbval.comparison.compared_quantities import (
     CAGE_RATIO,
-    PRESENCE,
     RACE_LINE,
     ROLLER_LINE,
     ComparedQuantity,
@@ -66,36 +65,45 @@ def compare_pair(
     """
     simulated, measured = sides.get("simulated"), sides.get("measured")
     base = simulated.scene if simulated is not None else None
+    files = [name for side in (measured, simulated) if side is not None for name in side.files]
+    speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
     for quantity in (one for one in QUANTITIES if state in one.faults):
         name = quantity.name_of(state)
-        own, repeats = ensemble(_values(simulated, name))
-        theirs, _ = ensemble(_values(measured, name))
-        if own is MISSING and theirs is MISSING:
+        (own, repeats), (theirs, _) = (ensemble(_values(side, name)) for side in (simulated, measured))
+        known = [own is not MISSING, theirs is not MISSING]
+        if not any(known):
             continue
+        scale = 100 / theirs.value if quantity.value_of else 1.0
+        # U of a frequency includes the rig's shaft speed. One mounting of the sensor cannot separate its effect on a
+        # level from the model's error.
+        parts = {RIG_READING: scale * (theirs.ci95 or 0.0)}
+        speed, mounting = {RIG_SPEED: scale * theirs.speed_ci95}, {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
+        parts |= speed if quantity.value_of else mounting
         studied = _effects(quantity, state, effects, case) if base == "paper" else None
-        if studied is not None and own is not MISSING:
+        if studied is not None:
             own = replace(own, value=own.value + studied["shift"])
-        if quantity is PRESENCE:
-            made = _presence(own, theirs)
-        else:
-            made = _difference(quantity, own, theirs, studied)
-            if MISSING not in (own, theirs) and base != "paper":
-                made["parts"] |= outside_parts(quantity, state, own, repeats, case, 100 / theirs.value)
-        margin = None if quantity is PRESENCE else tolerance_of(quantity, case.tolerance) or quantity.margin
-        record = measured.files[0] if measured is not None else simulated.files[0] if simulated is not None else ""
-        made |= {
-            "record": record,
-            "kind": quantity.kind,
-            "quantity": name,
-            "unit": quantity.unit,
-            "used_for": used_for,
-        }
-        row = comparison_row(state=state, margin=margin, scene=base or "", **made)
+            parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
+        if all(known) and base != "paper":
+            parts |= outside_parts(quantity, state, own, repeats, case, 100 / theirs.value)
+        row = comparison_row(
+            model=own,
+            rig=replace(theirs, kinematic=own.kinematic if theirs.kinematic is None else theirs.kinematic),
+            error=scale * (own.value - theirs.value),
+            error_unit="%" if quantity.value_of else "dB",
+            parts=parts,
+            state=state,
+            margin=tolerance_of(quantity, case.tolerance) or quantity.margin,
+            scene=base or "",
+            record=files[0] if files else "",
+            kind=quantity.kind,
+            quantity=name,
+            unit=quantity.unit,
+            used_for=used_for,
+        )
         hz = [
-            one.value * side.shaft_hz if side is not None and quantity in LINES and one is not MISSING else None
-            for one, side in ((own, simulated), (theirs, measured))
+            one.value * of_shaft if of_shaft is not None and quantity in LINES and shown else None
+            for one, of_shaft, shown in zip((own, theirs), speeds, known, strict=True)
         ]
-        speeds = [None if side is None else side.shaft_hz for side in (simulated, measured)]
         yield row | {"pair": number, "simulated_hz": hz[0], "measured_hz": hz[1], "speeds_hz": speeds}
 
 
@@ -134,41 +142,9 @@ def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | No
         ci95=half,
         speed_ci95=max(one.speed_ci95 for one in values),
         present=all(one.present for one in values),
-        least=max(one.least for one in values),
         kinematic=values[0].kinematic,
     )
     return mean, half
-
-
-def _difference(
-    quantity: ComparedQuantity, model: QuantityValue, rig: QuantityValue, studied: Mapping[str, Any] | None
-) -> dict[str, Any]:
-    """Model less rig; U of a frequency includes the rig's shaft speed, U of a level the sensor's mounting.
-
-    One mounting cannot separate the mounting's effect on a level from the model's error.
-    """
-    scale, unit = (100 / rig.value, "%") if quantity.value_of else (1.0, "dB")
-    parts = {RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if quantity.value_of else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
-    if studied is not None:
-        parts |= {INPUTS: scale * studied["inputs_ci95"], GRID: scale * studied["grid_ci95"]}
-    kinematic = rig.kinematic if rig.kinematic is not None else model.kinematic
-    sides = {"model": model, "rig": replace(rig, kinematic=kinematic)}
-    return sides | {"error": scale * (model.value - rig.value), "error_unit": unit, "parts": parts}
-
-
-def _presence(model: QuantityValue, rig: QuantityValue) -> dict[str, Any]:
-    """Yes or no on either side; they differ if the side without would have shown the other's level."""
-    verdict = Verdict.NOT_RESOLVED
-    if MISSING in (model, rig):
-        verdict = Verdict.INSUFFICIENT
-    elif model.present != rig.present:
-        shown, missing = (model, rig) if model.present else (rig, model)
-        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
-        verdict = Verdict.DIFFERS if would_show else Verdict.INSUFFICIENT
-    sides = {"model": replace(model, value=float(model.present)), "rig": replace(rig, value=float(rig.present))}
-    error = math.nan if MISSING in (model, rig) else float(model.present) - float(rig.present)
-    return sides | {"error": error, "error_unit": "yes or no", "parts": {}, "verdict": verdict}
 
 
 def outside_parts(
@@ -196,8 +172,8 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
-    """Table of a validation, a row for each pair and quantity but presence; ``met`` or ``missed`` by a tolerance."""
-    shown = [_table_row(row, tolerance) for row in rows if row["kind"] != PRESENCE.kind]
+    """Table of a validation, a row for each pair and quantity; ``met`` or ``missed`` by a tolerance."""
+    shown = [_table_row(row, tolerance) for row in rows]
     columns = (
         *KEPT,
         *(f"{side}{of}" for side in ("simulated", "measured") for of in ("", "_ci95")),

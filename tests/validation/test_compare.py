@@ -1,4 +1,4 @@
-"""How quantities are read and compared: levels, the cage ratio, presence, and the verdict on each row."""
+"""How quantities are read and compared: levels, the cage ratio, and the verdict on each row."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison.compared_quantities import PRESENCE, cage_of, values_of_model
+from srbval.comparison.compared_quantities import cage_of, values_of_model
 from srbval.comparison.comparison import INPUTS
 from srbval.comparison.vocabulary import Verdict
 from srbval.reading.lines import Line
@@ -22,8 +22,8 @@ SHAFT_HZ = 10.0
 CAGE = {"quantity": "cage ratio", "shift": 0.0, "inputs_ci95": 0.001, "grid_ci95": 0.0}
 
 
-def analysis(depth_second=0.5, detected=True, found_hz=108.2, sidebands=()):
-    """An inner-race record of known lines; `sidebands` changes those at the shaft's speed."""
+def analysis(depth_second=0.5, detected=True, found_hz=108.2):
+    """An inner-race record of known lines."""
 
     def line(name, harmonic, depth, shown=True):
         return Line(
@@ -38,7 +38,7 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2, sidebands=()):
         )
 
     lines = [line("BPFI", 1, 1.0), line("BPFI", 2, depth_second, detected)]
-    lines += [replace(line(name, 1, depth), **dict(sidebands)) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
+    lines += [line(name, 1, depth) for name, depth in (("BPFI-fr", 0.2), ("BPFI+fr", 0.4))]
     return SimpleNamespace(
         lines=lines,
         line_of=lambda _: lines[0],
@@ -80,7 +80,6 @@ def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
         "cage ratio": pytest.approx(1 - 10.82 / 19),
         "2xBPFI": pytest.approx(20 * math.log10(0.5)),
         "BPFI sidebands": pytest.approx(20 * math.log10(0.3)),
-        "BPFI sidebands: shown": pytest.approx(20 * math.log10(0.3)),
     }
     # Two amplitudes of 200 times the noise: each scatters by one over the root of 400.
     assert values["2xBPFI"].ci95 == pytest.approx(1.96 * 8.686 * math.sqrt(2 / 400), rel=PRINTED_RELATIVE)
@@ -118,21 +117,6 @@ def test_a_level_that_is_only_noise_is_not_compared():
     assert shown["parts"]["rig mounting"] == pytest.approx(NORMAL_95 * 2.0)
     hidden = rows(analysis(depth_second=0.1, detected=False), analysis(), (level,))["2xBPFI"]
     assert hidden["verdict"] == Verdict.INSUFFICIENT
-
-
-@pytest.mark.parametrize(
-    ("snr", "depth", "shown", "verdict"),
-    [
-        (100.0, 0.3, True, Verdict.NOT_RESOLVED),
-        (5.0, 0.02, False, Verdict.DIFFERS),  # noise so low that sidebands a tenth as high would have shown
-        (5.0, 0.3, False, Verdict.INSUFFICIENT),  # or so high that those of the rig would not
-    ],
-)
-def test_missing_sidebands_count_where_they_would_have_shown(snr, depth, shown, verdict):
-    model = analysis(sidebands={"snr": snr, "depth": depth, "detected": shown})
-    row = rows(model, analysis(sidebands={"snr": 100.0, "depth": 0.3}))["BPFI sidebands: shown"]
-    assert (row["kind"], row["rig"], row["error"]) == (PRESENCE.kind, 1.0, row["model"] - 1.0)
-    assert row["verdict"] == verdict
 
 
 def test_the_run_s_own_speed_gives_the_model_s_cage():

@@ -12,7 +12,7 @@ import pytest
 from srbval import Analysis, Origin, SrbvalError, Validation, analyse, paper_scene, simulate, write_run
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.bias import biases
-from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, values_of_model
+from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBANDS, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.recordings.registry import add
@@ -357,7 +357,7 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
         assert cage["model"] == pytest.approx(CAGE)
         assert cage["verdict"] == "differs", "0.3 % are far beyond what is not known"
         assert cage["uncertainty"] > 0.09  # the known term's
-    assert frame.xs(PRESENCE.kind, level="kind")[["model", "rig"]].to_numpy().tolist() == [[1.0, 1.0]]
+    assert frame.xs(SIDEBANDS.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [[True, True]]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
     counted = [
         {b["kind"]: b["records"] for b in biases(compared(one.comparisons), used_for="withheld")}
