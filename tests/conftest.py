@@ -132,5 +132,5 @@ def _own_results(tmp_path_factory):
 def _nothing_shipped():
     """Hide the shipped excerpts of the rig; their own tests show them again."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", lambda: ())
+        patch.setattr("srbval.recordings.registry.shipped_recordings", lambda: ())
         yield

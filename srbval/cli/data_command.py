@@ -13,9 +13,9 @@ from srbval.errors import ConfigurationError
 from srbval.progress import progress_display
 from srbval.recordings import Origin, RecordingSettings, registry
 from srbval.recordings.datasets.description import known_datasets
+from srbval.recordings.manifest import FileStatus, RegisteredRecording, manifest_path, without_copies
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import FileStatus, RegisteredRecording, RegisterListing, fetch
-from srbval.recordings.registry.manifest import manifest_path
+from srbval.recordings.registry import RegisterListing, fetch
 from srbval.recordings.settings import ALIASES
 
 CHANGED = 1
@@ -108,7 +108,7 @@ def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
         points, missing = len(covered["points"]), covered["missing"]
         print(f"\n{covered['dataset']}: {points - missing} of {points} operating points present, {missing} missing")
         print_table(("state", "radial kN", "axial kN", *speeds), [(*point, *counts) for point, counts in grid.items()])
-    copies = len(rows) - len(registry.without_copies(result.recordings))
+    copies = len(rows) - len(without_copies(result.recordings))
     counted = f" ({copies} with the content of another, which counts once)" if copies else ""
     print(f"\nrecordings: {len(rows)}{counted}; the register is {manifest_path()}")
 

@@ -1,7 +1,6 @@
 """Recordings: one `Recording` for a measured file, a simulated run and a stand-in; loaders; register.
 
-Other rooms import the names below from here, names of the register from `srbval.recordings.registry`, anything else
-from its module.
+Other rooms import the names below from here, anything else from its module.
 """
 
 from srbval.recordings.load import load_recording, recording_from_run

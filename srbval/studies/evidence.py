@@ -16,8 +16,8 @@ from typing import Any
 from srbval.check.fingerprint import fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, prefixed, silent
-from srbval.recordings.registry.manifest import HOME_VARIABLE
-from srbval.recordings.registry.register import RECORDINGS_VARIABLE
+from srbval.recordings.manifest import HOME_VARIABLE
+from srbval.recordings.registry import RECORDINGS_VARIABLE
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
 from srbval.storage.stored_result import REPORTS, ResultKind, StoredResult, newest_result, read_result

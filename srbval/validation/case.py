@@ -20,8 +20,7 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, 
 from srbval.comparison.table6 import CASES, Published
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import RecordingSettings
-from srbval.recordings.registry import listing
-from srbval.recordings.registry.register import shipped_recordings
+from srbval.recordings.registry import listing, shipped_recordings
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import Limited, build, limited, read_toml

@@ -10,13 +10,8 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.recordings.load import read_file
-from srbval.recordings.registry import (
-    RegisteredRecording,
-    listing,
-    registered_settings,
-    rig_recordings,
-    unopened,
-)
+from srbval.recordings.manifest import RegisteredRecording
+from srbval.recordings.registry import listing, registered_settings, rig_recordings, unopened
 from srbval.recordings.settings import apply_settings
 from srbval.validation.case import CasePair, Source, files_of_source
 

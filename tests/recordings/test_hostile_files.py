@@ -29,7 +29,8 @@ from srbval.recordings import load_recording
 from srbval.recordings.load import LeftOpenError
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import end_readers
-from srbval.recordings.registry import FileStatus, add
+from srbval.recordings.manifest import FileStatus
+from srbval.recordings.registry import add
 from tests.recordings.synthetic_record import write_synthetic_record
 
 from . import files, formats

@@ -13,8 +13,8 @@ from srbval.errors import DataError
 from srbval.recordings import load_recording
 from srbval.recordings.loaders import limited
 from srbval.recordings.loaders.limited import FileFormat, end_readers
-from srbval.recordings.registry import FileStatus, add
-from srbval.recordings.registry.manifest import read_manifest
+from srbval.recordings.manifest import FileStatus, read_manifest
+from srbval.recordings.registry import add
 from tests.marked import until
 
 from . import files

@@ -19,10 +19,10 @@ from srbval.bearing import Fault, load_bearing
 from srbval.campaign.folder import CampaignTable, folder_lock, write_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import analyse
-from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording
+from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry
 from srbval.recordings.datasets.description import ExpectedFile, dataset
+from srbval.recordings.manifest import FileStatus, manifest_path, read_manifest
 from srbval.recordings.registry import (
-    FileStatus,
     add,
     fetch,
     find_recording,
@@ -30,14 +30,11 @@ from srbval.recordings.registry import (
     listing,
     load_entry,
     load_registered,
-    lookup,
-    register,
     remove,
     rig_recordings,
+    shipped_recordings,
     verify,
 )
-from srbval.recordings.registry.manifest import manifest_path, read_manifest
-from srbval.recordings.registry.register import shipped_recordings
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
 from srbval.report.write import write_report
@@ -134,7 +131,7 @@ def test_environment_folder_is_there_without_add(folder, monkeypatch):
     first = listing().recordings
     assert (len(first), {entry.registered for entry in read_manifest().values()}) == (4, {False})
     with monkeypatch.context() as patch:
-        patch.setattr(register, "inspect_file", None)
+        patch.setattr(registry, "inspect_file", None)
         assert listing().recordings == first
     files.cwru(folder / "105.mat", "105", rpm=1700)
     (folder / "README.md").write_text("Other words.\n")
@@ -410,7 +407,7 @@ def test_what_ships_is_small_and_says_where_it_comes_from():
 
 
 def test_they_serve_where_nothing_is_registered(tmp_path, monkeypatch):
-    monkeypatch.setattr(lookup, "shipped_recordings", shipped_recordings)  # hidden from other tests
+    monkeypatch.setattr(registry, "shipped_recordings", shipped_recordings)  # hidden from other tests
     found = rig_recordings()
     assert {(r.state, r.nominal_rpm) for r in found} == POINTS
     for entry in found:
@@ -495,7 +492,7 @@ def server(tmp_path, monkeypatch):
         for name, body in served.contents.items()
     )
     described = dataclasses.replace(dataset("torino-excerpts"), files=tuple(expected))
-    monkeypatch.setattr(register, "dataset", lambda _: described)
+    monkeypatch.setattr(registry, "dataset", lambda _: described)
     yield served
     served.shutdown()
     served.server_close()

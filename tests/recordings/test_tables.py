@@ -10,7 +10,8 @@ from scipy.io import savemat
 from srbval.errors import DataError
 from srbval.recordings import load_recording
 from srbval.recordings.loaders.text import load_text
-from srbval.recordings.registry import FileStatus, add
+from srbval.recordings.manifest import FileStatus
+from srbval.recordings.registry import add
 
 from . import files
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from srbval.recordings import Origin
-from srbval.recordings.registry.register import shipped_recordings
+from srbval.recordings.registry import shipped_recordings
 from srbval.report import blocks
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import gather as gathering
@@ -61,7 +61,7 @@ def with_rig(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
+        patch.setattr("srbval.recordings.registry.shipped_recordings", shipped_recordings)
         found = gathering.gather(seconds=SECONDS, pages=pages())
         report = assemble(found, command=shlex.join(["srbval", *OPTIONS]), pages=pages())
         return Made(found, report, write_report(report, tmp_path_factory.mktemp("rig") / "report"))

@@ -9,7 +9,8 @@ from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.diagnosis.fault_posterior import OTHER, evidence
 from srbval.diagnosis.learning import NUMBERS, fit_evidence
 from srbval.recordings import Recording
-from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
+from srbval.recordings.manifest import FileStatus, RegisteredRecording
+from srbval.recordings.registry import listing
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.studies.naming.records import KnownRecord, known_records

@@ -357,7 +357,9 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
         assert cage["model"] == pytest.approx(CAGE)
         assert cage["verdict"] == "differs", "0.3 % are far beyond what is not known"
         assert cage["uncertainty"] > 0.09  # the known term's
-    assert frame.xs(SIDEBANDS.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [[True, True]]
+    assert frame.xs(SIDEBANDS.kind, level="kind")[["model_present", "rig_present"]].to_numpy().tolist() == [
+        [True, True]
+    ]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
     counted = [
         {b["kind"]: b["records"] for b in biases(compared(one.comparisons), used_for="withheld")}

@@ -16,7 +16,8 @@ from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import recording_from_run
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RegisteredRecording, listing, load_entry, rig_recordings
+from srbval.recordings.manifest import RegisteredRecording
+from srbval.recordings.registry import listing, load_entry, rig_recordings
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.records import envelope_scalogram, record_view

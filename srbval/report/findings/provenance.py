@@ -12,7 +12,8 @@ from srbval.comparison.counterpart import SimulationCase
 from srbval.models.hierarchy import level_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
+from srbval.recordings.manifest import RegisteredRecording
+from srbval.recordings.registry import RIG_EXCERPTS
 from srbval.storage.installation import git_revision, shipped_folder
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")

@@ -17,7 +17,8 @@ from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import measured_rows, published_rows, published_speeds, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.models.run import Run
-from srbval.recordings.registry import RegisteredRecording, RegisterListing
+from srbval.recordings.manifest import RegisteredRecording
+from srbval.recordings.registry import RegisterListing
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import sideband_shares
 from srbval.signal import NORMAL_95

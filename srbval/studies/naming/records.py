@@ -14,7 +14,8 @@ from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
+from srbval.recordings.manifest import FileStatus, RegisteredRecording, without_copies
+from srbval.recordings.registry import load_entry, rig_of
 
 WRONG_SPEEDS, WRONG_BEARINGS = (1.13, 0.9), ("mfpt-nice", "skf-6203")  # the second for records of the first
 # The geometry of UESTC's insert is not published; a UC 204 is assumed, whose 8 balls its inner-race record fits.
