@@ -1,21 +1,31 @@
 """What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
 
 Amplitudes in m/s2 are compared in `srbval.path.amplitudes`, since they need the path to the sensor.
+
+Each kind has one bias. The record is the unit: errors of one record share its bearing, mounting and speed. Mean error
+and Student's interval b +- t s / sqrt(n); with fewer than `LEAST_RECORDS` records no bias is claimed, since neither
+mean nor scatter predicts the next record. The scatter of the errors beyond the data's own uncertainty is the model's
+(after the NIST fire-model validation guide, McGrattan et al., NIST SP 1018-3).
 """
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.comparison.budget import TOLERANCE, VERDICT
 from srbval.comparison.comparison import QuantityValue as Value
+from srbval.comparison.comparison import Row
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _DB = 20 / math.log(10)
+LEAST_RECORDS = 5  # for a bias
 
 Read = Callable[[Analysis, Fault], Value | None]
 ValueOfOrder = Callable[[Fault, float, int], float]  # of a fault's line, its order of the shaft, rolling elements
@@ -30,7 +40,7 @@ class ComparedQuantity:
 
     `name` may contain ``{line}`` for the fault's line; `kind` groups quantities that share a bias. `read` returns the
     value of an analysis of one of `faults`. With `value_of` a run's value follows from its line's order, and errors
-    are in per cent of the rig's value; else in dB. `margin`: see `vocabulary`.
+    are in per cent of the rig's value; else in dB. `margin`: see `comparison`.
     """
 
     kind: str
@@ -153,3 +163,44 @@ def values_of_model(
         if read is not None:
             found[row.name_of(fault)] = read
     return found
+
+
+def biases(comparisons: "pd.DataFrame", *, used_for: str = "") -> list[Row]:
+    """Bias of each kind, scene and use among the rows that both sides show.
+
+    With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width `ci95` and the
+    `scatter`, one standard deviation net of the data's, are None below `LEAST_RECORDS`; `mean_error` is the mean seen.
+    """
+    both = comparisons["model_present"].astype(bool) & comparisons["rig_present"].astype(bool)
+    shown = comparisons[both]
+    if used_for:
+        shown = shown.assign(used_for=used_for)
+    places = {row.kind: place for place, row in enumerate(COMPARED)}
+    groups = shown.groupby(["kind", "scene", "used_for"], sort=False)
+    return [
+        _bias(kind, scene, use, rows)
+        for (kind, scene, use), rows in sorted(groups, key=lambda group: places.get(group[0][0], len(places)))
+    ]
+
+
+def _bias(kind: str, scene: str, used_for: str, rows: "pd.DataFrame") -> Row:
+    from scipy.special import stdtrit
+
+    errors = rows.groupby("record", sort=False)["error"].mean()
+    count, mean = len(errors), float(errors.mean())
+    data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95
+    claimed = count >= LEAST_RECORDS
+    variance = float(errors.var()) if claimed else 0.0
+    return {
+        "kind": kind,
+        "scene": scene,
+        "used_for": used_for,
+        "unit": rows["error_unit"].iloc[0],
+        "records": count,
+        "pairs": len(rows),
+        "mean_error": mean,
+        "bias": mean if claimed else None,
+        "ci95": float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+        "scatter": math.sqrt(max(variance - data**2, 0.0)) if claimed else None,
+        "data_scatter": data,
+    }

@@ -1,17 +1,21 @@
-"""One row of the table of comparisons: a quantity of a record of the rig that the model has too.
+"""One row of the table of comparisons: a quantity of a record of the rig that the model has too; words of verdicts.
 
-After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U as the root of the squares of its parts
-by numerics, inputs and data. Verdicts on single quantities are exploratory; `srbval.comparison.verdicts` judges the
-cage ratio over all records.
+A comparison has an error E, model minus rig, and its validation uncertainty U, the root of the squares of its parts by
+numerics, inputs and data (ASME V&V 20, 2009). The model `differs` from the rig if |E| > U. It `agrees` only if |E| + U
+is below a margin fixed beforehand: two one-sided tests (Schuirmann 1987), with U in place of 1.645 u so that they hold
+whatever the distribution of the inputs. Everything between the two is `not resolved`. A stated tolerance is `met` or
+`missed` by the chance that the error lies beyond it.
+
+Verdicts on single quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
 """
 
+import enum
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
-from srbval.comparison.vocabulary import verdict_on_error
 
 if TYPE_CHECKING:  # models and plans use quantities and need no tables
     import pandas as pd
@@ -22,6 +26,33 @@ DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
 SIMULATION_READING = "simulation reading"  # of a simulated signal; no uncertainty of the simulation itself
 TEXTS = ("record", "kind", "quantity", "unit", "error_unit", "scene", "used_for")  # columns of a row that are texts
 Row = dict[str, Any]  # one row of a table, by the names of its columns
+
+
+class Verdict(enum.StrEnum):
+    """Conclusion that a comparison error and its uncertainty allow."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    NOT_RESOLVED = "not resolved"
+    INSUFFICIENT = "insufficient data"
+    MET = "met"
+    MISSED = "missed"
+
+
+def verdict_on_error(error: float, uncertainty: float | None, margin: float | None = None) -> Verdict:
+    """Verdict by E and U, both in the same unit as the `margin`; without U the data are insufficient."""
+    if uncertainty is None:
+        return Verdict.INSUFFICIENT
+    if abs(error) > uncertainty:
+        return Verdict.DIFFERS
+    return Verdict.AGREES if margin is not None and abs(error) + uncertainty < margin else Verdict.NOT_RESOLVED
+
+
+def verdict_on_tolerance(p_beyond: float, risk: float) -> Verdict:
+    """Verdict by the chance that the error lies beyond the tolerance: missed from 1 - `risk` on, met up to `risk`."""
+    if risk < p_beyond < 1 - risk:
+        return Verdict.NOT_RESOLVED
+    return Verdict.MET if p_beyond <= risk else Verdict.MISSED
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,11 +31,12 @@ from srbval.comparison.comparison import (
     SIMULATION_READING,
     QuantityValue,
     Row,
+    Verdict,
     comparison_row,
     deviation_pct,
     plain_frame,
+    verdict_on_tolerance,
 )
-from srbval.comparison.vocabulary import Verdict, verdict_on_tolerance
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Case, Tolerance
 from srbval.validation.sides import QUANTITIES, SideReading

@@ -12,10 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from srbval.bearing import Fault
-from srbval.comparison.bias import biases
-from srbval.comparison.compared_quantities import RACE_LINE, Effects, effects_of
-from srbval.comparison.comparison import Row, comparison_frame, plain_frame
-from srbval.comparison.vocabulary import Verdict
+from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
+from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.verdict import sum_rule
@@ -82,7 +80,7 @@ class Validation:
 
     @cached_property
     def bias(self) -> list[Row]:
-        """Mean error of each kind of quantity over the records; see `comparison.bias`."""
+        """Mean error of each kind of quantity over the records; see `compared_quantities.biases`."""
         return biases(comparison_frame(self.comparisons))
 
     @property

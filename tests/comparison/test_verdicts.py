@@ -7,14 +7,21 @@ import numpy as np
 import pytest
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.bias import LEAST_RECORDS, biases
 from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import HARMONIC
-from srbval.comparison.comparison import RIG_READING, QuantityValue, Row, comparison_frame, comparison_row
+from srbval.comparison.compared_quantities import HARMONIC, LEAST_RECORDS, biases
+from srbval.comparison.comparison import (
+    RIG_READING,
+    QuantityValue,
+    Row,
+    Verdict,
+    comparison_frame,
+    comparison_row,
+    verdict_on_error,
+    verdict_on_tolerance,
+)
 from srbval.comparison.verdicts import at_shares, endpoints, holds, joint_tests, verdicts
-from srbval.comparison.vocabulary import Verdict, verdict_on_error, verdict_on_tolerance
 from srbval.signal import NORMAL_95
 
 LIMIT = TOLERANCE.limit_pct

@@ -8,8 +8,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import cage_of, values_of_model
-from srbval.comparison.comparison import INPUTS
-from srbval.comparison.vocabulary import Verdict
+from srbval.comparison.comparison import INPUTS, Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Case, Tolerance, Uncertainty

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.comparison.bias import biases
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import RACE_LINE
+from srbval.comparison.compared_quantities import RACE_LINE, biases
 from srbval.comparison.comparison import Row, comparison_frame, deviation_pct, rows_of
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import measured_rows, published_rows, published_speeds, sum_rules

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.vocabulary import Verdict
+from srbval.comparison.comparison import Verdict
 from srbval.report.blocks import Block, Command, KeyValues, Listing, Report, Section, Tone, Value
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import badge_of

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
-from srbval.comparison.comparison import Row
-from srbval.comparison.vocabulary import Verdict
+from srbval.comparison.comparison import Row, Verdict
 from srbval.report.blocks import Badge, Block, FigureGrid, Heading, Listing, Report, Section, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
