@@ -155,28 +155,25 @@ def measured_errors() -> Mapping[str, MeasuredErrors]:
 
 def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
     """Tables from the content of the study's result; `DataError` if it holds none."""
+    bounds: dict[str, dict[Key, Bound]] = {}
     try:
-        tables = {name: _table(name, about, content["bounds"]) for name, about in content["bases"].items()}
-        if not tables:
-            raise ValueError("no scene")
-        return tables
-    except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
+        for row in content["bounds"]:
+            key = row["fit"], row["kind"], row["model"], Question(row["question"])
+            bounds.setdefault(row["base"], {})[key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
+        tables = {
+            base: MeasuredErrors(
+                base=base,
+                models=tuple(level_of(model).name for model in about["models"]),
+                bounds=bounds[base],
+                **{name: about[name] for name in OF_TABLE},
+            )
+            for base, about in content["bases"].items()
+        }
+    except (LookupError, TypeError, AttributeError, ValueError) as error:
         raise DataError(f"{RESULT}: not a table of measured errors ({error!r}); {REMEDY} anew.") from error
-
-
-def _table(base: str, about: Mapping[str, Any], rows: list[Mapping[str, Any]]) -> MeasuredErrors:
-    bounds = {}
-    for row in (row for row in rows if row["base"] == base):
-        key = row["fit"], row["kind"], row["model"], Question(row["question"])
-        bounds[key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
-    known = [error for bound in bounds.values() for error in (bound.error_pct, bound.median_pct) if error is not None]
-    ends = [end for axis in ("rpm", "radial_kn", "height_mm") for end in about["ranges"][axis]]
-    of_scene = [value for value in about["values"].values() if isinstance(value, int | float)]
-    numbers = [*known, *ends, *of_scene, *about["pace"].values(), about["seconds"], about["values"]["solver.step_s"]]
-    if not math.isfinite(sum(numbers)) or min(bound.scenes for bound in bounds.values()) < 1:
-        raise ValueError("numbers that are none")
-    known_models = {"models": tuple(level_of(model).name for model in about["models"])}
-    return MeasuredErrors(base=base, bounds=bounds, **{name: about[name] for name in OF_TABLE} | known_models)
+    if not tables:
+        raise DataError(f"{RESULT}: no scene was measured; {REMEDY} anew.")
+    return tables
 
 
 def table_about(scene: Scene) -> MeasuredErrors:

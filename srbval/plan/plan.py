@@ -1,7 +1,7 @@
 """Choose the cheapest model whose measured error answers the question."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -86,19 +86,18 @@ def make_plan(
         if (only_some or not level.runs(bearing)) and (why := refusal(level, scene, bearing)) is not None
     }
     judged = {one.name: _candidate(one, scene, question, tolerance_pct, table, bool(outside)) for one in levels}
-    while True:
-        judged |= {model: Candidate(model=model, why=why) for model, why in refused.items()}
-        candidates = tuple(judged.values())
-        chosen = _chosen(candidates, question, table.reference, refused)
-        if (why := refusal(level_of(chosen), scene, bearing)) is None:
-            break
-        refused[chosen] = why
+    judged |= {model: Candidate(model=model, why=why) for model, why in refused.items()}
+    while why := refusal(
+        level_of(chosen := _chosen(judged.values(), question, table.reference, refused)), scene, bearing
+    ):
+        refused[chosen], judged[chosen] = why, Candidate(model=chosen, why=why)
+    candidates = tuple(judged.values())
     met = any(one.ok for one in candidates)
     asked: dict[str, Any] = {"question": question, "tolerance_pct": tolerance_pct}
     return Plan(chosen=chosen, met=met, candidates=candidates, outside=outside, **asked)
 
 
-def _chosen(candidates: Sequence[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
+def _chosen(candidates: Iterable[Candidate], question: Question, reference: str, refused: Mapping[str, str]) -> str:
     """The cheapest model that is enough; else the reference, or the last model that runs and knows the question."""
     if enough := [one for one in candidates if one.ok]:
         return min(enough, key=lambda one: math.inf if one.wall_s is None else one.wall_s).model
