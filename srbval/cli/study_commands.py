@@ -19,7 +19,7 @@ from srbval.storage.behaviour import reference_fingerprint
 from srbval.storage.content_store import stored_results
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.stored_result import ResultKind
-from srbval.studies.evidence import ResultState, recompute, result_states
+from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
 from srbval.studies.outside import bench, stability
 
@@ -80,24 +80,24 @@ def evidence(options: argparse.Namespace) -> int:
     with progress_display() as progress:
         if options.list:
             known = result_states(fingerprint(progress=progress))
-            states = [one for one in known if not options.names or one.name in options.names]
+            states = [one for one in known if not options.names or one["name"] in options.names]
         else:
             how = {"jobs": options.jobs, "message": progress.message, "command": own_command()}
             states = list(recompute(options.names, every=options.all, progress=progress, **how))
-    stale = [one for one in states if one.kind is ResultKind.EVIDENCE and not one.fresh]
-    code = 1 if stale or not all(one.sound for one in states) else 0
+    stale = [one for one in states if one["kind"] is ResultKind.EVIDENCE and not one["fresh"]]
+    code = 1 if stale or not all(one["sound"] for one in states) else 0
     status = "stale" if stale else "ok" if code == 0 else "unsound"
     return answer(options, {"results": to_json(states)}, lambda: _show_results(states), status=status, code=code)
 
 
-def _show_results(states: Sequence[ResultState]) -> None:
+def _show_results(states: Sequence[State]) -> None:
     rows = []
     for one in states:
-        holds = HOLDS.get(one.kind) or ("yes" if one.fresh else "no")
-        made, machine = one.made_utc or "", one.machine or ""
-        rows.append((one.name, one.kind.value, holds, made, one.minutes, machine, one.why or ""))
+        holds = HOLDS.get(one["kind"]) or ("yes" if one["fresh"] else "no")
+        made, machine, why = (one[name] or "" for name in ("made_utc", "machine", "why"))
+        rows.append((one["name"], one["kind"].value, holds, made, one["minutes"], machine, why))
     print_table(("result", "kind", "holds", "computed", "minutes", "machine", "why not"), rows)
-    minutes = [one.minutes for one in states if one.minutes is not None and one.kind is ResultKind.EVIDENCE]
+    minutes = [one["minutes"] for one in states if one["minutes"] is not None and one["kind"] is ResultKind.EVIDENCE]
     if minutes:
         print(f"evidence took {sum(minutes):.1f} minutes in all")
 
@@ -110,11 +110,11 @@ def study(options: argparse.Namespace) -> int:
         if options.name is None:
             raise ConfigurationError("name a study, for example: srbval study run naming. See: srbval study list")
         return _run_study(options.name, f"srbval study run {options.name}", options)
-    states = {state.name: state for state in result_states(reference_fingerprint())}
+    states = {state["name"]: state for state in result_states(reference_fingerprint())}
     rows = []
     for one, state in ((load_study(name), states[name]) for name in study_names()):
-        about: dict[str, object] = {"name": state.name, "question": one.question, "kind": one.kind.value}
-        rows.append(about | {"minutes": one.minutes, "made_utc": state.made_utc, "stale": state.why})
+        about: dict[str, object] = {"name": state["name"], "question": one.question, "kind": one.kind.value}
+        rows.append(about | {"minutes": one.minutes, "made_utc": state["made_utc"], "stale": state["why"]})
     shown = {name: name for name in ("question", "kind", "minutes", "stale")}
     return answer(options, {"studies": rows}, text_rows(rows, {"study": "name", **shown, "stored": "made_utc"}))
 

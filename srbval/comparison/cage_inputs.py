@@ -10,7 +10,6 @@ Technology, 2006, chapter 2; quoted from memory, compared with a maker's table i
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,8 @@ from srbval.bearing import ElementShape, RollingElements
 from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD
 from srbval.signal import NORMAL_95
 from srbval.storage.tables import read_toml
+
+RANGES = read_toml(Path(__file__).with_name("cage_inputs.toml"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +41,8 @@ def free_contact_angle_rad(clearance_m: FloatArray, groove_sum: FloatArray, ball
 
 def largest_clearance_m(elements: RollingElements) -> float:
     """Largest clearance of class C3 for the bore that the dimensions imply; proportional beyond the table."""
-    table = _ranges()["largest_clearance"]
-    bore_mm = 1e3 * (elements.pitch_diameter_m - _ranges()["ball_diameters_to_bore"] * elements.element_diameter_m)
+    table = RANGES["largest_clearance"]
+    bore_mm = 1e3 * (elements.pitch_diameter_m - RANGES["ball_diameters_to_bore"] * elements.element_diameter_m)
     return 1e-6 * next((um for most_mm, um in table if bore_mm <= most_mm), table[-1][1] * bore_mm / table[-1][0])
 
 
@@ -51,9 +52,8 @@ def cage_inputs(elements: RollingElements) -> CageInputs:
     from scipy.stats import t
     from scipy.stats.qmc import LatinHypercube
 
-    ranges = _ranges()
-    u = LatinHypercube(d=7, rng=np.random.default_rng(0)).random(ranges["draws"]).T
-    rounding, (low, high) = ranges["rounding_m"], ranges["groove"]
+    u = LatinHypercube(d=7, rng=np.random.default_rng(0)).random(RANGES["draws"]).T
+    rounding, (low, high) = RANGES["rounding_m"], RANGES["groove"]
     ball_m = elements.element_diameter_m + rounding * (2 * u[0] - 1)
     pitch_m = elements.pitch_diameter_m + rounding * (2 * u[1] - 1)
     angle = np.full(u.shape[1], elements.contact_angle_rad)
@@ -65,8 +65,3 @@ def cage_inputs(elements: RollingElements) -> CageInputs:
     return CageInputs(
         shift=float(ratio.mean()) - 1, ci95=NORMAL_95 * float(ratio.std()), angle_deg=float(np.degrees(angle.max()))
     )
-
-
-@cache
-def _ranges() -> dict[str, Any]:
-    return read_toml(Path(__file__).with_name("cage_inputs.toml"))

@@ -119,10 +119,8 @@ class Periodogram:
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]
-        reach = np.maximum.accumulate(zones[:, 1])
-        first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))  # zones that overlap are joined
-        last = np.concatenate((first[1:], [True]))
-        return replace(self, masks_hz=np.column_stack((zones[first, 0], reach[last])))
+        zones[:, 1] = np.maximum.accumulate(zones[:, 1])  # so that the last zone to begin tells whether any covers
+        return replace(self, masks_hz=zones)
 
     @property
     def seconds(self) -> float:

@@ -10,7 +10,6 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from srbval.check.fingerprint import fingerprint
@@ -23,49 +22,28 @@ from srbval.storage.installation import git_revision, is_source_tree, shipped_fo
 from srbval.storage.stored_result import REPORTS, ResultKind, StoredResult, newest_result, read_result
 from srbval.studies.harness import Study, load_study, make_result, study_names
 
-
-@dataclass(frozen=True, kw_only=True)
-class ResultState:
-    """A result by name: its kind, whether it is `fresh` and else `why` not, and its origin; `sound` as its study says.
-
-    `minutes` is the wall time of its computation, None if it was never computed or does not state it.
-    """
-
-    name: str
-    kind: ResultKind
-    fresh: bool
-    why: str | None
-    made_utc: str | None = None
-    machine: str | None = None
-    minutes: float | None = None
-    sound: bool = True
+State = dict[str, Any]  # of a result: name, kind, fresh, why, made_utc, machine, minutes, sound
 
 
-def result_states(now: Fingerprint) -> list[ResultState]:
+def result_states(now: Fingerprint) -> list[State]:
     """The state of every study's result, and of every other result that comes with the program, by name."""
-    names = {*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))}
-    found = []
-    for name in sorted(names):
-        result, study = newest_result(name), load_study(name) if name in study_names() else None
-        if result is not None or study is not None:
-            found.append(_state(name, result, study, now))
-    return found
+    names = sorted({*study_names(), *(path.stem for path in shipped_folder(REPORTS).glob("*.json"))})
+    return [state for name in names if (state := _state(name, newest_result(name), now))]
 
 
-def _state(name: str, result: StoredResult | None, study: Study | None, now: Fingerprint) -> ResultState:
+def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
+    """A result's kind, whether it is `fresh` and else `why` not, its origin; `sound` as its study says.
+
+    `minutes` is the wall time of its computation, None if it was never computed or does not state it. Empty for a
+    result that neither exists nor belongs to a study.
+    """
+    unknown = {"made_utc": None, "machine": None, "minutes": None, "sound": True}
     if result is None:
-        kind = ResultKind.EVIDENCE if study is None else study.kind
-        return ResultState(name=name, kind=kind, fresh=False, why="it was never computed")
+        kind = {"kind": load_study(name).kind} if name in study_names() else {}
+        return kind and {"name": name, **kind, "fresh": False, "why": "it was never computed", **unknown}
     why, origin = result.why_stale(now), result.origin
-    return ResultState(
-        name=name,
-        kind=result.kind,
-        fresh=why is None,
-        why=why,
-        made_utc=result.made_utc,
-        machine=origin["processor"],
-        minutes=origin["minutes"],
-    )
+    known = {"made_utc": result.made_utc, "machine": origin["processor"], "minutes": origin["minutes"]}
+    return {"name": name, "kind": result.kind, "fresh": why is None, "why": why, **unknown, **known}
 
 
 @contextlib.contextmanager
@@ -89,7 +67,7 @@ def recompute(
     progress: Progress = silent,
     message: Callable[[str], None] = lambda _: None,
     command: str = "srbval evidence",
-) -> Iterator[ResultState]:
+) -> Iterator[State]:
     """Compute the evidence that is stale, of the studies `names` (all), or `every` result whether stale or not.
 
     In a source tree results are written to ``reports``, else to the user's cache. `message` gets a line before each
@@ -104,22 +82,21 @@ def recompute(
             f"srbval study run {recorded[0]}"
         )
     revision, now = git_revision(), fingerprint(jobs=jobs, progress=progress)
-    wanted, kept = list[tuple[Study, ResultState]](), list[tuple[Study, ResultState]]()
+    wanted, kept = list[tuple[Study, State]](), list[tuple[Study, State]]()
     for study in (one for one in studies if one.kind is ResultKind.EVIDENCE):
-        state = _state(study.name, newest_result(study.name), study, now)
-        (wanted if every or not state.fresh else kept).append((study, state))
+        state = _state(study.name, newest_result(study.name), now)
+        (wanted if every or not state["fresh"] else kept).append((study, state))
     yield from (state for _, state in kept)
     minutes = sum(study.minutes for study, _ in wanted)
     if wanted:
         message(f"{len(wanted)} results to compute, about {minutes:.0f} minutes on two cores")
     for study, state in wanted:
-        message(f"{study.name}: {state.why or 'fresh'}; about {study.minutes:g} minutes on two cores")
+        message(f"{study.name}: {state['why'] or 'fresh'}; about {study.minutes:g} minutes on two cores")
         started = time.perf_counter()
         output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
         origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}
         with without_own_recordings():
             found, stored = make_result(study.name, options, prefixed(progress, study.name), **origin)
-        done: dict[str, Any] = vars(_state(study.name, read_result(stored["file"]), study, now))
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
-        yield ResultState(**done | {"sound": found.sound})
+        yield _state(study.name, read_result(stored["file"]), now) | {"sound": found.sound}

@@ -23,6 +23,7 @@ from srbval.recordings import RecordingSettings
 from srbval.recordings.registry import listing, shipped_recordings
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
+from srbval.storage.json_files import to_json
 from srbval.storage.tables import Limited, build, limited, read_toml
 
 USES = ("fit", "withheld", "blind")
@@ -206,25 +207,23 @@ def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:
 
 def write_case(case: Case, path: Path) -> None:
     """Write a case as a TOML file from which `load_case` makes the same case."""
-
-    def stated(table: Any) -> dict[str, Any]:
-        values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-        return {key: stated(v) if isinstance(v, Source) else v for key, v in values.items() if v not in (None, (), "")}
-
-    document = stated(dataclasses.replace(case, path=None))
+    document = _stated(to_json(dataclasses.replace(case, path=None)))
     lists = {key: document.pop(key) for key in ("pair", "published") if key in document}
-    for key in ("simulated", "measured", "tolerance", "uncertainty"):
-        table = document.pop(key, None)
-        document |= {key: values} if (values := table if isinstance(table, dict) else stated(table)) else {}
     text = [f"{key} = {_toml_value(value)}" for key, value in document.items()]
-    for key, rows in lists.items():
-        for row in rows:
-            text += ["", f"[[{key}]]", *(f"{name} = {_toml_value(value)}" for name, value in stated(row).items())]
+    for key, row in ((key, row) for key, rows in lists.items() for row in rows):
+        text += ["", f"[[{key}]]", *(f"{name} = {_toml_value(value)}" for name, value in row.items())]
     with atomic_write(path) as part:
         part.write_text("\n".join(text) + "\n", encoding="utf-8")
 
 
+def _stated(value: Any) -> Any:
+    """A JSON value without what is not stated: None, empty texts, lists and tables."""
+    if isinstance(value, dict):
+        return {key: kept for key, one in value.items() if (kept := _stated(one)) not in (None, "", [], {})}
+    return [_stated(one) for one in value] if isinstance(value, list) else value
+
+
 def _toml_value(value: Any) -> str:
-    if isinstance(value, Mapping):
+    if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
     return json.dumps(value, ensure_ascii=False)  # the same as in TOML

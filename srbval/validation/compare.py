@@ -49,10 +49,19 @@ LINES = (RACE_LINE, ROLLER_LINE)
 SAME_SPEED = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
 MISSING = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
-# Columns of the table of a validation that its rows have already, in their order; then those with another name there.
-KEPT = ("pair", "state", "quantity", "unit", "kinematic")
-DEVIATIONS = ("simulated_deviation_pct", "measured_deviation_pct")
-LATER = ("error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz")
+COLUMNS: tuple[str, ...] = (
+    "pair",
+    "state",
+    "quantity",
+    "unit",
+    "kinematic",
+    "simulated",
+    "simulated_ci95",
+    "measured",
+    "measured_ci95",
+)
+COLUMNS += ("error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz")
+COLUMNS += ("simulated_deviation_pct", "measured_deviation_pct")  # of the table of a validation
 
 
 def compare_pair(
@@ -174,14 +183,7 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
 
 def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
     """Table of a validation, a row for each pair and quantity; ``met`` or ``missed`` by a tolerance."""
-    shown = [_table_row(row, tolerance) for row in rows]
-    columns = (
-        *KEPT,
-        *(f"{side}{of}" for side in ("simulated", "measured") for of in ("", "_ci95")),
-        *LATER,
-        *DEVIATIONS,
-    )
-    return plain_frame(shown, columns)
+    return plain_frame([_table_row(row, tolerance) for row in rows], COLUMNS)
 
 
 def _table_row(row: Row, tolerance: Tolerance) -> Row:
