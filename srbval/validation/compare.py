@@ -49,19 +49,9 @@ LINES = (RACE_LINE, ROLLER_LINE)
 SAME_SPEED = 1e-3  # relative difference of shaft speeds up to which lines are shown in Hz
 MISSING = QuantityValue(value=math.nan, ci95=None, present=False)  # a quantity that one side does not show
 PAIR_KEYS = ("pair", "simulated_hz", "measured_hz", "speeds_hz")  # of a row, beside those of `comparison_row`
-COLUMNS: tuple[str, ...] = (
-    "pair",
-    "state",
-    "quantity",
-    "unit",
-    "kinematic",
-    "simulated",
-    "simulated_ci95",
-    "measured",
-    "measured_ci95",
-)
-COLUMNS += ("error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz")
-COLUMNS += ("simulated_deviation_pct", "measured_deviation_pct")  # of the table of a validation
+COLUMNS = ["pair", "state", "quantity", "unit", "kinematic", "simulated", "simulated_ci95", "measured", "measured_ci95"]
+COLUMNS += ["error", "error_unit", "uncertainty", "parts", "verdict", "used_for", "simulated_hz", "measured_hz"]
+COLUMNS += ["simulated_deviation_pct", "measured_deviation_pct"]  # of the table of a validation
 
 
 def compare_pair(

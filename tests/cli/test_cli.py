@@ -14,8 +14,8 @@ import pytest
 import srbval
 import srbval.report.reports
 from srbval.cli.arguments import parser
-from srbval.comparison.verdicts import holds
 from srbval.comparison.comparison import Verdict
+from srbval.comparison.verdicts import holds
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
 from tests.recordings import files

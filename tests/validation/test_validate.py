@@ -11,8 +11,7 @@ import pytest
 
 from srbval import Analysis, Origin, SrbvalError, Validation, analyse, paper_scene, simulate, write_run
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.compared_quantities import biases
-from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBANDS, values_of_model
+from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBANDS, biases, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.recordings.registry import add
