@@ -28,8 +28,7 @@ from srbval.report.sections.user_report import TONES
 from srbval.storage.json_files import to_json
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_lines import periodogram, squared_envelope
-from tests.reading.test_shaft_speed import BEARING, record
-from tests.reading.test_speed_search import outer_race
+from tests.reading.test_shaft_speed import BEARING, outer_race, record
 
 NOTHING = BaselineComparison(sentence="There is no healthy record to compare.")
 UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 859 rpm",))

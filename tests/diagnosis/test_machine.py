@@ -1,12 +1,18 @@
-"""A machine's file stands for the options of the command line; scales of files, without which no level is compared."""
+"""A machine's file stands for options of the command line; scales of files; its trend, with as many alarms as said."""
 
+import math
+import re
+from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from srbval import ConfigurationError, DataError, report_recordings
 from srbval.diagnosis.machine import machine_options, machine_toml
+from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
+from srbval.reading.features import velocity_rms
 from srbval.recordings import RecordingSettings
 from srbval.recordings.registry import add, load_registered
 from tests.reading.test_shaft_speed import FS_HZ, record
@@ -121,3 +127,139 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
         report_recordings([alone], tmp_path / "r", bearing="skf-6205", healthy=load_registered(healthy, settings))
     add(healthy, settings=RecordingSettings(unit="mg", scale=1e3 * quiet_scale))
     assert ratio(healthy, *stated) == pytest.approx(true, rel=DIGITS)
+
+
+HISTORIES, RECORDS, BASELINE = 600, 25, 6
+STATED = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
+
+
+def document(number: int, levels: np.ndarray, *, rpm: float = 1500.0, channel: str = "x") -> dict[str, Any]:
+    """What `read_records` says of a record, as far as a trend needs it; levels of three lines and the RMS."""
+    names = ("BPFO", "BPFI", "2xBSF")
+    return {
+        "file": f"{number:04}.npy",
+        "channel": channel,
+        "shaft_hz": {"value": rpm / 60},
+        "features": {
+            "unit": "m/s2",
+            "rms": levels[3],
+            "band_rms": 1.0,
+            "velocity_rms_mm_s": None,
+            "velocity_missing": "not sampled fast enough",
+        },
+        "lines": [{"name": n, "harmonic": 1, "depth": x**2, "snr": 10.0} for n, x in zip(names, levels, strict=False)],
+    }
+
+
+def healthy(rng: np.random.Generator, kind: str) -> np.ndarray:
+    """Levels of a machine that stays as it is: lognormal, or the highest of twenty bins of noise."""
+    if kind == "lognormal":
+        return np.asarray(np.exp(0.3 * rng.standard_normal((RECORDS, 4))))
+    return np.asarray(np.sqrt(rng.exponential(size=(RECORDS, 4, 20)).max(axis=2)))
+
+
+def trend(levels: np.ndarray, **changes: Any) -> Trend:
+    documents = [document(number, one) for number, one in enumerate(levels)]
+    return trend_of(documents, {one["file"]: float(n) for n, one in enumerate(documents)}, **changes)
+
+
+@pytest.mark.parametrize("kind", ["lognormal", "noise"])
+def test_false_alarms_in_the_whole_history(kind):
+    """At most alpha of healthy histories have one; the bound is not so loose that it means nothing."""
+    rng = np.random.default_rng(7)
+    alarms = sum(trend(healthy(rng, kind), baseline=BASELINE).alarm is not None for _ in range(HISTORIES))
+    share, scatter = alarms / HISTORIES, math.sqrt(ALPHA * (1 - ALPHA) / HISTORIES)
+    assert share <= ALPHA + 3 * scatter
+    assert kind == "noise" or share > ALPHA / 5  # comparisons share the baseline, so alpha is not reached
+
+
+def test_a_growing_defect_is_found_and_a_drop_is_not():
+    levels = healthy(np.random.default_rng(1), "lognormal")
+    levels[:, 3] = 1.0 + 0.01 * np.arange(RECORDS) % 0.03
+    growing = levels.copy()
+    growing[10:, 1] *= np.exp(0.5 * np.arange(RECORDS - 10))
+    found = trend(growing, baseline=10)
+    assert found.alarm is not None
+    assert found.alarm.first_alarm is not None
+    assert 10 < found.alarm.first_alarm < 18
+    assert all("BPFI" in point["risen"] for point in found.alarm.points[18:])
+    assert found.answer.startswith(f"Alarm: BPFI of x first at {found.alarm.first_alarm} (record ")
+    falling = levels.copy()
+    falling[10:, 1] /= np.exp(0.5 * np.arange(RECORDS - 10))
+    assert trend(falling, baseline=10).answer.startswith("No alarm in 25 records: ")
+
+
+def test_another_speed_is_not_judged_and_few_records_are_not_either():
+    levels = healthy(np.random.default_rng(2), "lognormal")
+    levels[15] *= 1000
+    documents = [document(n, one, rpm=1500.0 if n != 15 else 1800.0) for n, one in enumerate(levels)]
+    found = trend_of(documents, {one["file"]: float(n) for n, one in enumerate(documents)}, baseline=BASELINE)
+    (channel,) = found.channels
+    assert (channel.points[15]["risen"], channel.points[15]["comparable"]) == ([], False)
+    assert found.comparisons == 4 * (RECORDS - BASELINE - 1)
+    assert trend(levels[:4]).answer.startswith("No alarm can be judged from 4 records")
+    with pytest.raises(ConfigurationError, match="at least 5"):
+        trend(levels, baseline=4)
+
+
+def test_when_a_record_was_made(tmp_path):
+    dates = ["2003.10.22.12.06.24", "pump_20031023T0809.wav"]
+    assert list(record_times(dates)[0].values()) == [datetime(2003, 10, 22, 12, 6, 24), datetime(2003, 10, 23, 8, 9)]
+    assert record_times(["run2.npy", "run10.npy"])[0] == {"run2.npy": 2.0, "run10.npy": 10.0}
+    table = tmp_path / "times.csv"
+    table.write_text("file,time\na.npy,2026-11-24 13:55\nb.npy,2026-11-25\n")
+    times, said = record_times(["x/a.npy", "x/b.npy"], table)
+    assert times == {"x/a.npy": datetime(2026, 11, 24, 13, 55), "x/b.npy": datetime(2026, 11, 25)}
+    assert said == "the column time of times.csv"
+    with pytest.raises(ConfigurationError, match="columns file and time"):
+        record_times(["x/c.npy"], table)
+
+
+@pytest.mark.parametrize(("frequency_hz", "within"), [(50.0, True), (5.0, False), (1500.0, False)])
+def test_velocity_of_a_tone(frequency_hz, within):
+    """An acceleration of amplitude a at f is a velocity of RMS a / (2 pi f sqrt 2)."""
+    tone = 3.0 * np.sin(2 * np.pi * frequency_hz * np.arange(20_000) / 10_000.0) + 1.0
+    expected = 3.0 / (2 * np.pi * frequency_hz * math.sqrt(2))
+    found = velocity_rms(tone, 10_000.0, (10.0, 1000.0))
+    assert found == pytest.approx(expected, rel=1e-3) if within else found < 0.01 * expected
+
+
+def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
+    folder = tmp_path / "pump"
+    folder.mkdir()
+    for day in range(12):
+        quiet, faulty = (record(shaft_hz=25.0, seed=day, fault=fault).channels["x"] for fault in (False, True))
+        samples = quiet + max(0, day - 7) * (faulty - quiet)
+        np.save(folder / f"2026-11-{day + 1:02}.npy", samples)
+    (folder / "2026-11-20.npy").write_bytes(b"")
+    table, page = tmp_path / "trend.csv", tmp_path / "trend.html"
+    command = ["trend", str(folder), *STATED, "--baseline", "6", "--machine-class", "medium-rigid"]
+    shown = srbval_text(*command, "--csv", table, "--plot", page, code=3)
+    assert shown.out.startswith("Alarm: BPFI of data first at 2026-11-")
+    assert "not read: " in shown.err
+    assert all(len(line) <= 80 for line in shown.out.splitlines()[3:] if "  " in line)
+    assert len(table.read_text().splitlines()) == 1 + 12
+    text = page.read_text()
+    assert "data:image/svg+xml" in text
+    assert "Channel data. Above" in text
+    assert not re.search(r"""(src|href)=["']?http""", text)
+    (channel,) = srbval_json(*command, code=3)["trend"]["channels"]
+    assert [point["time"][:10] for point in channel["points"]] == [f"2026-11-{day:02}" for day in range(1, 13)]
+    assert {point["zone"] for point in channel["points"]} <= set("ABCD")
+    machine = tmp_path / "pump.toml"
+    machine.write_text('title = "pump"\n[limits]\nmachine_class = "medium-rigid"\n', encoding="utf-8")
+    said = srbval_text("analyse", folder / "2026-11-12.npy", *STATED, "--machine", machine).out
+    last = channel["points"][-1]
+    wanted = f"zone {last['zone']} of ISO 20816-3, medium-rigid: velocity {last['velocity_rms_mm_s']:.2f} mm/s RMS"
+    assert f"\n{wanted}, 10 to 1000 Hz\n" in said
+
+
+def test_zones_rise_with_the_velocity_and_the_class():
+    assert all(list(one) == sorted(one) and len(one) == 3 for one in machine_classes().values())
+    one = document(0, np.ones(4))
+    one["features"] |= {"velocity_rms_mm_s": 5.0, "velocity_missing": ""}
+    zones = [
+        trend_of([one], {one["file"]: 0.0}, machine_class=name).channels[0].points[0]["zone"]
+        for name in ("medium-rigid", "medium-flexible", "large-flexible")
+    ]
+    assert zones == ["D", "C", "B"]
