@@ -100,7 +100,7 @@ def _model_file(tmp_path, monkeypatch):
     mark = {"SRBVAL_TEST": f"outside {os.getpid()}"}
     monkeypatch.setenv("SRBVAL_TEST", mark["SRBVAL_TEST"])
     yield
-    until(lambda: all("reader_process" in command for command in marked(mark).values()), within_s=2.0)
+    until(lambda: all("reader_process" in command for command in marked(mark).values()))
 
 
 def scene(function: str = "ring", **changes: Any) -> Scene:

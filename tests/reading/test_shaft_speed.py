@@ -132,7 +132,7 @@ def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 
 NOMINAL_HZ = 25.0
-SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "20"))
+SPEEDS = int(os.environ.get("SRBVAL_SPEEDS", "12"))
 
 
 def outer_race(shaft_hz: float, seed: int = 0):
