@@ -23,7 +23,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         solvers = [paper_scene(solver={"name": name}) for name in SOLVERS]
         models = [paper_scene(model=model) for model in ("slices", "line", "planar")]
         rigs = [load_scene(name) for name in ("rig", "rig-oil")]
-        more = {"model": "full"}, {"bodies": {"free_rollers": True}}
+        more = {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
         precompile(*solvers, *models, *rigs, *(load_scene("rig", changes) for changes in more))
 
 

@@ -53,7 +53,7 @@ def test_minimum_load_of_the_catalogue():
 
 
 SHARE, SHARE_OFF = 0.244, 0.01  # of row 1: the closed form of `test_free_rollers`; rollers come and go
-AXIAL = {"bodies": {"free_rollers": True}, "load": {"axial": "12.5 kN"}, "solver": {"step_s": 1 / 81920}}
+AXIAL = {"bodies": {"free_rollers": True, "cages": 1}, "load": {"axial": "12.5 kN"}, "solver": {"step_s": 1 / 81920}}
 
 
 @pytest.mark.parametrize("name", ["rig", pytest.param("rig-oil", marks=pytest.mark.long_form)])

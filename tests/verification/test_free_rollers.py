@@ -201,7 +201,7 @@ LOADS = 2e-3  # of the largest: what the theory states of held rollers without a
 def in_balance(axial_n: float, free: bool = True) -> tuple[Parameters, FloatArray]:
     """The model, and the loads of its outer contacts in balance, [2 rows, M] [N]."""
     load = {"radial_n": RADIAL_N, "axial_n": axial_n, "gravity": False}
-    model = slices_model(load_scene("rig", AT_REST | {"bodies": {"free_rollers": free}, "load": load}))
+    model = slices_model(load_scene("rig", AT_REST | {"bodies": {"free_rollers": free, "cages": 1}, "load": load}))
     return model, rates(model, 0.0, equilibrium_state(model)).load_n[0].sum(axis=1).reshape(2, -1)
 
 
