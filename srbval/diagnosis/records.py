@@ -11,9 +11,16 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
-from srbval.diagnosis.diagnose import fault_of, label_of
-from srbval.diagnosis.fault_posterior import UNDECIDED, decide, evidence, most_probable, of_one_machine
-from srbval.diagnosis.fault_scores import CAGE_SHOWN
+from srbval.diagnosis.fault_posterior import (
+    UNDECIDED,
+    decide,
+    faults_of,
+    label_of,
+    most_probable,
+    of_one_machine,
+    probabilities,
+    stands_out,
+)
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQuestion, SrbvalError
 from srbval.processes.pool import in_processes
@@ -255,18 +262,19 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if not faults:
         return entry | {"sentence": "One machine: no measured record can be used."}
     together = of_one_machine([fault["log_likelihood"] for fault in faults])
-    shares = evidence().probabilities(together)
+    shares = probabilities(together)
     state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
-    part, best = fault_of(state), most_probable(shares)
-    answer = (
-        f"{part.label} fault" if part else {UNDECIDED: "undecided"}.get(state, f"{label_of(state)}, no fault named")
-    )
-    shown = sum(excess is not None and excess >= CAGE_SHOWN for excess in cage)
+    parts, best = faults_of(state), most_probable(shares)
+    answer = f"{label_of(state)} fault" if parts else f"{label_of(state)}, no fault named"
+    if state == UNDECIDED:
+        answer = state
+    shown = sum(excess is not None and stands_out(excess) for excess in cage)
     said = f"One machine: {answer} ({label_of(best)} {100 * shares[best]:.0f} % by {len(faults)} records together)."
     said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return entry | {
         "state": state,
-        "called": part,
+        "called": parts[0] if parts else None,
+        "parts_called": parts,
         "probabilities": shares,
         "log_likelihood": together,
         "cage_excess": cage,

@@ -21,8 +21,7 @@ COMBS = 1000  # least number of placebos: their least rank, times nine trials, s
 ORDERS = 2  # number of fundamentals of the lines of one placebo
 GRID = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
-# Assumed share of records with a comb of another source: without it the stronger of two combs would exclude the other.
-# Of 0, 0.1, 0.2 and 0.3 the best by the log score of diagnoses with rigs left out.
+# Assumed share of records with a comb of another source. Stated.
 FOREIGN_COMB = 0.1
 APART = 2.0  # windows this many half windows apart share no line
 TAIL = 0.1  # upper share of the placebos to which the tail is fitted
@@ -89,24 +88,20 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     return 2 * half_window_hz * seconds * math.sqrt(math.pi * ratio / 3) * rate * math.exp(log_density)
 
 
-def neg_log_rank(score: float, placebos: FloatArray, *, independent: float = math.inf, ties: bool = False) -> float:
+def neg_log_rank(score: float, placebos: FloatArray) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
 
     Up to the threshold of the upper tenth it is the `rank` among `placebos` [n] (a generalised Pareto tail of shape
-    zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). With m of so many
-    `independent` placebos in the upper tenth, the predictive tail is (1 + x / m)^-m for an excess of x means (Aitchison
-    & Dunsmore 1975, Statistical Prediction Analysis, quoted from memory, not checked). With `ties`, for placebos that
-    share lines, those equal to the threshold belong to the tail; if all of it are equal, the result is the rank.
+    zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share lines:
+    those equal to the threshold belong to the tail; if all of it are equal, the result is the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
     ordered, count = np.sort(placebos), int(TAIL * placebos.size)
-    threshold = float(ordered[-count - 1] if ties else np.quantile(ordered, 1 - TAIL))
-    upper = ordered[-count:] if ties else ordered[ordered > threshold]
+    threshold, upper = float(ordered[-count - 1]), ordered[-count:]
     if score <= threshold or math.isinf(threshold) or not (upper > threshold).any():
         return -math.log(rank(score, placebos))
-    excess, known = (score - threshold) / float(np.mean(upper - threshold)), max(1.0, TAIL * independent)
-    return (excess if math.isinf(known) else known * math.log1p(excess / known)) - math.log(TAIL)
+    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
 
 
 def rank(score: float, placebos: FloatArray) -> float:
@@ -192,7 +187,7 @@ def rank_among_placebos(
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
     apart = placebo_hz.size / (2 * GRID)
     return PlaceboRank(
-        rank(score, placebos), math.exp(-neg_log_rank(score, placebos, ties=True)), (1 + apart * stronger) / (apart + 1)
+        rank(score, placebos), math.exp(-neg_log_rank(score, placebos)), (1 + apart * stronger) / (apart + 1)
     )
 
 

@@ -1,150 +1,110 @@
-"""Posterior probabilities of classes from what a record shows; evidence learnt from readings, and simple rules."""
+"""Posterior probabilities of classes from combs and lines."""
 
-import dataclasses
 import math
-from typing import Any
 
-import numpy as np
-import pandas as pd
 import pytest
 
 from srbval.bearing import Fault
 from srbval.diagnosis.fault_posterior import (
+    BESIDE,
     CLASSES,
-    OTHER,
+    MOST,
+    OPEN,
     PRIOR,
     SHARED,
     UNDECIDED,
-    Evidence,
     decide,
-    evidence,
+    faults_of,
+    label_of,
+    log_likelihood,
     of_one_machine,
+    probabilities,
 )
-from srbval.diagnosis.learning import evidence_toml, fit_evidence, weights
-from srbval.diagnosis.plain_rules import by_excess, common_practice
-from srbval.storage.tables import read_toml
-from tests.reading.test_shaft_speed import BEARING, record
+from srbval.diagnosis.fault_scores import DEPTH, ONSET, OTHER, SLOPE, Comb, FaultScores
 
-BY = evidence()
+DEEP = 0.7
 
 
-def said(*views: tuple[float, ...], by: Evidence = BY) -> dict[str, float]:
-    return by.probabilities(by.log_likelihood(*map(np.array, views)))
+def scores(second: dict[str, float] | None = None, depth: float = DEEP, **excess: float) -> FaultScores:
+    """Scores with combs of these excesses, all of one depth; with `second` the strongest is masked."""
+    names = ("outer", "inner", "roller", OTHER)
+    first = {name: Comb(excess=excess.get(name, -1.0), found_hz=100.0, depth=depth) for name in names}
+    strongest = max(first, key=lambda name: first[name].log_ratio)
+    rest = {name: Comb(excess=e, found_hz=80.0, depth=depth) for name, e in (second or {}).items()}
+    return FaultScores(first=first, second=rest, strongest=strongest, cage=Comb(), shaft_hz=25.0)
+
+
+def said(*views: FaultScores, lines: dict[str, int] | None = None, stands: bool = False) -> dict[str, float]:
+    return probabilities(log_likelihood(views, lines or {}, stands=stands or bool(lines)))
 
 
 @pytest.mark.parametrize(
-    ("features", "state"),
+    ("given", "state"),
     [
-        ((12, -1, -1, 1.5), "outer"),
-        ((-1, 11, -1, 1.5), "inner"),
-        ((-1, -1, 9, 1.5), "roller"),
-        ((0, 0, 0, 1.5), "healthy"),
-        ((0, 0, 0, 9), OTHER),
-        ((4.5, -1, -1, 0), UNDECIDED),
+        (scores(outer=12.0), "outer"),
+        (scores(inner=11.0, outer=4.0), "inner"),
+        (scores(roller=9.0), "roller"),
+        (scores(other=9.0), OTHER),
+        (scores(), "healthy"),
+        (scores(outer=20.0, depth=0.1), "healthy"),  # a shallow line of a healthy bearing, in a long record
+        (scores(outer=12.0, inner=12.0), UNDECIDED),  # of the same lines: no second comb beside the first
+        (scores(outer=20.0, inner=12.0, second={"inner": 11.0}), "outer+inner"),
+        (scores(outer=20.0, inner=12.0, second={"inner": 1.0}), "outer"),
+        (scores(outer=12.0, other=20.0, second={"outer": 11.0}), "outer"),  # beside another machine's comb
+        (scores(outer=9.0, other=20.0, second={"outer": 1.0}), OTHER),
     ],
 )
-def test_clear_records_are_called(features, state):
-    shares = said(features)
+def test_clear_records_are_called(given, state):
+    shares = said(given)
     assert sum(shares.values()) == pytest.approx(1)
+    assert max(shares.values()) <= MOST
     assert decide(shares) == state
+    assert all(fault.label in label_of(state) for fault in faults_of(state))
 
 
-def test_the_log_likelihood_is_the_equation_s():
-    """log(h + (1 - h) exp(slope x - onset)); far up it rises by the slope, far down it is the share that hides."""
-    by = dataclasses.replace(BY, slope=2.0, onset=3.0, hidden=0.25, roller_hidden=0.5)
-    found = by.log_likelihood(np.array([1.5, 11.5, 1.5, -50.0]))
-    beside = np.log(0.9 + 0.1 * 0.25)  # something else may be there too, and hides
-    assert found["outer"] == pytest.approx(np.log(0.25 + 0.75) + beside)
-    assert found["inner"] == pytest.approx(20 + np.log(0.75) + beside, abs=1e-6)
-    assert (found["roller"], found[OTHER]) == pytest.approx((beside, np.log(0.25)))
+def test_the_log_ratio_is_the_equation_s():
+    """1 / (exp(onset - slope x) + (depth / limit)^-(10 slope)): limited by what is smaller, excess or depth."""
+    high, deep = SLOPE * 8 - ONSET, 10 * SLOPE * math.log(2)
+    assert Comb(excess=8, found_hz=1.0, depth=1e6).log_ratio == pytest.approx(high)
+    assert Comb(excess=99, found_hz=1.0, depth=2 * DEPTH).log_ratio == pytest.approx(deep)
+    both = Comb(excess=8, found_hz=1.0, depth=2 * DEPTH).log_ratio
+    assert both == pytest.approx(-math.log(math.exp(-high) + math.exp(-deep)))
+    assert Comb(excess=99, found_hz=1.0, depth=1.0, explained_by="the mains").log_ratio < -ONSET
 
 
-def test_no_probability_is_above_what_so_many_bearings_can_show():
-    sure = said((30.0, -1, -1, 1.0), by=dataclasses.replace(BY, specimens=dict(BY.specimens) | {"outer": 2}))
-    assert sure["outer"] == pytest.approx(2.5 / 3)
-    assert sum(sure.values()) == pytest.approx(1)
+def test_lines_of_the_table_and_combs_are_one_evidence():
+    """A line opens the question, a comb of the same part answers it, and a risen line names it even without a comb."""
+    weak, silent = scores(outer=4.6), scores()
+    assert said(silent)["healthy"] == pytest.approx(0.5 / (0.5 + PRIOR[OPEN]), abs=0.01)
+    shown = said(silent, lines={"outer": 1})
+    assert shown["healthy"] < 0.5 < shown[OPEN]
+    assert decide(said(weak)) == UNDECIDED
+    assert decide(said(weak, lines={"outer": 1})) == "outer"
+    assert decide(said(silent, lines={"outer": 2})) == "outer"
+    assert decide(said(scores(inner=12.0), lines={"outer": 2})) == "inner", "a clear comb is not taken back"
 
 
 def test_a_class_shown_by_one_of_several_channels_is_called_and_the_others_are_paid_for():
-    shown, silent = (14.0, -1, -1, 0.5), (-1.0, -1, -1, 0.5)
-    alone, several = (BY.log_likelihood(*map(np.array, views)) for views in ((shown,), (shown, silent, silent)))
-    assert several["outer"] == pytest.approx(alone["outer"] - np.log(3), abs=0.01)
-    assert decide(said(silent, shown, silent)) == "outer"
-    assert said(silent, silent, silent) == pytest.approx(said(silent))
-
-
-def test_a_part_that_mostly_hides_is_not_excluded_by_silence():
-    found = said((-1.0, -1, -1, 0.5))
-    assert found["roller"] > 4 * found["outer"]
+    alone, several = (
+        log_likelihood(views, {}, stands=False)
+        for views in ([scores(outer=14.0)], [scores(outer=14.0)] + 2 * [scores()])
+    )
+    assert several["outer"] == pytest.approx(alone["outer"] - math.log(3), abs=0.01)
+    assert decide(probabilities(several)) == "outer"
+    assert said(scores(), scores()) == pytest.approx(said(scores()))
 
 
 def test_records_of_one_machine_say_more_than_one_and_less_than_as_many():
-    """Faint signs of one fault in four records name it; one record's are its own, and many are worth two at most."""
-    faint = BY.log_likelihood(np.array([-1.0, 4.8, -1, 0.5]))
-    assert decide(BY.probabilities(faint)) == UNDECIDED
+    """Faint signs of one fault in four records name it; many are worth two at most; an open line stays open."""
+    faint = log_likelihood([scores(inner=4.6)], {}, stands=False)
+    assert decide(probabilities(faint)) == UNDECIDED
     assert of_one_machine([faint]) == faint
     four, many = of_one_machine([faint] * 4), of_one_machine([faint] * 1000)
-    assert decide(BY.probabilities(four)) == "inner"
-    for name in CLASSES[1:]:
+    assert decide(probabilities(four)) == "inner"
+    for name in (*Fault,)[1:]:
         assert four[name] == pytest.approx(4 / (1 + 3 * SHARED) * faint[name])
         assert abs(many[name]) <= abs(faint[name]) / SHARED
-    silent = BY.log_likelihood(np.array([-1.0, -1, -1, 0.5]))
-    assert BY.probabilities(of_one_machine([silent] * 9))["healthy"] > BY.probabilities(silent)["healthy"]
-
-
-SLOPE_REL, ONSET_ABS, SHARE_ABS = 0.1, 0.5, 0.06  # of 400 readings of each class
-TAIL = 0.7  # scale of healthy features
-
-
-def row(state: str, features: Any, *, rig: str = "r", specimen: str = "s") -> dict[str, Any]:
-    return {"rig": rig, "specimen": specimen, "state": state, "features": list(features)}
-
-
-def test_the_fit_finds_the_tail_of_the_healthy_and_the_share_that_hides(tmp_path):
-    """Healthy features have an exponential tail; a third of the faults hide, the others spread to 20."""
-    rng, known = np.random.default_rng(1), []
-    for state in CLASSES:
-        for number in range(400):
-            values = rng.exponential(TAIL, 4) - 1
-            if state != CLASSES[0] and rng.random() > 1 / 3:
-                values[CLASSES.index(state) - 1] = rng.uniform(0, 20)
-            known.append(row(state, values, specimen=str(number)))
-    found = fit_evidence(pd.DataFrame(known))
-    assert found.slope == pytest.approx(1 / TAIL, rel=SLOPE_REL)
-    # The densities at x: exp(-(x + 1) / TAIL) / TAIL and 1 / 20.
-    assert found.onset == pytest.approx(math.log(20 / TAIL) - 1 / TAIL, abs=ONSET_ABS)
-    assert (found.hidden, found.roller_hidden) == pytest.approx((1 / 3, 1 / 3), abs=SHARE_ABS)
-    (tmp_path / "e.toml").write_text(evidence_toml(found))
-    read = read_toml(tmp_path / "e.toml")
-    assert read["slope"] == pytest.approx(found.slope, rel=1e-2)
-    assert read.keys() == {field.name for field in dataclasses.fields(evidence())}
-
-
-def test_classes_rigs_and_bearings_weigh_the_same_whatever_their_number_of_readings():
-    known = [row("outer", (), rig="a"), row("outer", (), rig="b"), row("outer", (), rig="b")]
-    known += [row("outer", (), rig="b", specimen="t"), *[row(OTHER, ())] * 5]
-    share = PRIOR["outer"]
-    expected = [share / 2, share / 8, share / 8, share / 4, *[PRIOR[OTHER] / 5] * 5]
-    np.testing.assert_allclose(weights(pd.DataFrame(known)), expected)
-
-
-def test_the_highest_line_is_named_and_nothing_in_noise():
-    called = common_practice(record(shaft_hz=25.0), BEARING)
-    assert (called["fixed band"], called["kurtogram"], called["best of 8 bands"]) == (Fault.INNER,) * 3
-    noise = record(shaft_hz=25.0, fault=False)
-    silent = dataclasses.replace(noise, channels={"x": np.random.default_rng(3).standard_normal(noise.samples)})
-    assert common_practice(silent, BEARING)["fixed band"] is None
-
-
-@pytest.mark.parametrize(
-    ("views", "part"),
-    [
-        ([(9, 2, 1)], Fault.OUTER),
-        ([(1, 1, 1), (2, 1, 11)], Fault.ROLLER),
-        ([(7.9, 1, 1)], None),
-        ([(20, 17.5, 1)], None),
-        ([(-1, 8, -1)], Fault.INNER),
-    ],
-)
-def test_the_rule_of_the_greatest_excess_asks_for_a_margin(views, part):
-    assert by_excess(views) is part
+    lined = log_likelihood([scores()], {"outer": 1}, stands=True)
+    assert probabilities(of_one_machine([lined] + 3 * [log_likelihood([scores()], {}, stands=False)]))["healthy"] < 0.5
+    assert lined[OPEN] == pytest.approx(-math.log(BESIDE))
+    assert set(lined) == set(CLASSES)

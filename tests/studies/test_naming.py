@@ -1,24 +1,25 @@
 """The study of naming: which records, what each method is given, how calls are counted, and the stored result."""
 
+import csv
 import dataclasses
+from argparse import Namespace
 
-import pandas as pd
+import numpy as np
 import pytest
 
+from srbval import fault_verdict
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.diagnosis.fault_posterior import OTHER, evidence
-from srbval.diagnosis.learning import NUMBERS, fit_evidence
+from srbval.diagnosis.fault_posterior import OPEN
+from srbval.errors import DataError
 from srbval.recordings import Recording
 from srbval.recordings.manifest import FileStatus, RegisteredRecording
 from srbval.recordings.registry import listing
-from srbval.storage.installation import shipped_folder
-from srbval.storage.json_files import read_json
-from srbval.studies.naming.records import KnownRecord, known_records
-from srbval.studies.naming.study import counted, named, see
+from srbval.storage.files import file_sha256
+from srbval.studies.naming import study
+from srbval.studies.naming.records import KnownRecord, common_practice, known_records
+from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, graded, see
+from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
-
-STORED = read_json(shipped_folder("reports") / "naming.json")
-FIT_REL = 0.02  # of the numbers in the file, which have three digits, and of the search
 
 
 class Made(KnownRecord):
@@ -33,13 +34,37 @@ def test_a_record_is_seen_by_every_method_without_its_state():
     entry = RegisteredRecording(file="/x/a.mat", sha256="", size_bytes=1, mtime_ns=1, status=FileStatus.OK)
     entry = dataclasses.replace(entry, dataset="cwru")
     seen = see(Made(entry=entry, state=Fault.INNER, rig="r", specimen="s"))
-    (found,) = named([seen], {"r": evidence()})
-    assert {name for name, part in found["called"].items() if part is None} == {"prewhitening"}
-    assert set(found["called"].values()) == {Fault.INNER, None}
-    assert found["probability"] > 2 / 3
-    assert [known["state"] for known in seen["known"]] == ["inner", OTHER, OTHER, OTHER]
-    silent = {"r": dataclasses.replace(evidence(), onset=99.0)}
-    assert next(iter(named([seen], silent)))["called"]["record alone"] is None
+    call_machines([seen])
+    assert seen["called"] == {ALONE: Fault.INNER, MACHINE: Fault.INNER, "fixed band": Fault.INNER, "prewhitening": None}
+    assert seen["probability"] > 2 / 3
+    assert seen["called_otherwise"] == [None, None, None]
+
+
+def test_the_highest_line_is_named_and_nothing_in_noise():
+    noise = record(shaft_hz=25.0, fault=False)
+    silent = dataclasses.replace(noise, channels={"x": np.random.default_rng(3).standard_normal(noise.samples)})
+    assert common_practice(silent, BEARING) == {"fixed band": None, "prewhitening": None}
+
+
+def test_graded_records_are_found_by_their_content_and_counted_by_grade(tmp_path, monkeypatch):
+    """Two files of the test's own in place of the benchmark's; a third one of the folder is no record of it."""
+    head, rows = "record,sha256,state,load_hp,nominal_rpm,grade,peer_first", ["c,0,outer,0,1797,P1,BPFO"]
+    for name, line in (("a", "BPFI"), ("b", "BSF"), ("d", "")):
+        (tmp_path / f"{name}.mat").write_bytes(name.encode())
+        rows += [f"{name},{file_sha256(tmp_path / f'{name}.mat')},inner,0,1797,Y1,{line}"] if line else []
+    (tmp_path / "graded.csv").write_text("\n".join(["# a comment", head, *rows]))
+    read = iter((faulted_analysis(), healthy_analysis()))
+    monkeypatch.setattr(study, "GRADED", tmp_path / "graded.csv")
+    monkeypatch.setattr(study, "read_record", lambda _: Namespace(verdict=fault_verdict(next(read))))
+    monkeypatch.setattr(study, "in_processes", lambda one, tasks, **_: ((task, one(task)) for task in tasks))
+    found = graded([str(tmp_path)], None, lambda *_: None)
+    assert found["missing"] == ["c"]
+    every = next(row for row in found["table"] if row["part"] == "all")
+    expected = {"records": 2, "right": 1, "wrong": 0, "nothing_found": 1, "undecided": 0, "public_right": 1}
+    assert every | expected | {"public_wrong": 1} == every
+    assert [row["ranked_first"] for row in found["records"]] == ["inner", OPEN], "no part is first by its prior"
+    with pytest.raises(DataError, match="none of the 3 records"):
+        graded([str(tmp_path / "none")], None, lambda *_: None)
 
 
 def test_calls_are_counted_by_set_and_class():
@@ -70,8 +95,11 @@ def test_shared_records_of_known_state(recordings_dir, monkeypatch):
     assert all(r.load()[0].state is None for r in records[:3])
 
 
-def test_the_evidence_that_ships_is_that_of_the_stored_records():
-    fitted, shipped = fit_evidence(pd.DataFrame(STORED["known"])), evidence()
-    for name in NUMBERS:
-        assert getattr(fitted, name) == pytest.approx(getattr(shipped, name), rel=FIT_REL)
-    assert (fitted.rigs, fitted.specimens) == (shipped.rigs, shipped.specimens)
+def test_the_benchmark_s_table_is_that_of_its_sources():
+    """Sixty faulty records and four healthy ones, 44 of the grades Y1 and Y2, of which the public tool names 34."""
+    with study.GRADED.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    lines = {"outer": "BPFO", "inner": "BPFI", "roller": "BSF"}
+    clear = [row for row in rows if row["grade"] in ("Y1", "Y2")]
+    assert (sum(row["state"] in lines for row in rows), len(clear)) == (60, 44)
+    assert sum(row["peer_first"] == lines[row["state"]] for row in clear) == 34

@@ -4,11 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
+from srbval.diagnosis.fault_posterior import PAIRS, label_of
 from srbval.report.figures import style
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, legend_above, new_axes, panel
 
 # Colours of the states.
-STATES = {"outer": VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT, "healthy": "#9fd3bd"}
+STATES = {"outer": VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT}
+STATES |= {"two parts": "#6b4a3a", "open": "#c9c2b2", "healthy": "#9fd3bd"}
 LONGEST_NAME = 34  # characters of a recording's name
 
 
@@ -19,14 +21,14 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
     for state, colour in STATES.items():
-        shares = [100 * shown.get(state, 0.0) for _, shown in rows]
-        label = "something else" if state == "other" else Fault(state).label
-        axes.barh(places, shares, left=left, color=colour, height=0.72, label=label)
+        own = [state] if state != "two parts" else PAIRS.values()
+        shares = [100 * sum(shown.get(name, 0.0) for name in own) for _, shown in rows]
+        axes.barh(places, shares, left=left, color=colour, height=0.72, label=label_of(state))
         left = [one + more for one, more in zip(left, shares, strict=True)]
         columns |= {f"{state}_pct": shares}
     names = [name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}" for name, _ in rows]
     axes.set_yticks(places, labels=names, parse_math=False)
-    axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability by the record alone, %")
+    axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability, %")
     axes.grid(False, axis="y")
     legend_above(axes)
     return figure, columns

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from srbval.bearing import Fault
 from srbval.diagnosis.baseline import Baseline
+from srbval.diagnosis.fault_posterior import label_of
 from srbval.reading.lines import Line, NotDetected
 from srbval.recordings import SpeedSource
 from srbval.report.findings.user_records import UserRecord
@@ -46,11 +46,11 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
     yield literal(analysis.summary)
     shares = verdict.diagnosis.probabilities if verdict.diagnosis else {}
     listed = [
-        f"{'something else' if name == 'other' else Fault(name).label} {100 * share:.0f} %"
+        f"{label_of(name)} {100 * share:.0f} %"
         for name, share in sorted(shares.items(), key=lambda one: -one[1])
         if share >= LEAST_SHARE
     ]
-    parts = [f"By the record alone: {', '.join(listed)}."] if listed else []
+    parts = [f"Probabilities: {', '.join(listed)}."] if listed else []
     parts += [TEXTS.text("caution", caution=caution) for caution in analysis.recording.cautions]
     if parts:
         yield " ".join(parts)

@@ -1,92 +1,149 @@
 """How often faults are named correctly in recordings of known state, by several methods.
 
-No method sees the state that a record's name or data set declares. "record alone" is the posterior of `diagnose`, and
-"one machine" that of all records of a bearing together, both with evidence learnt without the rig of the record.
-The others learn nothing: the fault of the greatest excess, and the rules of common practice (`plain_rules`).
+No method sees the state that a record's name or data set declares. "record alone" is the verdict of `analyse`, "one
+machine" that of all records of a bearing together, and the others are rules of common practice. "another speed or
+bearing" counts faulty records that are read as what they are not. With ``--graded`` the records of Smith & Randall's
+benchmark are named too, beside the answers of a public tool (``graded.csv``, with its sources in ``texts.md``).
 """
 
+import csv
 from argparse import Namespace
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
-from srbval.bearing import DEFECTS
-from srbval.diagnosis.diagnose import contradicts_speed, fault_of, views_of
-from srbval.diagnosis.fault_posterior import Evidence, decide, of_one_machine
-from srbval.diagnosis.fault_scores import fault_scores
-from srbval.diagnosis.learning import evidence_toml, fit_evidence
-from srbval.diagnosis.plain_rules import by_excess, common_practice
+from srbval.bearing import DEFECTS, Fault
+from srbval.diagnosis.fault_posterior import CLASSES, decide, faults_of, of_one_machine, probabilities
+from srbval.diagnosis.fault_verdict import fault_verdict
+from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.errors import DataError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import listing
+from srbval.storage.files import file_sha256
+from srbval.storage.installation import shipped_folder
+from srbval.storage.json_files import read_json
 from srbval.studies.harness import StudyResult
-from srbval.studies.naming.records import KnownRecord, known_records, readings
+from srbval.studies.naming.records import KnownRecord, common_practice, known_records, otherwise
 
 Row = dict[str, Any]
+GRADED = Path(__file__).with_name("graded.csv")
+KEYS = ("right", "wrong", "none", "healthy_called")
+ALONE, MACHINE, OTHERWISE = "record alone", "one machine", "another speed or bearing"
 
 
 def see(record: KnownRecord) -> Row:
-    """Features of all views of a record, what the methods without learning call, and its `readings`.
-
-    `denied` are the parts whose lines contradict the speed.
-    """
+    """Probabilities of a record, what is called of it, and of it as what it is not."""
     recording, bearing = record.load()
     analysis = analyse(recording, bearing=bearing)
-    scores = [one for _, one in views_of(analysis, all_channels=True)]
-    own = {"rig": record.rig, "specimen": record.specimen}
-    known = [(state, fault_scores(read).features) for state, read in readings(record.state, analysis)]
-    return own | {
+    verdict = fault_verdict(analysis, all_channels=True)
+    assert verdict.diagnosis is not None, "every known record is measured"
+    others = otherwise(recording, bearing) if record.state in DEFECTS else ()
+    return {
+        "rig": record.rig,
+        "specimen": record.specimen,
         "dataset": record.entry.dataset,
         "file": "/".join(Path(record.entry.file).parts[-2:]),
         "channel": record.entry.channel,
         "state": record.state,
-        "called": {"excess 8, margin 3": by_excess([one.unmasked for one in scores])}
-        | common_practice(recording, bearing),
-        "views": [np.array(one.features) for one in scores],
-        "denied": [fault for fault in DEFECTS if contradicts_speed(analysis, fault)],
-        "known": [own | {"state": state, "features": [round(x, 2) for x in found]} for state, found in known],
+        "called": {ALONE: verdict.part} | common_practice(recording, bearing),
+        "probability": max(verdict.diagnosis.probabilities.values()),
+        "log_likelihood": verdict.diagnosis.log_likelihood,
+        "called_otherwise": [fault_verdict(analyse(one, bearing=as_of)).part for one, as_of in others],
     }
 
 
-def named(seen: Sequence[Row], by_rig: Mapping[str, Evidence]) -> Iterator[Row]:
-    """Highest probability of each record alone, and what is called of it and of all records of its bearing together."""
-    alone = [by_rig[one["rig"]].log_likelihood(*one["views"]) for one in seen]
-    bearings = [(one["rig"], one["specimen"], one["state"]) for one in seen]
-    for one, own, bearing in zip(seen, alone, bearings, strict=True):
-        every = [other for other, of in zip(alone, bearings, strict=True) if of == bearing]
-        shares, together = (by_rig[one["rig"]].probabilities(found) for found in (own, of_one_machine(every)))
-        part = fault_of(decide(shares))
-        called = {"record alone": None if part in one["denied"] else part, "one machine": fault_of(decide(together))}
-        yield {"probability": max(shares.values()), "called": called | one["called"]}
+def call_machines(rows: Sequence[Row]) -> None:
+    """Add to each row what is called of all records of its bearing together."""
+    bearings = [(one["rig"], one["specimen"], one["state"]) for one in rows]
+    for row, bearing in zip(rows, bearings, strict=True):
+        own = [one["log_likelihood"] for one, of in zip(rows, bearings, strict=True) if of == bearing]
+        row["called"][MACHINE] = next(iter(faults_of(decide(probabilities(of_one_machine(own))))), None)
 
 
 def counted(rows: Sequence[Row]) -> list[Row]:
     """Faulty records called right, wrong and not at all, and healthy ones called, by method: all, by set and class."""
     outcomes: dict[tuple[str, str, str], Counter[str]] = defaultdict(Counter)
     for row, (name, part) in ((one, call) for one in rows for call in one["called"].items()):
-        outcome = "none" if part is None else "right" if part == row["state"] else "wrong"
-        if row["state"] not in DEFECTS:
-            outcome = "healthy" if part is None else "healthy_called"
         for group in (("all", "all"), ("set", row["dataset"]), ("class", row["state"].label)):
-            outcomes[name, *group][outcome] += 1
-    names, keys = ("name", "by", "of"), ("right", "wrong", "none", "healthy_called")
+            outcomes[name, *group][outcome_of(row["state"], part)] += 1
+    for part in (part for row in rows for part in row.get("called_otherwise", ())):
+        outcomes[OTHERWISE, "all", "all"]["none" if part is None else "wrong"] += 1
     return [
-        dict(zip(names, group, strict=True))
-        | {key: count[key] for key in keys}
-        | {"faulty": sum(count[key] for key in keys[:3]), "healthy": count["healthy"] + count["healthy_called"]}
+        dict(zip(("name", "by", "of"), group, strict=True))
+        | {key: count[key] for key in KEYS}
+        | {"faulty": sum(count[key] for key in KEYS[:3]), "healthy": count["healthy"] + count["healthy_called"]}
         for group, count in outcomes.items()
     ]
 
 
+def outcome_of(state: Fault, part: Fault | None) -> str:
+    """Right, wrong or none for a faulty record; healthy or healthy_called."""
+    if state not in DEFECTS:
+        return "healthy" if part is None else "healthy_called"
+    return "none" if part is None else "right" if part == state else "wrong"
+
+
+def name_graded(row: Row) -> Row:
+    """What `analyse` says of a record of the benchmark, as it is published, in words and counted."""
+    state, verdict = Fault(row["state"]), read_record(RecordRequest(file=row["path"])).verdict
+    assert verdict.diagnosis is not None, "the records are measured"
+    shares = verdict.diagnosis.probabilities
+    first = max(CLASSES[1:], key=lambda name: shares[name])
+    public = {"BPFO": Fault.OUTER, "BPFI": Fault.INNER, "BSF": Fault.ROLLER}.get(row["peer_first"])
+    return {
+        "record": row["record"],
+        "state": state,
+        "grade": row["grade"],
+        "verdict": verdict.finding,
+        "called": verdict.part,
+        "outcome": outcome_of(state, verdict.part),
+        "ranked_first": first,
+        "probability": shares[first],
+        "public_outcome": outcome_of(state, public),
+    }
+
+
+def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
+    """Table of the benchmark by grade and part, and its records; raises `DataError` if none is in `folders`."""
+    with GRADED.open(encoding="utf-8") as file:
+        stated = {row["sha256"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+    paths = sorted(path for folder in folders for path in Path(folder).rglob("*.mat"))
+    found = {row["record"]: row | {"path": str(path)} for path in paths if (row := stated.get(file_sha256(path)))}
+    if not found:
+        raise DataError(f"{', '.join(folders)}: none of the {len(stated)} records of the benchmark is there.")
+    rows = []
+    for _, row in in_processes(name_graded, list(found.values()), jobs=jobs):
+        rows.append(row)
+        progress("name the graded records", len(rows) / len(found))
+    rows.sort(key=lambda row: (row["grade"], row["state"], row["record"]))
+    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in rows:
+        groups[row["grade"], row["state"].label].append(row)
+        groups[row["grade"], "all"].append(row)
+    table = [
+        {"grade": grade, "part": part, "records": len(own)}
+        | {key: sum(row["outcome"] == key for row in own) for key in KEYS if key != "none"}
+        | {"undecided": sum(row["called"] is None and row["verdict"] == "undecided" for row in own)}
+        | {"nothing_found": sum(row["verdict"] == "nothing found" for row in own)}
+        | {"first_right": sum(row["ranked_first"] == row["state"] for row in own)}
+        | {f"public_{key}": sum(row["public_outcome"] == key for row in own) for key in KEYS if key != "none"}
+        for (grade, part), own in sorted(groups.items())
+    ]
+    return {"missing": sorted(row["record"] for row in stated.values() if row["record"] not in found)} | {
+        "table": table,
+        "records": rows,
+    }
+
+
 def run(options: Namespace, progress: Progress) -> StudyResult:
-    """Raises `DataError` if no record of known state is registered."""
+    """Name all records; a benchmark stored before is kept, and one run again says so.
+
+    Raises `DataError` if no record of known state is registered, and what `graded` raises.
+    """
     records = known_records(listing().recordings)
     if not records:
         raise DataError(
@@ -98,18 +155,17 @@ def run(options: Namespace, progress: Progress) -> StudyResult:
         found[record] = row
         progress("read the records", len(found) / len(records))
     seen = [found[record] for record in records]
-    known = pd.DataFrame([one for row in seen for one in row.pop("known")])
-    by_rig = {rig: fit_evidence(known[known["rig"] != rig]) for rig in known["rig"].unique()}
-    if options.evidence:
-        Path(options.evidence).write_text(evidence_toml(fit_evidence(known)), encoding="utf-8")
-    for row, more in zip(seen, list(named(seen, by_rig)), strict=True):
-        row |= more
-        del row["views"], row["denied"]
+    call_machines(seen)
     sets = Counter(row["dataset"] for row in seen)
     content = {
         "data_sets": [{"name": name, "records": count} for name, count in sets.items()],
         "methods": counted(seen),
         "records": seen,
-        "known": known.to_dict("records"),
+        "graded": read_json(shipped_folder("reports") / "naming.json").get("graded"),
     }
-    return StudyResult(name="naming", content=content, text=text_rows(content["methods"]))
+    texts = [text_rows(content["methods"])]
+    if options.graded:
+        before = (content["graded"] or {}).get("run", 0)
+        content["graded"] = {"run": before + 1} | graded(options.graded, options.jobs, progress)
+        texts.append(text_rows(content["graded"]["table"]))
+    return StudyResult(name="naming", content=content, text="\n\n".join(texts))
