@@ -2,8 +2,7 @@
 
 from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
 from srbval.campaign.export import export_campaign
-from srbval.campaign.folder import campaign_status, verify_campaign
-from srbval.campaign.run import run_campaign
+from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import load_campaign
 from srbval.check.check import run_check
 from srbval.cli.installation_commands import build_docs, doctor

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.budget import TOLERANCE
+from srbval.comparison.comparison import TOLERANCE
 
 README = Path(__file__).parents[1] / "README.md"
 BEGIN, END = "<!-- results: python -m tests.readme_table -->\n", "<!-- end of results -->\n"

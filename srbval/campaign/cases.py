@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.campaign.quantities import Output
-from srbval.campaign.results import COMPUTED_BY
+from srbval.campaign.results import COMPUTED_BY, Output
 from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError, SrbvalError, UnknownNameError
 from srbval.models.hierarchy import AUTO, check_known, level_of

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.campaign.folder import read_table, result_path
 from srbval.campaign.results import read_result
+from srbval.campaign.run import read_table, result_path
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.registry import load_registered
 from srbval.signal import power_density, with_noise

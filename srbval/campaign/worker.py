@@ -10,7 +10,6 @@ import platform
 import threading
 from dataclasses import replace
 
-from srbval.campaign.quantities import quantities_of
 from srbval.campaign.results import (
     CRASHED,
     REFUSED,
@@ -18,6 +17,7 @@ from srbval.campaign.results import (
     CaseResult,
     CaseTask,
     intact_result,
+    quantities_of,
     version,
     write_result,
 )

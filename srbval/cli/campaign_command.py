@@ -10,8 +10,7 @@ from typing import Any
 from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import export_campaign
-from srbval.campaign.folder import campaign_status, verify_campaign
-from srbval.campaign.run import run_campaign
+from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError

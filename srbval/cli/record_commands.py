@@ -217,7 +217,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
 
 def trend(options: argparse.Namespace) -> int:
     """Read all records and print the trend; exit code 3 if some could not be read."""
-    from srbval.campaign.folder import TABLE, read_table, result_path  # takes a while to load
+    from srbval.campaign.run import TABLE, read_table, result_path  # takes a while to load
 
     if options.plot:
         check_suffix(Path(options.plot), "HTML", (".html",))

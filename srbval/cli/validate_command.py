@@ -81,7 +81,7 @@ def _value(text: str) -> Any:
 def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:
     from srbval.bearing import Fault
     from srbval.validation.case import case_of_pairs
-    from srbval.validation.pairing import pair_files
+    from srbval.validation.sides import pair_files
 
     if options.model and options.measured and not options.simulated:
         side = {"scene": options.scene or "paper", "model": options.model}

@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
-from srbval.comparison.budget import TOLERANCE, VERDICT
+from srbval.comparison.comparison import TOLERANCE, VERDICT, Row
 from srbval.comparison.comparison import QuantityValue as Value
-from srbval.comparison.comparison import Row
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95

@@ -6,20 +6,29 @@ is below a margin fixed beforehand: two one-sided tests (Schuirmann 1987), with 
 whatever the distribution of the inputs. Everything between the two is `not resolved`. A stated tolerance is `met` or
 `missed` by the chance that the error lies beyond it.
 
-Verdicts on single quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
+`budget.toml` states assumptions beside the model's inputs, with meaning and reason of each number. Verdicts on single
+quantities are exploratory; `srbval.comparison.verdicts` judges the cage ratio over all records.
 """
 
 import enum
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Fault
+from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:  # models and plans use quantities and need no tables
     import pandas as pd
 
+BUDGET = Path(__file__).with_name("budget.toml")
+_TABLES = read_toml(BUDGET)
+PRIOR, TOLERANCE, VERDICT, STUDY = (
+    SimpleNamespace(**_TABLES[name]) for name in ("prior", "tolerance", "verdict", "study")
+)
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
 RIG_READING, RIG_SPEED, MOUNTING = "rig reading", "rig speed", "rig mounting"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)

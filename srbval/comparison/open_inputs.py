@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from srbval.comparison.budget import BUDGET
+from srbval.comparison.comparison import BUDGET
 from srbval.errors import ConfigurationError
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene

@@ -22,10 +22,9 @@ from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import CageMeans, cage_means, race_design
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.comparison import Row, Verdict, verdict_on_tolerance
+from srbval.comparison.comparison import TOLERANCE, Row, Verdict, verdict_on_tolerance
 
 QUANTILES = 128  # that represent the rig's distribution
 HALF_WIDTH = 0.95  # of an error's distribution, for U

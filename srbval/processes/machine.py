@@ -1,8 +1,10 @@
-"""The cores, threads and memory that this process may use."""
+"""The machine, as results name it, and the cores, threads and memory that this process may use."""
 
 import contextlib
 import functools
 import os
+import platform
+import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,3 +58,20 @@ def limit_memory(most_bytes: float) -> None:
     with contextlib.suppress(OSError, IndexError):
         held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])
         limit("RLIMIT_DATA", held_kb * 1024 + round(most_bytes))
+
+
+def this_machine() -> dict[str, Any]:
+    """Processor and usable cores, as stored results name them."""
+    return {"processor": processor_name(), "usable_cores": usable_cores()}
+
+
+def load_average() -> float | None:
+    """Mean number of processes that wanted a core in the last minute; None if the system does not state it."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+
+
+def processor_name(listing: Path = Path("/proc/cpuinfo")) -> str:
+    """The processor's name as the system states it, otherwise its architecture."""
+    text = listing.read_text(encoding="utf-8", errors="replace") if listing.is_file() else ""
+    found = re.search(r"^model name\s*:[ \t]*(\S.*?)\s*$", text, re.MULTILINE)
+    return found[1] if found else platform.processor() or platform.machine()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.processes.about_machine import this_machine
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.storage.behaviour import Fingerprint
 from srbval.storage.cache import RESULTS, cache_folder

@@ -20,7 +20,7 @@ from srbval.models.outside.run import OWN_SOLVER
 from srbval.models.run import works
 from srbval.models.solvers import SOLVERS
 from srbval.plan.measures import measure
-from srbval.processes.about_machine import load_average, this_machine
+from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, stage
 from srbval.progress.tables import text_rows
 from srbval.scene import Scene

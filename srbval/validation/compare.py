@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.comparison.budget import PRIOR, TOLERANCE
 from srbval.comparison.compared_quantities import (
     CAGE_RATIO,
     RACE_LINE,
@@ -26,9 +25,11 @@ from srbval.comparison.comparison import (
     GRID,
     INPUTS,
     MOUNTING,
+    PRIOR,
     RIG_READING,
     RIG_SPEED,
     SIMULATION_READING,
+    TOLERANCE,
     QuantityValue,
     Row,
     Verdict,

@@ -20,8 +20,7 @@ from srbval.reading.verdict import sum_rule
 from srbval.storage.stored_result import newest_result
 from srbval.validation.case import Case, CasePair, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
-from srbval.validation.pairing import registered_pairs
-from srbval.validation.sides import SideReading, load_files, read_files, run_scene, stated_state
+from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
 
 if TYPE_CHECKING:
     import pandas as pd

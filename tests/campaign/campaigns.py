@@ -5,9 +5,8 @@ from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.folder import RESULTS, verify_campaign
 from srbval.campaign.results import CaseResult, CaseTask
-from srbval.campaign.run import run_campaign
+from srbval.campaign.run import RESULTS, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.worker import prepare, run_case
 from srbval.storage.tables import build

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.folder import verify_campaign
+from srbval.campaign.run import verify_campaign
 from tests.campaign.campaigns import resume
 
 

@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from srbval.campaign.export import export_campaign
-from srbval.campaign.folder import RESULTS, TABLE, campaign_status, folder_lock
-from srbval.campaign.quantities import Output, quantities_of
-from srbval.campaign.results import TIMED_OUT, CaseResult, write_result
+from srbval.campaign.results import TIMED_OUT, CaseResult, Output, quantities_of, write_result
+from srbval.campaign.run import RESULTS, TABLE, campaign_status, folder_lock
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.simulate import simulate

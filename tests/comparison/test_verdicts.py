@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import HARMONIC, LEAST_RECORDS, biases
 from srbval.comparison.comparison import (
     RIG_READING,
+    TOLERANCE,
     QuantityValue,
     Row,
     Verdict,

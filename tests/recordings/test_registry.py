@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.campaign.folder import CampaignTable, folder_lock, write_table
+from srbval.campaign.run import CampaignTable, folder_lock, write_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, RecordingSettings, SpeedSource, load_recording, registry

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from srbval.comparison.budget import STUDY
+from srbval.comparison.comparison import STUDY
 from srbval.errors import NumericsError
 from srbval.scene import changes_at, load_scene, rig_inputs, sobol
 from srbval.studies.inputs import study

@@ -18,7 +18,7 @@ from srbval.recordings.registry import add
 from srbval.report.findings.rows import compared
 from srbval.validation import sides
 from srbval.validation.case import Case, Source, case_of_pairs, files_of_source, load_case, write_case
-from srbval.validation.pairing import pair_files, state_in_name
+from srbval.validation.sides import pair_files, state_in_name
 from srbval.validation.validate import validate
 from tests.recordings import files
 from tests.recordings.synthetic_record import vibration

@@ -3,8 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from srbval.comparison.budget import TOLERANCE
-from srbval.comparison.comparison import Verdict
+from srbval.comparison.comparison import TOLERANCE, Verdict
 from srbval.report.blocks import Badge, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.comparison.budget import VERDICT
-from srbval.comparison.comparison import Row
+from srbval.comparison.comparison import VERDICT, Row
 from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.figures import style
 from srbval.report.figures.images import scalogram_panel

@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from srbval.comparison.budget import VERDICT
+from srbval.comparison.comparison import VERDICT
 from srbval.report.blocks import Block, Section
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Drawn, legend_above, new_axes, panel
 from srbval.report.pages import StoredResults, origin_of, study_page

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.budget import PRIOR, VERDICT
+from srbval.comparison.comparison import PRIOR, VERDICT
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.path import amplitudes as read

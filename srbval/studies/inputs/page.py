@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from srbval.comparison.budget import STUDY, TOLERANCE
+from srbval.comparison.comparison import STUDY, TOLERANCE
 from srbval.report.blocks import Block
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose

@@ -22,11 +22,10 @@ import pandas as pd
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_bearing
-from srbval.comparison.budget import STUDY
 from srbval.comparison.cage_means import cage_means, covariance
 from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.compared_quantities import COMPARED
-from srbval.comparison.comparison import Row
+from srbval.comparison.comparison import STUDY, Row
 from srbval.comparison.counterpart import DETAIL_HZ, TURNS, SimulationCase, analyse_run, converged, with_points
 from srbval.comparison.open_inputs import Drawn, drawn, of_reading, open_inputs
 from srbval.comparison.table6 import published_speeds

@@ -13,8 +13,7 @@ from srbval.models.run import works
 from srbval.models.simulate import Step
 from srbval.models.solvers import METHODS, SOLVERS
 from srbval.plan.measures import measure
-from srbval.processes.about_machine import load_average, this_machine
-from srbval.processes.machine import usable_cores
+from srbval.processes.machine import load_average, this_machine, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.scene import Scene, load_scene
