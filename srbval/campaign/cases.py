@@ -1,6 +1,5 @@
 """From a campaign to its table of cases: scenes checked, models chosen, results named, costs estimated."""
 
-import functools
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -17,6 +16,7 @@ from srbval.plan.measured import table_about
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 from srbval.storage.content_store import content_key
+from srbval.storage.tables import nested
 from srbval.sweep.pool import right_hand_sides_per_step
 
 FILE_BYTES = 16_384  # size of a result file without signals
@@ -59,7 +59,7 @@ def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """
     table: Mapping[str, Any] = campaign.scene
     for key, value in point.items():
-        table = merge(table, functools.reduce(lambda inner, name: {name: inner}, reversed(key.split(".")), value))
+        table = merge(table, nested(key, value))
     scene = paper_scene(**table)
     if scene.model == AUTO or not level_of(scene.model).outside:  # which has solvers of its own
         check_known("solver", scene.solver.name, tuple(METHODS))

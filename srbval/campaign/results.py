@@ -16,13 +16,14 @@ from pathlib import Path
 import numpy as np
 
 from srbval.bearing import DEFECTS, load_bearing
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import USABLE, Run
 from srbval.models.run_file import RunWriter
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import checked_summary, new_hdf5
-from srbval.storage.json_files import from_json, parse_json, to_json
+from srbval.storage.json_files import parse_json, to_json
 from srbval.storage.sources import content_version
+from srbval.storage.tables import build
 
 Quantities = Mapping[str, tuple[float, str]]  # value and unit
 Row = tuple[str, float | None, str]
@@ -147,8 +148,8 @@ def write_result(path: Path, result: CaseResult, run: Run | None = None, outputs
             file.attrs["srbval_kind"] = "campaign-case"
         else:
             one = Output.SIGNALS not in outputs
-            writer = RunWriter(file, run.scene, check_written=file.check_written, acceleration_only=one)
-            writer.append(vars(run))
+            writer = RunWriter(file, run.scene, acceleration_only=one)
+            writer.append(run)
             # zero, because a deleted attribute leaves its bytes in the file
             writer.finish(replace(run, wall_s=0.0, compile_s=0.0))
             del file.attrs["wall_s"]
@@ -163,11 +164,11 @@ def read_result(path: Path) -> CaseResult:
         summary = checked_summary(path) if path.is_file() else b""
         if not summary:
             raise ValueError("it has no checksum" if summary is None else "it is not a file")
-        result = from_json(CaseResult, parse_json(summary))
+        result = build(CaseResult, parse_json(summary), "result")
         if result.key != path.stem:
             raise ValueError(f"it is the result of case {result.key[:32]!r}")
         return result
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, ConfigurationError) as error:
         raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
 
 

@@ -20,11 +20,12 @@ from srbval.campaign.cases import CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
 from srbval.campaign.settings import Campaign
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
-from srbval.storage.json_files import from_json, parse_json, to_json
+from srbval.storage.json_files import parse_json, to_json
+from srbval.storage.tables import build
 
 TABLE, RESULTS, CASES, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 
@@ -76,8 +77,8 @@ def read_table(folder: Path) -> CampaignTable:
     try:
         if not file.is_file() or checked_summary(file) is None:
             raise ValueError("it has no checksum")
-        return from_json(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]))
-    except (OSError, ValueError, DataError) as error:
+        return build(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]), "table")
+    except (OSError, ValueError, SrbvalError) as error:
         why = str(error).removeprefix(f"{file}: ")
         raise DataError(f"{file}: damaged ({why}). It is written again, and results are kept: {again}") from None
 

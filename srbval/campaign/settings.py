@@ -16,7 +16,7 @@ from srbval.campaign.results import Output
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
-from srbval.storage.tables import Limited, build, limited, number_and_unit, quantity, read_toml, shown
+from srbval.storage.tables import Limited, build, flattened, limited, number_and_unit, quantity, read_toml, shown
 
 MOST_CASES = 2_000_000  # planned in memory, each with a file of its own
 MOST = 1e12  # finite, and beyond whatever makes sense
@@ -161,12 +161,9 @@ def presets() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
-def flat(table: Mapping[str, Any], prefix: str = "") -> Point:
+def flat(table: Mapping[str, Any]) -> Point:
     """Nested tables as dotted keys."""
-    return joined(
-        flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
-        for key, value in table.items()
-    )
+    return joined({key: value} for key, value in flattened(table))
 
 
 def joined(parts: Iterable[Point]) -> Point:

@@ -1,12 +1,12 @@
 """The tolerance regression: the program's behaviour as computed now against its reference, and what is stale.
 
-The reference is the file ``reports/fingerprint.json``; `srbval.storage.behaviour.tolerance` states how far a number may
-be from it, `StoredResult.why_stale` when evidence is stale.
+The reference is the file ``reports/fingerprint.json``; `srbval.storage.stored_result` states how far a number may be
+from it, and when evidence is stale.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,28 +14,17 @@ from srbval import __version__
 from srbval.check.fingerprint import PARTS, SEPARATOR, fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
-from srbval.storage import behaviour
-from srbval.storage.behaviour import FILE, Fingerprint, Value, differing, reference_fingerprint
+from srbval.storage import stored_result
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import write_json
-from srbval.storage.stored_result import REPORTS, StoredResult, read_result
-
-
-@dataclass(frozen=True, kw_only=True)
-class CheckedQuantity:
-    """One number of the fingerprint: its `value` now and the range that it must lie in.
-
-    A word is stated by `words`, its reference and its value now; its `value` is then 1 if both are the same, else 0.
-    `low` and `high` are NaN for a number that the reference does not have, `value` for one that is not computed.
-    """
-
-    name: str
-    value: float
-    low: float
-    high: float
-    ok: bool
-    unit: str = ""
-    words: tuple[str, str] | None = None
+from srbval.storage.stored_result import (
+    CheckedQuantity,
+    Fingerprint,
+    StoredResult,
+    compared,
+    read_result,
+    reference_fingerprint,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +32,7 @@ class CheckResult:
     """Every quantity of the fingerprint against its reference, and the evidence that is `stale`: `file` and `why`."""
 
     JSON_PROPERTIES: ClassVar = ("ok",)
+    JSON_OMITTED: ClassVar = ("now",)
 
     checks: tuple[CheckedQuantity, ...]
     stale: tuple[Mapping[str, str], ...]
@@ -65,7 +55,11 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
         raise ConfigurationError(f"part {unknown[0]!r} is not known. Known: {', '.join(PARTS)}.")
     known = reference_fingerprint() if reference is None else reference
     now = fingerprint(*parts, progress=progress)
-    checks = [one for part in now for one in _checked(part, now[part], known.get(part, {}))]
+    checks = [
+        replace(one, name=f"{part}{SEPARATOR}{one.name}")
+        for part, values in now.items()
+        for one in compared(values, known.get(part, {}))
+    ]
     results = () if parts else shipped_results()
     stale = tuple({"file": one.path.name, "why": why} for one in results if (why := one.why_stale(now)) is not None)
     return CheckResult(checks=tuple(checks), stale=stale, now=now)
@@ -73,13 +67,13 @@ def run_check(*parts: str, reference: Fingerprint | None = None, progress: Progr
 
 def shipped_results() -> Sequence[StoredResult]:
     """The results that come with the program, by file name."""
-    files = sorted(shipped_folder(REPORTS).glob("*.json"))
-    return [one for path in files if path.name != FILE and (one := read_result(path)) is not None]
+    files = sorted(shipped_folder(stored_result.REPORTS).glob("*.json"))
+    return [one for path in files if path.name != stored_result.REFERENCE and (one := read_result(path)) is not None]
 
 
 def reference_path() -> Path:
     """The reference fingerprint of this version: in the repository, or in the installed package."""
-    return shipped_folder(REPORTS) / FILE
+    return shipped_folder(stored_result.REPORTS) / stored_result.REFERENCE
 
 
 def write_reference(now: Fingerprint) -> None:
@@ -91,29 +85,16 @@ def write_reference(now: Fingerprint) -> None:
         for name, value in values.items():
             if name.endswith(f"{SEPARATOR}cage_ratio") and not (isinstance(value, float) and math.isfinite(value)):
                 raise ConfigurationError(f"{part}, {name} is {value}; nothing was replaced. Correct that first.")
-    origin = {"schema_version": behaviour.SCHEMA_VERSION, "kind": behaviour.KIND, "srbval": __version__}
-    write_json(reference_path(), origin | {"git_revision": git_revision(), "parts": now})
+    origin = stored_result.REFERENCE_ORIGIN | {"srbval": __version__, "git_revision": git_revision()}
+    write_json(reference_path(), origin | {"parts": now})
     reference_fingerprint.cache_clear()
 
 
 def differences(old: Fingerprint, new: Fingerprint) -> list[dict[str, Any]]:
     """List the changes that an update would make: part and name, old and new value."""
     return [
-        {"name": f"{part}{SEPARATOR}{name}", "old": old.get(part, {}).get(name), "new": values.get(name)}
+        {"name": f"{part}{SEPARATOR}{one.name}", "old": old.get(part, {}).get(one.name), "new": values.get(one.name)}
         for part, values in new.items()
-        for name in differing(old.get(part, {}), values)
+        for one in compared(values, old.get(part, {}))
+        if not one.ok
     ]
-
-
-def _checked(part: str, now: Mapping[str, Value], known: Mapping[str, Value]) -> list[CheckedQuantity]:
-    """The quantities of one part; a number that only the reference or only the program has fails."""
-    found = []
-    for name in {**known, **now}:
-        full, value, middle = f"{part}{SEPARATOR}{name}", now.get(name, math.nan), known.get(name, math.nan)
-        ok, words, near = name in now and name in known and behaviour.same(name, value, middle), None, 0.0
-        if isinstance(value, str) or isinstance(middle, str):
-            words, value, middle = (str(middle), str(value)), float(ok), 1.0
-        else:
-            near = behaviour.tolerance(name, middle)
-        found.append(CheckedQuantity(name=full, value=value, low=middle - near, high=middle + near, ok=ok, words=words))
-    return found

@@ -2,7 +2,7 @@
 
 A part is what a stored result may depend on, see `PARTS`. Its probe runs it on bundled scenes or on the recordings
 that come with the program, and returns some tens of numbers, which are compared within a tolerance, see
-`srbval.storage.behaviour`: a changed name leaves the fingerprint as it is, a changed constant of a model does not.
+`srbval.storage.stored_result`: a changed name leaves the fingerprint as it is, a changed constant of a model does not.
 
 Rollers that rattle (scenes with play) double a difference every 2 ms: such scenes are run from rest for 12 ms, in which
 rounding, 1e-16, grows to 1e-13. Scenes without play are run for 50 ms.
@@ -32,8 +32,8 @@ from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import load_recording
 from srbval.scene import BANDS_HZ, Scene, load_scene
-from srbval.storage.behaviour import Value
 from srbval.storage.installation import package_folder, shipped_folder
+from srbval.storage.stored_result import Value
 from srbval.storage.tables import read_toml
 
 Values = dict[str, Value]

@@ -14,7 +14,7 @@ from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
-from srbval.progress import progress_display
+from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
 from srbval.scene import merge
 
@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     text = (
         f"{done['done']} of {done['cases']} cases have a result, {done['ran']} of them new, in {done['wall_s']:.1f} s "

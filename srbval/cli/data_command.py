@@ -10,7 +10,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
-from srbval.progress import progress_display
+from srbval.progress import ProgressDisplay
 from srbval.recordings import Origin, RecordingSettings, registry
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.manifest import FileStatus, RegisteredRecording, manifest_path, without_copies
@@ -63,7 +63,7 @@ def _act(options: argparse.Namespace) -> RegisterListing:
         return registry.listing()
     if options.action == "remove":
         return registry.remove(options.name)
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         if options.action == "add":
             own: dict[str, Any] = {
                 "band_hz": tuple(options.band) if options.band else None,

@@ -9,7 +9,7 @@ from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
 from srbval.path.identify import BAND_HZ, Identified, Pair, identify, identify_response, path_toml, simulated_run
-from srbval.progress import progress_display
+from srbval.progress import ProgressDisplay
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene
@@ -51,7 +51,7 @@ def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> 
         records.append(dataclasses.replace(load_registered(options.cross_from, settings), state=Fault.INNER))
     healthy = load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None
     bearing = options.bearing or fault.bearing or DEFAULT_BEARING
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
         pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
     return identify(*pairs, bearing=bearing, healthy=healthy, band_hz=band_hz)

@@ -13,12 +13,12 @@ from srbval import __version__
 from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
-from srbval.progress import progress_display, stage
+from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
 from srbval.storage.installation import MissingLibraryError, package_folder, pip_command, shipped_folder
 
-REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
+REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
 OPTIONAL = ("typst", "soundfile", "npTDMS", "pyuff", "pyarrow", "openpyxl", "shtab", "distributed", "sphinx", "pytest")
 MEGABYTE = 1e6  # [bytes]
@@ -80,7 +80,7 @@ def _version(name: str) -> str | None:
 
 def docs(options: argparse.Namespace) -> int:
     """Build the documentation, print where the first page is, and open it where asked."""
-    with progress_display() as progress, stage(progress, "Build the documentation"):
+    with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
         page = build_docs(Path(options.output))
     answer(options, {"page": str(page)}, str(page))
     if options.open:

@@ -18,7 +18,7 @@ from srbval.diagnosis.machine import machine_toml
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
-from srbval.progress import progress_display
+from srbval.progress import ProgressDisplay
 from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
@@ -134,7 +134,7 @@ def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[F
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
     request = request_of(options)
     requests = [replace(request, file=file) for file in files_of(options.files)]
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
     return documents, *records.without_other_files(failed, options.files, documents)
 

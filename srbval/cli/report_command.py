@@ -10,7 +10,7 @@ from typing import Any
 from srbval.cli.data_command import files_of, recording_settings
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.progress import Progress, progress_display, stage
+from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER = "srbval-report"
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
             "options for recordings are given, but no recording; name it too, for example: srbval report FILE.csv"
         )
     started = time.perf_counter()
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         files, found = (_own if options.files else _main)(options, folder, progress)
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
     failed = found.get("failed", ())

@@ -1,20 +1,22 @@
-"""``srbval simulate``: the bundled model on a scene; ``srbval plan``: the simplest model that answers a question."""
+"""``srbval simulate``, ``plan``, ``kinematics`` and ``bearing``: what is run, by which model, on which bearing."""
 
 import argparse
 import math
 import sys
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.hierarchy import AUTO, level_of
+from srbval.models.hierarchy import AUTO, level_of, models_of
 from srbval.models.run import works
 from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
-from srbval.progress import progress_display
+from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
@@ -29,6 +31,8 @@ OF_RUN = ["seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio"
 OF_RUN += ["roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s"]
 OF_RUN += ["stored_utc", "reason", "not_validated"]
 IN_OIL = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
+LINES = ("bpfo", "bpfi", "bsf", "ftf")
+BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "models up to", "title")
 IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
@@ -76,7 +80,7 @@ def run_scene(options: argparse.Namespace) -> int:
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     scene, step = _with_step(scene, options)
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         result = stored_summary(scene, output, step=step, progress=progress)
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
@@ -192,3 +196,47 @@ def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
     if options.question not in list(Question):
         raise ConfigurationError(f"question {options.question!r} is not known. Known: {', '.join(Question)}.")
     return make_plan(scene, question=Question(options.question), tolerance_pct=options.tolerance)
+
+
+def kinematics(options: argparse.Namespace) -> int:
+    """Print the kinematic frequencies and orders."""
+    bearing = load_bearing(options.bearing or DEFAULT_BEARING)
+    frequencies = fault_frequencies(bearing, rpm=options.rpm)
+
+    def show() -> None:
+        print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
+        rows = [(n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in LINES]
+        print_table(("line", "Hz", "order"), [("shaft", frequencies.shaft_hz, 1.0), *rows])
+
+    document = vars(frequencies) | {"orders": bearing.orders, "bearing": bearing.name}
+    document |= {"rolling_elements": bearing.rolling_elements, "rpm": options.rpm, "source": bearing.source}
+    return answer(options, document, show)
+
+
+def known(options: argparse.Namespace) -> int:
+    """List the bearings that match every word of the search; an empty list is an answer."""
+    found = find_bearings(options.search or "")
+
+    def show() -> None:
+        if options.search is None:
+            kinds = [one.title.split(" (")[0].partition(", ")[2] for one in found]
+            rows = [(kind, count, found[kinds.index(kind)].name) for kind, count in Counter(kinds).most_common()]
+            print_table(("kind", "bearings", "for example"), rows)
+            print(f"\n{len(found)} bearings; list them with --search WORDS, for example --search 222")
+            return
+        print_table(BEARINGS, [_bearing_row(bearing) for bearing in found])
+        print(f"\n{len(found)} bearings; --json has the source of each. Your own: --elements, --orders or a TOML file")
+
+    names = ("name", "title", "source", "rolling_elements", "orders", "elements", "geometry")
+    bearings = [{name: getattr(one, name) for name in names} | {"models": models_of(one)} for one in found]
+    return answer(options, {"count": len(found), "bearings": bearings}, show)
+
+
+def _bearing_row(bearing: Bearing) -> tuple[object, ...]:
+    sizes: tuple[float | None, ...] = (None, None, None)
+    if (geometry := bearing.geometry) is not None:
+        sizes = geometry.roller_diameter_m * 1e3, 2e3 * geometry.pitch_radius_m, math.degrees(geometry.tilt_rad)
+    elif (own := bearing.elements) is not None:
+        sizes = own.element_diameter_m * 1e3, own.pitch_diameter_m * 1e3, math.degrees(own.contact_angle_rad)
+    orders = (getattr(bearing.orders, name) for name in LINES)
+    return (bearing.name, bearing.rolling_elements, *sizes, *orders, models_of(bearing)[-1], bearing.title)

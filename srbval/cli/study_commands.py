@@ -13,12 +13,11 @@ from srbval.check.fingerprint import fingerprint
 from srbval.cli.arguments import Parser
 from srbval.cli.output import answer, own_command, print_table
 from srbval.errors import ConfigurationError
-from srbval.progress import Progress, prefixed, progress_display
+from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.progress.tables import text_rows
-from srbval.storage.behaviour import reference_fingerprint
 from srbval.storage.content_store import stored_results
 from srbval.storage.json_files import to_json, write_json
-from srbval.storage.stored_result import ResultKind
+from srbval.storage.stored_result import ResultKind, reference_fingerprint
 from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
 from srbval.studies.outside import bench, stability
@@ -37,9 +36,9 @@ VERBS = {"bench": "speed_accuracy", "stability": "stability"}
 def check(options: argparse.Namespace) -> int:
     """Check, and with ``--update`` replace the reference; exit code 1 if anything is out of tolerance or stale."""
     old = reference_fingerprint()
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         result = run_check(progress=prefixed(progress, "Check"))
-    document = {key: value for key, value in to_json(result).items() if key != "now"}
+    document = to_json(result)
     if options.update:
         changed = differences(old, result.now)
         replaced = bool(changed) and options.yes
@@ -77,7 +76,7 @@ def _show_check(result: CheckResult) -> None:
 
 def evidence(options: argparse.Namespace) -> int:
     """List or compute; exit code 1 if evidence is stale at the end, or a study's own test fails."""
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         if options.list:
             known = result_states(fingerprint(progress=progress))
             states = [one for one in known if not options.names or one["name"] in options.names]
@@ -132,7 +131,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
-    with progress_display() as shown, stored_results(fresh=given.fresh):
+    with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
         progress = prefixed(shown, name.replace("_", " ").capitalize())
         if getattr(given, "model", None):
             return _run_outside(given, progress, bench if name == VERBS["bench"] else stability)

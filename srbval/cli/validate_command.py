@@ -8,29 +8,17 @@ from typing import Any
 
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
-from srbval.progress import progress_display, stage
+from srbval.progress import ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 
 FOLDER = "srbval-validation"
 OUT_OF_TOLERANCE, INCOMPLETE = 1, 3  # exit codes
-# Keys of a case by the options that are short for them.
-SHORT = {
-    "bearing": "bearing",
-    "tolerance_pct": "tolerance.cage_pct",
-    "band_simulated": "simulated.band_hz",
-    "band_measured": "measured.band_hz",
-    "resample": "simulated.resample_hz",
-    "skip": "simulated.skip_s",
-    "derivative": "simulated.derivative",
-    "cage_channel": "simulated.cage_channel",
-    "rpm": "simulated.rpm",
-}
 SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
 
 
 def run(options: argparse.Namespace) -> int:
     """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed."""
-    with progress_display() as progress:
+    with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
             from srbval.validation.case import load_case, write_case
@@ -62,7 +50,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
     """Values that replace those of the case, by dotted key."""
-    yield from ((key, value) for name, key in SHORT.items() if (value := getattr(options, name)) is not None)
+    short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # named as keys of a case
+    yield from ((key, value) for key, value in short if value is not None)
     for text in options.set or ():
         key, mark, value = text.partition("=")
         if not mark:

@@ -1,8 +1,4 @@
-"""A run with the full model's equations: from static balance, interval by interval; the longest step it can take.
-
-The rollers are the lightest bodies on the stiffest springs, so the one that bounces fastest between the races limits
-the step. Friction is left out of that: taken explicitly it chatters between bounds but does not diverge.
-"""
+"""A run with the full model's equations: from static balance, interval by interval."""
 
 import math
 import time
@@ -16,22 +12,19 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models.full import columns as col
 from srbval.models.full.columns import layout_of
-from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
-from srbval.models.full.motion_kernel import shaft_motion
+from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
-from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of
 from srbval.models.jit import precompile
-from srbval.models.linear_stability import Linear, longest_step
 from srbval.models.outputs import Outputs, chunks
-from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
+from srbval.models.run_statistics import RingSupport, RunStatistics, load_share
 from srbval.models.solvers import METHODS, Method
+from srbval.models.step_limits import elastic_limit_s
 from srbval.scene import Scene
 
 CARRIES = 0.01  # share of the highest load from which a roller counts
-SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,12 +99,8 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     spring_n = model.housing_stiffness * run.state[layout_of(run.state).ring]
     push_n = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
     stats.figures["balanced_share"] = load_share(scene, spring_n - push_n, load_n)  # the load less the spring's part
-    stats.momentum = MomentumBalance(
-        mass_kg=model.ring_mass,
-        stiffness_n_m=model.housing_stiffness,
-        damping_ns_m=model.housing_damping,
-        weight_n=-model.ring_mass * model.gravity,
-    )
+    weight_n = -model.ring_mass * model.gravity
+    stats.ring = RingSupport(model.ring_mass, weight_n, model.housing_stiffness, model.housing_damping)
     methods = run.method, METHODS[default_solver()]
     limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
     stats.figures |= zip(("step_s", "step_limit_s", "default_limit_s"), (run.step_s, *limits), strict=True)
@@ -151,48 +140,3 @@ def rollers_at_end(run: FullRun, whole: int) -> dict[str, float]:
     )
     share = float(load_n[0].sum() / load_n.sum()) if load_n.any() else math.nan
     return {"tilt_mrad": 1e3 * tilt, "shift_um": 1e6 * shift, "skew_nm": skew, "row_1_share": share}
-
-
-def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
-    """Longest step at which the stiffest roller's bouncing decays [s]; None if no step tried fails.
-
-    The model is linearised about the static balance in `state`, shape [4 M + 12], with all bodies at rest. Deeper
-    contacts on a defect and other moving bodies are left out: `step_limits` linearises the whole model.
-    """
-    at_rest = state.copy()
-    at_rest[layout_of(state).half :] = 0.0
-    return longest_step(method, stiffest_roller(without_friction(held(model)), at_rest))
-
-
-def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
-    """The roller with the stiffest contacts, along its slot, everything else held.
-
-    A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
-    """
-    layout = layout_of(state)
-    own = layout.slide_rate
-    stiffness = central_difference(model, state, layout.slide, SLIDE_M)[own]
-    damping = central_difference(model, state, own, SLIDE_RATE_M_S)[own]
-    one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)
-    return Linear(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
-
-
-def central_difference(model: Parameters, state: FloatArray, part: slice | int, size: float) -> FloatArray:
-    """Change of the rates per change of a part of the state, by moving it by `size` to either side."""
-    there, back = state.copy(), state.copy()
-    there[part] += size
-    back[part] -= size
-    return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
-
-
-def held(model: Parameters) -> Parameters:
-    """The model with its shaft held at angle zero; friction in oil keeps the slope that it has at the shaft's speed."""
-    if model.slices is not None:
-        law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
-        model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
-    return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
-
-
-def without_friction(model: Parameters) -> Parameters:
-    """The model with its elastic and damping forces alone."""
-    return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))

@@ -51,7 +51,7 @@ VOUCHED = 2.0
 # 0.92, which is how far the rollers' forces are off, and cages up to 19 %. One run of drawn scenes, at 0.14, is like
 # its truth.
 FORCE_LIMIT = 0.2
-# Of 290 runs at steps above `full_run.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
+# Of 290 runs at steps above `step_limits.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
 STEP_LIMIT = 1.1
 # Longest step, in that limit, at which a slow cage is believed although the energy balance is open. Up to it 155 runs
 # of cages that are slow in truth are off by at most 2 %, except three (4 to 8 %); imex2 from 0.84 on by up to 32 %.

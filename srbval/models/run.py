@@ -6,20 +6,26 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import NumericsError, SrbvalError
+from srbval.models import outputs as col
+from srbval.models.outputs import Outputs
 from srbval.models.outside.names import is_outside
 from srbval.scene import Scene
+from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:
     import pandas
 
     from srbval.models.estimates import StepError
+
+VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))  # of a run file, in its order
 
 
 class RunStatus(enum.StrEnum):
@@ -76,9 +82,9 @@ class RunSummary:
     rollers carry (NaN without a load; the housing spring carries the rest), `balanced_share` their part in static
     balance. `drive_power_w` is the mean power of the shaft's drive, `energy_imbalance` work in less stored less lost as
     a share of the losses, both NaN if a model has no energies. `missing_n`, along the load: see
-    `run_statistics.MomentumBalance`. `deepest_m`: penetration; `idle_share`: share of the time without contact.
+    `RunningSums.missing_n`. `deepest_m`: penetration; `idle_share`: share of the time without contact.
 
-    `step_error`: errors left by the step, None if not estimated; `step_limit_s`: see `full_run.elastic_limit_s`,
+    `step_error`: errors left by the step, None if not estimated; `step_limit_s`: see `step_limits.elastic_limit_s`,
     `default_limit_s`: the limit of the default solver; `check_wall_s`: time of estimating the error or choosing the
     step; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`;
     `stored_utc`: when the run was made if it was read from the cache; its times are of that occasion.
@@ -166,45 +172,33 @@ class RunSummary:
         return self.cpu_s / (self.seconds + self.scene.settle_s)
 
 
+def _part(columns: int | slice, meaning: str) -> Any:
+    """Property of a run: these columns of its `out`, in an array of their own."""
+    return property(lambda run: np.ascontiguousarray(run.out[:, columns]), doc=meaning)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Run(RunSummary):
-    """A simulated run in memory. One row per output interval.
+class Run(RunSummary, Outputs):
+    """A simulated run in memory: all of its outputs in one piece, [n] of them."""
 
-    `acceleration_m_s2` outer ring, shape [n, 3], the change of velocity over the interval (so anti-aliased
-    by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
-    about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
-    `depth_m` deepest penetration into an undamaged raceway, [n]. `spin_rad_s`, [k, 2 M], and `load_n`, normal forces,
-    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one. `sensor_m_s2`: signal of
-    the sensor behind the scene's path to it, [n]; empty without a path.
-    """
-
-    acceleration_m_s2: FloatArray
-    displacement_m: FloatArray
-    cage_rad_s: FloatArray
-    cage_tilt_rad: FloatArray
-    roller_force_n: FloatArray
-    depth_m: FloatArray
-    energy: EnergyFlow
-    spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    load_n: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 0, 3)))
-    sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
+    acceleration_m_s2 = _part(col.ACCELERATION, "Of the outer ring, [n, 3]: change of velocity over the interval.")
+    displacement_m = _part(col.DISPLACEMENT, "Of the outer ring at the interval's end, [n, 3].")
+    cage_rad_s = _part(col.CAGE_SPEED, "Mean speed of the cage, [n].")
+    cage_tilt_rad = _part(col.CAGE_TILT, "Tilt of the cage about x and y, [n, 2].")
+    roller_force_n = _part(col.RING_FORCE, "Force of the rollers on the outer ring, mean of the interval, [n, 3].")
+    depth_m = _part(col.DEEPEST, "Deepest penetration into an undamaged raceway, [n].")
 
     @property
     def time_s(self) -> FloatArray:
         """Time of each output interval's start [s], [n]."""
-        return np.arange(len(self.acceleration_m_s2)) / self.scene.output_rate_hz
+        return np.arange(len(self.out)) / self.scene.output_rate_hz
 
     def to_frame(self) -> pandas.DataFrame:
-        """A pandas table, one row per output interval: time, acceleration, displacement, roller force, cage speed."""
+        """A pandas table, one row per output interval: time, and the variables of a run file under their names."""
         import pandas
 
-        vectors = {
-            "acceleration": (self.acceleration_m_s2, "m_s2"),
-            "displacement": (self.displacement_m, "m"),
-            "roller_force": (self.roller_force_n, "n"),
-        }
-        columns = {f"{n}_{a}_{unit}": v[:, i] for n, (v, unit) in vectors.items() for i, a in enumerate("xyz")}
-        return pandas.DataFrame({"time_s": self.time_s} | columns | {"cage_rad_s": self.cage_rad_s})
+        columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
+        return pandas.DataFrame({"time_s": self.time_s} | columns)
 
     def __repr__(self) -> str:
         scene = self.scene
@@ -212,29 +206,6 @@ class Run(RunSummary):
             f"<Run {self.status}: {scene.model} model, {scene.bearing}, {scene.defect.kind.label}, "
             f"{60 * scene.shaft_hz:.5g} rpm, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class EnergyFlow:
-    """Powers, interval means [W], and energies at each interval's start [J], all of shape [n].
-
-    In: `drive_w` of the shaft, `load_w` of the external load. Lost: `friction_w` (slip power), `damping_w` in the
-    contacts, `housing_w` in the housing's damper, `rolling_w` to rolling resistance, `drag_w` of the oil, `pocket_w` to
-    friction in the cage's pockets, all three 0 without oil. Stored: `mechanical_j` in the bodies (gravity included),
-    `contact_j` in the contacts, `spring_j` in the housing.
-    """
-
-    drive_w: FloatArray
-    load_w: FloatArray
-    friction_w: FloatArray
-    damping_w: FloatArray
-    housing_w: FloatArray
-    mechanical_j: FloatArray
-    contact_j: FloatArray
-    spring_j: FloatArray
-    rolling_w: FloatArray
-    drag_w: FloatArray
-    pocket_w: FloatArray
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:

@@ -4,10 +4,8 @@ A file is written chunk by chunk under another name and takes its place only if 
 precedes the file's checksum, so that a run can be read again bit for bit: `read_summary`, `read_run`.
 """
 
-import contextlib
 import dataclasses
 import json
-from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -17,53 +15,43 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
+from srbval.models import outputs as col
 from srbval.models.estimates import Estimate, StepError
+from srbval.models.outputs import Outputs
 from srbval.models.outside.names import content_of, is_outside
-from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary, bearing_of_run
+from srbval.models.run import VARIABLES, Run, RunStatus, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
-from srbval.storage.tables import read_toml
 
 ROWS = 4096  # rows in a chunk on disk
 SENSOR = "acceleration_sensor_m_s2"
 NOT_KEPT = ("scene", "step_error", "stored_utc")  # fields of a summary that its file lacks
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
-VARIABLES = read_toml(Path(__file__).with_name("run_variables.toml"))
 
 
 class RunWriter:
-    """Writes a run into an open HDF5 file as it goes: `append` each chunk, `finish` once.
+    """Writes a run into a file of `new_hdf5` as it goes: `append` each chunk, `finish` once.
 
     With `acceleration_only` the accelerations of ring and sensor are the only signals.
     """
 
-    def __init__(
-        self,
-        file: Any,
-        scene: Scene,
-        *,
-        check_written: Callable[[], None] = lambda: None,
-        acceleration_only: bool = False,
-    ) -> None:
-        self._file, self._scene, self._check_written = file, scene, check_written
+    def __init__(self, file: Any, scene: Scene, *, acceleration_only: bool = False) -> None:
+        self._file, self._scene = file, scene
         self._names = [name for name in VARIABLES if not acceleration_only or name.startswith("acceleration")]
-        self.finished = False
 
-    def append(self, signals: Mapping[str, Any]) -> None:
-        """Add a chunk: the arrays of a `Run` by their names there, `energy` among them; `DataError` for a full disk."""
-        self._check_written()
-        arrays = {**signals, **vars(signals["energy"])}
+    def append(self, part: Outputs) -> None:
+        """Add a chunk, or all of a run; `DataError` for a full disk."""
+        self._file.check_written()
         for name in self._names:
             variable = VARIABLES[name]
-            values = arrays[variable.get("array", name)]
-            values = values[:, variable["column"]] if "column" in variable else values
+            values = part.out[:, variable["column"]]
             if not np.isnan(values).all() and (self._scene.oil or "oil" not in variable):  # the model has it
                 self._extend(name, values, variable["units"], variable["long_name"])
-        if len(signals.get("sensor_m_s2", ())):
-            self._extend(SENSOR, signals["sensor_m_s2"], "m s-2", "acceleration at the sensor, behind the path to it")
-        if len(signals["spin_rad_s"]):
-            self._extend("spin_rad_s", signals["spin_rad_s"], "rad s-1", "spin about the rollers' axes")
-            self._extend("load_n", signals["load_n"], "N", "normal force, by race, roller, circle")
+        if len(part.sensor_m_s2):
+            self._extend(SENSOR, part.sensor_m_s2, "m s-2", "acceleration at the sensor, behind the path to it")
+        if len(part.spin_rad_s):
+            self._extend("spin_rad_s", part.spin_rad_s, "rad s-1", "spin about the rollers' axes")
+            self._extend("load_n", part.load_n, "N", "normal force, by race, roller, circle")
 
     def finish(self, summary: RunSummary) -> None:
         """Add the time axes, link them, and write the run's attributes."""
@@ -81,7 +69,6 @@ class RunWriter:
                     dataset.dims[dimension].attach_scale(self._file[scale])
         self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary)})
         self._file.summary = _summary_text(summary)
-        self.finished = True
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         if name not in self._file:
@@ -103,24 +90,11 @@ class RunWriter:
         self._file.flush()
 
 
-class _UnfinishedError(Exception):
-    """Tells the file's context to discard what was written."""
-
-
-@contextlib.contextmanager
-def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
-    """Writer of the run file `path`; no file is left without its `finish`. `DataError` if it cannot be written."""
-    with contextlib.suppress(_UnfinishedError), new_hdf5(path) as file:
-        writer = RunWriter(file, scene, check_written=file.check_written)
-        yield writer
-        if not writer.finished:
-            raise _UnfinishedError
-
-
 def write_run(run: Run, path: Path) -> None:
     """Write `run` to `path`, whole or not at all; `DataError` if it cannot be written."""
-    with run_writer(path, run.scene) as writer:
-        writer.append(vars(run))
+    with new_hdf5(path) as file:
+        writer = RunWriter(file, run.scene)
+        writer.append(run)
         writer.finish(run)
 
 
@@ -148,20 +122,13 @@ def read_run(path: Path, summary: RunSummary) -> Run:
     import h5py
 
     with h5py.File(path) as file:
-        dry = 0.0 if "drive_w" in file else np.nan  # losses to oil in a run without oil, for a model with energies
-        found = {
-            name: file[name][:] if name in file else np.full(summary.samples, dry if "oil" in variable else np.nan)
-            for name, variable in VARIABLES.items()
-        }
+        out = np.full((summary.samples, col.COUNT), np.nan)
+        out[:, col.OIL] = 0.0 if "drive_w" in file else np.nan  # energies without oil: no losses to it
+        for name in VARIABLES.keys() & file.keys():
+            out[:, VARIABLES[name]["column"]] = file[name]
         stored = {"spin_rad_s": "spin_rad_s", "load_n": "load_n", "sensor_m_s2": SENSOR}
         details = {name: file[own][:] for name, own in stored.items() if own in file}
-    arrays: dict[str, Any] = {}
-    for name, variable in VARIABLES.items():
-        arrays.setdefault(variable.get("array", name), []).append(found[name])
-    signals: dict[str, Any]
-    signals = {name: columns[0] if len(columns) == 1 else np.stack(columns, axis=1) for name, columns in arrays.items()}
-    energy = EnergyFlow(**{name: signals.pop(name) for name in EnergyFlow.__dataclass_fields__})
-    return Run(**vars(summary), **signals, energy=energy, **details)
+    return Run(**vars(summary), out=out, **details)
 
 
 def scene_dict(scene: Any) -> dict[str, Any]:

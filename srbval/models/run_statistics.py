@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,72 +26,59 @@ LOSSES = {
     "cage": col.POCKET_POWER,
     "damping": col.DAMPING_POWER,
 }
+WORK = [col.DRIVE_POWER, col.LOAD_POWER]
+LOST = [col.FRICTION_POWER, col.DAMPING_POWER, col.HOUSING_POWER, *range(col.COUNT)[col.OIL]]
+STORED = [col.BODY_ENERGY, col.CONTACT_ENERGY, col.SPRING_ENERGY]
 
 # fields of `RunStatistics` that its `RunSummary` has too
-AS_THEY_ARE = ("scene", "wall_s", "cpu_s", "compile_s", "samples", "finite", "deepest_m")
+AS_THEY_ARE = ("scene", "wall_s", "cpu_s", "compile_s", "finite", "deepest_m")
 
 
-@dataclass
-class EnergyBalance:
-    """Work done on the bearing, losses and stored energy over a run.
-
-    The energy stored is known at an interval's start, so the latest interval, `pending`, is left out of the sums.
-    """
-
-    work_w: float = 0.0
-    lost_w: float = 0.0
-    pending: tuple[float, float] = (0.0, 0.0)
-    first_j: float | None = None
-    last_j: float = 0.0
-
-    def add(self, out: FloatArray) -> None:
-        """Enter a chunk's rows, see `outputs`."""
-        work = out[:, col.DRIVE_POWER] + out[:, col.LOAD_POWER]
-        lost = out[:, col.FRICTION_POWER] + out[:, col.DAMPING_POWER] + out[:, col.HOUSING_POWER]
-        lost = lost + out[:, col.OIL].sum(axis=1)
-        stored = out[:, col.BODY_ENERGY] + out[:, col.CONTACT_ENERGY] + out[:, col.SPRING_ENERGY]
-        self.first_j = float(stored[0]) if self.first_j is None else self.first_j
-        self.work_w += self.pending[0] + float(work[:-1].sum())
-        self.lost_w += self.pending[1] + float(lost[:-1].sum())
-        self.pending, self.last_j = (float(work[-1]), float(lost[-1])), float(stored[-1])
-
-    def imbalance(self, interval_s: float) -> float:
-        """Work in less stored less lost, as a share of the losses; NaN if there are none."""
-        gained, lost = self.last_j - (self.first_j or 0.0), self.lost_w * interval_s
-        return (self.work_w * interval_s - gained - lost) / lost if lost else math.nan
-
-
-@dataclass
-class MomentumBalance:
-    """Newton's second law for the outer ring in the mean over a run: a missing force is an error of the integrator.
-
-    The first row is left out, as the ring's speed before it is not known. The arrays, [9]: accelerations,
-    displacements, forces of the rollers.
-    """
+class RingSupport(NamedTuple):
+    """Mass and weight of the outer ring with what is fixed to it, and the housing's spring and damper; NaN: unknown."""
 
     mass_kg: float = math.nan
+    weight_n: float = math.nan
     stiffness_n_m: float = math.nan
     damping_ns_m: float = math.nan
-    weight_n: float = math.nan
+
+
+@dataclass
+class RunningSums:
+    """Sum of a run's rows, its first and its last row, [COUNT] each, see `outputs`: what its balances follow from."""
+
     rows: int = 0
-    first: FloatArray = field(default_factory=lambda: np.zeros(9))
-    last: FloatArray = field(default_factory=lambda: np.zeros(9))
-    total: FloatArray = field(default_factory=lambda: np.zeros(9))
+    total: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
+    first: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
+    last: FloatArray = field(default_factory=lambda: np.zeros(col.COUNT))
 
     def add(self, out: FloatArray) -> None:
-        """Enter a chunk's rows, see `outputs`."""
-        rows = np.hstack([out[:, part] for part in (col.ACCELERATION, col.DISPLACEMENT, col.RING_FORCE)])
-        self.first = self.first if self.rows else rows[0]
-        self.rows, self.last, self.total = self.rows + len(rows), rows[-1], self.total + rows.sum(axis=0)
+        """Enter a chunk's rows."""
+        self.first = self.first if self.rows else out[0].copy()
+        self.rows, self.last = self.rows + len(out), out[-1].copy()
+        self.total = self.total + np.ascontiguousarray(out.T).sum(axis=1)
 
-    def missing_n(self, load_n: FloatArray, interval_s: float) -> FloatArray:
-        """Mean force on the ring that no other force explains, under a mean external load, [3]; NaN if unknown."""
+    def energy_imbalance(self, interval_s: float) -> float:
+        """Work in less stored less lost, as a share of the losses; NaN if there are none.
+
+        The energy stored is known at an interval's start, so the last interval is left out.
+        """
+        through = (self.total - self.last) * interval_s
+        gained, lost = float((self.last - self.first)[STORED].sum()), float(through[LOST].sum())
+        return (float(through[WORK].sum()) - gained - lost) / lost if lost else math.nan
+
+    def missing_n(self, ring: RingSupport, load_n: FloatArray, interval_s: float) -> FloatArray:
+        """Mean force on the ring that no other force explains, under a mean external load, [3]; NaN if unknown.
+
+        Newton's second law in the mean: a missing force is an error of the integrator. The first row is left out, as
+        the ring's speed before it is not known.
+        """
         intervals = self.rows - 1 if self.rows > 1 else math.nan
-        acceleration, displacement, rollers = np.split((self.total - self.first) / intervals, 3)
-        moved = (self.last - self.first)[3:6] / intervals
-        held = self.stiffness_n_m * (displacement - moved / 2) + self.damping_ns_m * moved / interval_s
-        weight = np.array([0.0, -self.weight_n, 0.0])
-        return rollers + load_n + weight - held - self.mass_kg * acceleration
+        mean = (self.total - self.first) / intervals
+        moved = (self.last - self.first)[col.DISPLACEMENT] / intervals
+        held = ring.stiffness_n_m * (mean[col.DISPLACEMENT] - moved / 2) + ring.damping_ns_m * moved / interval_s
+        weight = np.array([0.0, -ring.weight_n, 0.0])
+        return mean[col.RING_FORCE] + load_n + weight - held - ring.mass_kg * mean[col.ACCELERATION]
 
 
 @dataclass
@@ -106,20 +93,16 @@ class RunStatistics:
     wall_s: float = 0.0
     cpu_s: float = 0.0
     compile_s: float = 0.0
-    samples: int = 0
     finite: bool = True
     deepest_m: float = -math.inf
-    cage_rad: float = 0.0
-    drive_w: float = 0.0
     idle: int = 0
     figures: dict[str, Any] = field(default_factory=dict)
     ended: tuple[RunStatus, str] | None = None
     course_rad_s: tuple[float, float] = (math.nan, math.nan)  # mean cage speed in the first and in the latest chunk
-    energy: EnergyBalance = field(default_factory=EnergyBalance)
-    momentum: MomentumBalance = field(default_factory=MomentumBalance)
+    sums: RunningSums = field(default_factory=RunningSums)
+    ring: RingSupport = field(default_factory=RingSupport)
 
     def __post_init__(self) -> None:
-        self.losses_w = dict.fromkeys(LOSSES, 0.0)
         scene = self.scene
         self.levels = BandLevels(fs_hz=scene.output_rate_hz)
         self.sensor = SensorFilter(scene.sensor_path, scene.output_rate_hz, scene.load.direction_rad)
@@ -135,17 +118,11 @@ class RunStatistics:
     def add(self, out: FloatArray) -> FloatArray:
         """Count the rows of a chunk; returns the sensor's acceleration [m/s2]. Columns that a model lacks are NaN."""
         self.finite = self.finite and self._all_finite(out)
-        self.samples += len(out)
-        self.cage_rad += float(out[:, col.CAGE_SPEED].sum())
-        self.drive_w += float(out[:, col.DRIVE_POWER].sum())
-        for name, column in LOSSES.items():
-            self.losses_w[name] += float(out[:, column].sum())
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.course_rad_s = (latest if math.isnan(self.course_rad_s[0]) else self.course_rad_s[0], latest)
         self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
-        self.energy.add(out)
-        self.momentum.add(out)
+        self.sums.add(out)
         shown = self.sensor.add(out[:, col.ACCELERATION])
         self.levels.add(shown)
         return shown
@@ -159,28 +136,31 @@ class RunStatistics:
 
     def summary(self) -> RunSummary:
         """Figures and status of all that was added."""
-        scene, n, interval_s = self.scene, max(self.samples, 1), 1 / self.scene.output_rate_hz
+        scene, n, interval_s = self.scene, max(self.sums.rows, 1), 1 / self.scene.output_rate_hz
         shaft, direction = scene.mean_shaft_rad_s or math.nan, load_direction(scene)
         with np.errstate(all="ignore"):  # the state may not be finite
-            missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
+            mean = self.sums.total / n
+            missing_n = self.sums.missing_n(self.ring, scene.mean_radial_n * direction, interval_s)
+            energy_imbalance = self.sums.energy_imbalance(interval_s)
         run = RunSummary(
             **self.figures,
             **{name: getattr(self, name) for name in AS_THEY_ARE},
+            samples=self.sums.rows,
             status=RunStatus.OK,
             reason="",
             rolling_elements=self.bearing.rolling_elements,
             rolling_ratio=self.bearing.orders.ftf,
-            cage_ratio=self.cage_rad / n / shaft,
+            cage_ratio=float(mean[col.CAGE_SPEED]) / shaft,
             cage_course=(self.course_rad_s[0] / shaft, self.course_rad_s[1] / shaft),
-            roller_load_share=load_share(scene, self.momentum.total[6:] / n, scene.mean_radial_n),
-            energy_imbalance=self.energy.imbalance(interval_s),
+            roller_load_share=load_share(scene, mean[col.RING_FORCE], scene.mean_radial_n),
+            energy_imbalance=energy_imbalance,
             missing_n=float(missing_n @ direction),
             idle_share=self.idle / n,
-            drive_power_w=self.drive_w / n,
+            drive_power_w=float(mean[col.DRIVE_POWER]),
             band_rms_m_s2=self.levels.rms(),
         )
         if scene.oil is not None:
-            power_w = {name: sum_w / n for name, sum_w in self.losses_w.items()} | {"seals": 0.0}
+            power_w = {name: float(mean[column]) for name, column in LOSSES.items()} | {"seals": 0.0}
             run = replace(run, power_w=power_w | {"total": sum(power_w.values())})
         status, reason = assess(run) if self.ended is None else self.ended
         return replace(run, status=status, reason=reason)

@@ -9,7 +9,7 @@ import enum
 import math
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,29 +17,27 @@ from typing import Any
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, NumericsError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, imported, level_of
 from srbval.models.jit import WITHOUT_KERNELS, is_compiled, machine, precompile
 from srbval.models.outputs import Outputs
-from srbval.models.run import EnergyFlow, Run, RunSummary
-from srbval.models.run_file import read_run, read_summary, run_writer, scene_content, write_run
+from srbval.models.run import Run, RunSummary
+from srbval.models.run_file import RunWriter, read_run, read_summary, scene_content, write_run
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent, stage
 from srbval.scene import Scene
 from srbval.storage.content_store import LARGEST_BYTES, ContentStore
 from srbval.storage.files import atomic_write, check_suffix
-from srbval.storage.hdf5_files import HDF5
+from srbval.storage.hdf5_files import HDF5, new_hdf5
 from srbval.storage.sources import content_version
 
 OUTSIDE_SOLVER = "srbval.models.outside.run:with_own_solver"
 COPIES = 3  # copies of the signals in memory while they are joined
 RUNS = ContentStore(kind="run", computed_by=__name__, suffix=".h5")
-DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # fields of a chunk beside its columns
 
 
 class Step(enum.StrEnum):
@@ -64,8 +62,9 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
     stats = _begun(scene, step, progress)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         parts = list(_recorded(stats, progress))
-    details: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in DETAILS}
-    return Run(**vars(stats.summary()), **signals(np.concatenate([part.out for part in parts])), **details)
+    names = Outputs.__dataclass_fields__
+    joined: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return Run(**vars(stats.summary()), **joined)
 
 
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
@@ -75,13 +74,12 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     """
     check_suffix(path, *HDF5)
     stats = _begun(scene, step, progress, path.parent)
-    with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
+    with contextlib.suppress(NumericsError), np.errstate(all="ignore"), new_hdf5(path) as file:
+        writer = RunWriter(file, stats.scene)
         for part in _recorded(stats, progress):
-            writer.append(signals(part.out) | {name: getattr(part, name) for name in DETAILS})
-        summary = stats.summary()
-        if summary.status.usable:
-            writer.finish(summary)
-    return summary
+            writer.append(part)
+        writer.finish(stats.summary().require_usable("the run"))
+    return stats.summary()
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
@@ -139,19 +137,6 @@ def _memory_bytes() -> float:
         return math.inf
 
 
-def signals(out: FloatArray) -> dict[str, Any]:
-    """Columns of a model's output, see `outputs`, by their names in `Run`."""
-    return {
-        "acceleration_m_s2": np.ascontiguousarray(out[:, col.ACCELERATION]),
-        "displacement_m": np.ascontiguousarray(out[:, col.DISPLACEMENT]),
-        "cage_rad_s": out[:, col.CAGE_SPEED].copy(),
-        "cage_tilt_rad": np.ascontiguousarray(out[:, col.CAGE_TILT]),
-        "roller_force_n": np.ascontiguousarray(out[:, col.RING_FORCE]),
-        "depth_m": out[:, col.DEEPEST].copy(),
-        "energy": EnergyFlow(*out[:, col.ENERGY].T.copy()),
-    }
-
-
 def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `stats` are kept up to date."""
     scene = stats.scene
@@ -186,8 +171,7 @@ def stored_run(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = 
     found = RUNS.load(content, lambda table: read_run(RUNS.path(content), read_summary(table, scene)))
     if found is None:
         found = simulate(scene, step=step, progress=progress)
-        if _is_worth_it(found):
-            RUNS.keep(content, partial(write_run, found))
+        _store(found, content, partial(write_run, found))
     return found
 
 
@@ -206,13 +190,14 @@ def stored_summary(
             _copy(RUNS.path(content), output)
             return found
     found = simulate_to_file(scene, output, step=step, progress=progress)
-    if _is_worth_it(found):
-        RUNS.keep(content, partial(_copy, output))
+    _store(found, content, partial(_copy, output))
     return found
 
 
-def _is_worth_it(run: RunSummary) -> bool:
-    return run.status.usable and run.samples * col.COUNT * np.dtype(float).itemsize < LARGEST_BYTES
+def _store(run: RunSummary, content: str, write: Callable[[Path], None]) -> None:
+    """Let `write` put a run into the store if it is usable and not too large."""
+    if run.status.usable and run.samples * col.COUNT * np.dtype(float).itemsize < LARGEST_BYTES:
+        RUNS.keep(content, write)
 
 
 def _copy(path: Path, to: Path) -> None:

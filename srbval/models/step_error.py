@@ -19,10 +19,11 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
 from srbval.models.estimates import BLOCKS, FINER, Estimate, StepError
-from srbval.models.full_run import FullRun, elastic_limit_s, full_run
+from srbval.models.full_run import FullRun, full_run
 from srbval.models.hierarchy import level_of
-from srbval.models.run_statistics import EnergyBalance, RunStatistics
+from srbval.models.run_statistics import RunningSums, RunStatistics
 from srbval.models.sensor import along_sensor, band_squares
+from srbval.models.step_limits import elastic_limit_s
 from srbval.scene import BANDS_HZ, Scene
 
 BlockMeans = dict[str, FloatArray]  # means of samples (of squares for bands), [BLOCKS], by quantity
@@ -128,8 +129,8 @@ class _Piece:
         for times in (finer, FINER * finer):
             if times not in self.known:
                 out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
-                out, energy = out[round(SETTLED * self.length) :], EnergyBalance()
-                energy.add(out)
+                out, sums = out[round(SETTLED * self.length) :], RunningSums()
+                sums.add(out)
                 means = block_means(
                     self.rate_hz,
                     out[:, col.CAGE_SPEED],
@@ -137,7 +138,7 @@ class _Piece:
                     out[:, col.DRIVE_POWER],
                     bands_below_hz=self.bands_below_hz,
                 )
-                self.known[times] = energy.imbalance(1 / self.rate_hz), means
+                self.known[times] = sums.energy_imbalance(1 / self.rate_hz), means
         (gap, means), (remains, right) = self.known[finer], self.known[FINER * finer]
         step_s = self.run.step_s / finer
         found = StepError(step_s=step_s, estimates=differences(means, right), energy=gap - remains)

@@ -14,6 +14,7 @@ from srbval.models.run_file import scene_dict
 from srbval.plan.questions import Question
 from srbval.scene import Scene, load_scene
 from srbval.storage.stored_result import newest_result
+from srbval.storage.tables import flattened
 
 RESULT = "model_levels"
 REMEDY = f"srbval evidence {RESULT} measures them"
@@ -124,15 +125,8 @@ def scene_values(scene: Scene) -> dict[str, Any]:
     """Every value of a scene by dotted key, with a digest of its bearing's data."""
     bearing = load_bearing(scene.bearing)
     digest = hashlib.sha256(repr(bearing).encode()).hexdigest()[:8]
-    return dict(_flat("", scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"}))
-
-
-def _flat(path: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(f"{path}{name}.", value)
-        elif value is not None and value != []:
-            yield path + name, value
+    values = flattened(scene_dict(scene) | {"bearing": f"{bearing.name} (data {digest})"})
+    return {key: value for key, value in values if value is not None and value != []}
 
 
 def _same(one: Any, other: Any) -> bool:

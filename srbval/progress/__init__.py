@@ -1,21 +1,20 @@
 """Progress of work: one callback signature for the whole package, and its display on standard error.
 
 Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
-fraction of it that is done. `progress_display` makes such a callback, which shows the progress: bars on a terminal,
-plain lines elsewhere. All of them are safe to call from several threads.
+fraction of it that is done. `ProgressDisplay` is such a callback, which shows the progress: in one line of a terminal,
+in plain lines elsewhere. All of them are safe to call from several threads.
 """
 
 import contextlib
+import shutil
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Self, TextIO
-
-if TYPE_CHECKING:
-    from rich.progress import TaskID
+from typing import Self, TextIO
 
 LINE_EVERY_S = 3.0  # the longest time that the reader of a log waits for a line while a task is running
+DRAWN_EVERY_S = 0.3  # the same of a terminal, whose line is written over
 
 Progress = Callable[[str, float | None], None]
 """Called with the name of a task and the fraction of it that is done, 0 to 1.
@@ -41,62 +40,19 @@ def prefixed(progress: Progress, title: str) -> Progress:
     return lambda task, fraction: progress(f"{title}: {task}", fraction)
 
 
-def progress_display(stream: TextIO | None = None) -> "_Bars | _Lines":
+class ProgressDisplay:
     """A `Progress` callback that shows the progress while its ``with`` block lasts.
 
-    ``with progress_display() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless
-    given; bars are drawn when it is a terminal, plain lines are written elsewhere. Its `message` shows one line of text
-    between the tasks.
+    ``with ProgressDisplay() as progress: simulate(scene, progress=progress)``. `stream` is standard error unless given.
+    A task is shown when it begins, regularly until it ends, and when it ends; on a terminal its line is written over
+    until then. Its `message` shows one line of text between the tasks.
     """
-    stream = stream or sys.stderr
-    return _Bars(stream) if stream.isatty() else _Lines(stream)
 
-
-class _Bars:
-    """Bars drawn by rich, one per task."""
-
-    def __init__(self, stream: TextIO) -> None:
-        from rich import progress
-        from rich.console import Console
-
-        self._lock = threading.Lock()
-        self._bars = progress.Progress(
-            progress.TextColumn("{task.description}", markup=False),
-            progress.BarColumn(bar_width=28),
-            progress.TaskProgressColumn(),
-            progress.TimeElapsedColumn(),
-            progress.TextColumn("about"),
-            progress.TimeRemainingColumn(),
-            progress.TextColumn("to go"),
-            console=Console(file=stream),
-        )
-        self._running: dict[str, TaskID] = {}
-
-    def __enter__(self) -> Self:
-        self._bars.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bars.stop()
-
-    def __call__(self, task: str, fraction: float | None) -> None:
-        total = None if fraction is None else 1.0
-        with self._lock:
-            if task not in self._running:
-                self._running[task] = self._bars.add_task(task, total=total)
-            self._bars.update(self._running[task], total=total, completed=fraction)
-            if fraction is not None and fraction >= 1:
-                del self._running[task]
-
-    def message(self, text: str) -> None:
-        self._bars.console.print(text, markup=False, highlight=False)
-
-
-class _Lines:
-    """Plain lines: when a task begins, at least every `LINE_EVERY_S` until it ends, and when it ends."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream, self._lock = stream, threading.Lock()
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream, self._lock = stream or sys.stderr, threading.Lock()
+        self._terminal = self._stream.isatty()
+        self._every_s = DRAWN_EVERY_S if self._terminal else LINE_EVERY_S
+        self._drawn = 0  # characters of the line that will be written over
         # By task: the fraction done, when it began and when it was last reported (`time.monotonic`) [s].
         self._running: dict[str, tuple[float | None, float, float]] = {}
         self._written_at = time.monotonic()
@@ -110,12 +66,15 @@ class _Lines:
     def __exit__(self, *_: object) -> None:
         self._stopped.set()
         self._heartbeat.join()
+        if self._drawn:  # of a task that did not end
+            self._write("")
 
     def __call__(self, task: str, fraction: float | None) -> None:
+        """Take and show the progress of a task."""
         now = time.monotonic()
         with self._lock:
             if task not in self._running:
-                self._write(f"{task} ...")
+                self._write(f"{task} ...", passing=True)
             _, started_at, reported_at = self._running.get(task, (None, now, now))
             self._running[task] = fraction, started_at, reported_at
             if fraction is not None and fraction >= 1:
@@ -125,30 +84,36 @@ class _Lines:
                 self._report_if_due(task)
 
     def message(self, text: str) -> None:
+        """Show one line of text."""
         with self._lock:
             self._write(text)
 
     def _report_regularly(self) -> None:
-        while not self._stopped.wait(LINE_EVERY_S / 6):
+        while not self._stopped.wait(self._every_s / 6):
             with self._lock:
                 for task in self._running:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Report `task` when its last line, or for an unknown extent any line, is `LINE_EVERY_S` old."""
+        """Report `task` when its last line, or for an unknown extent any line, is old enough."""
         now, (fraction, started_at, reported_at) = time.monotonic(), self._running[task]
-        if now - (self._written_at if fraction is None else reported_at) < LINE_EVERY_S * 0.8:
+        if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
             return
         self._running[task] = fraction, started_at, now
         elapsed = now - started_at
         done = "" if fraction is None else f" {100 * fraction:.0f} %"
         remaining = f", about {_span(elapsed * (1 / fraction - 1))} to go" if fraction else ""
-        self._write(f"{task}:{done} after {_span(elapsed)}{remaining}")
+        self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)
 
-    def _write(self, line: str) -> None:
-        self._written_at = time.monotonic()
+    def _write(self, line: str, *, passing: bool = False) -> None:
+        """Write a line; on a terminal over the `passing` one that is there."""
+        self._written_at, end = time.monotonic(), "\n"
+        if self._terminal:
+            before, shown = self._drawn, line[: shutil.get_terminal_size().columns - 1] if passing else line
+            end, self._drawn = ("", len(shown)) if passing else ("\n", 0)
+            line = f"\r{shown.ljust(before)}"
         with contextlib.suppress(OSError):  # nobody reads: no reason to stop
-            print(line, file=self._stream, flush=True)
+            print(line, file=self._stream, flush=True, end=end)
 
 
 def _span(seconds: float) -> str:

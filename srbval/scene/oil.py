@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 
 from srbval.errors import ConfigurationError
@@ -108,5 +107,5 @@ class Oil(Limited):
 @cache
 def viscosities_100_mm2_s() -> dict[int, float]:
     """Kinematic viscosity at 100 degrees C by class of ISO 3448, of ``oil.toml``."""
-    table = read_toml(Path(str(resources.files("srbval.scene") / "oil.toml")))["viscosity_100_mm2_s"]
+    table = read_toml(Path(__file__).with_name("oil.toml"))["viscosity_100_mm2_s"]
     return {int(key): float(value) for key, value in table.items()}

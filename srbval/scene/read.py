@@ -7,7 +7,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.parts import LoadPath
 from srbval.scene.scene import MOST_DEFECTS, Scene
-from srbval.storage.tables import SI_SUFFIX, build, read_toml
+from srbval.storage.tables import SI_SUFFIX, build, nested, read_toml
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
@@ -81,7 +80,7 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
     """A TOML file of this folder, laid over another one if `LAID_OVER` states it; read only."""
-    table = read_toml(Path(str(resources.files("srbval.scene") / f"{name}.toml")))
+    table = read_toml(Path(__file__).with_name(f"{name}.toml"))
     return merge(bundled_table(LAID_OVER[name]), table) if name in LAID_OVER else table
 
 
@@ -215,10 +214,7 @@ class RigInput:
 
     def changes(self, value: float) -> dict[str, Any]:
         """Changes that give a scene this value, for `load_scene`."""
-        changes: Any = f"{value!r} {self.unit}" if self.unit else value
-        for name in reversed(self.key.split(".")):
-            changes = {name: changes}
-        return dict(changes)
+        return nested(self.key, f"{value!r} {self.unit}" if self.unit else value)
 
 
 def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +80,7 @@ class Surface(Limited):
         """The power law's constant g [m^(3 - 2 s)] of the roughness class, 0 without one."""
         if self.roughness_class is None:
             return 0.0
-        table = read_toml(Path(str(resources.files("srbval.scene") / "roughness.toml")))
+        table = read_toml(Path(__file__).with_name("roughness.toml"))
         ra_um, settings = float(table["ra_um"][self.roughness_class]), table["settings"]["rows"]
         cutoff_mm, finest_mm = next((cutoff, finest) for most, cutoff, finest in settings if ra_um <= most)
         length = np.geomspace(finest_mm * 1e-3 / 5, 100 * cutoff_mm * 1e-3, 20_001)

@@ -1,6 +1,6 @@
-"""Objects to strict JSON and back: numbers as numbers, null instead of NaN or Infinity, whole files or none.
+"""Objects to strict JSON: numbers as numbers, null instead of NaN or Infinity, whole files or none.
 
-A dataclass is written as an object of its fields, in their order, and read again by `from_json`. Its class attribute
+A dataclass is written as an object of its fields, in their order; `tables.build` reads it again. Its class attribute
 `JSON_PROPERTIES` names computed properties that are written after the fields, `JSON_OMITTED` fields that are not
 written. A class whose JSON object has another shape has a method ``to_dict()``, which returns a mapping of values that
 can be written.
@@ -14,15 +14,12 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.errors import DataError, SrbvalError
 from srbval.storage.files import MOST_BYTES, atomic_write, file_sha256, read_limited
-from srbval.storage.tables import build
-
-T = TypeVar("T")
 
 
 def to_json(value: Any) -> Any:
@@ -57,18 +54,6 @@ def to_json(value: Any) -> Any:
         names = (*fields, *getattr(value, "JSON_PROPERTIES", ()))
         return {name: to_json(getattr(value, name)) for name in names}
     raise TypeError(f"{type(value).__name__} cannot be written as JSON.")
-
-
-def from_json(cls: type[T], table: Any) -> T:
-    """The `cls` that `to_json` made `table` of; `ValueError` for a missing or strange key, a wrong type or value.
-
-    Fields may be plain values, enums, paths, dataclasses, tuples and mappings of these, arrays [n], or None. A null is
-    NaN where a float alone is expected. Classes with ``to_dict`` are not read.
-    """
-    try:
-        return build(cls, table, cls.__name__, stored=True)
-    except ConfigurationError as error:
-        raise ValueError(str(error)) from None
 
 
 def json_text(value: Any, *, ascii_only: bool = False) -> str:

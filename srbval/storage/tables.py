@@ -8,21 +8,16 @@ under the unit-less key is refused, so no file can be read in the wrong unit. Fi
 
 import dataclasses
 import enum
-import itertools
 import math
 import re
-import sys
 import tomllib
 import types
 import typing
-from collections.abc import Callable, Mapping
-from datetime import date, time
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeVar
-
-import numpy as np
 
 from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.storage.files import read_limited
@@ -38,7 +33,6 @@ LONGEST_TEXT = 200  # characters of a number with its unit
 
 _DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 NUMBER_AND_UNIT = re.compile(rf"\s*([-+]?{_DIGITS})(?:\s*/\s*({_DIGITS}))?\s*(.*?)\s*")  # also a fraction, 1/61440 s
-DEEPEST = 16  # levels of a TOML file; none of ours has more than five
 LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
 KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONGEST_KEY}}}")
@@ -141,53 +135,46 @@ def read_toml(path: Path) -> dict[str, Any]:
         text = content.decode("utf-8")
         if LONG_KEY.search(text):
             raise ValueError(f"a key of more than {LONGEST_KEY} parts")
-        document = tomllib.loads(text)
-        _check_values(document)
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        why = f"nested deeper than {DEEPEST} levels" if isinstance(error, RecursionError) else str(error)
+        why = "nested too deep" if isinstance(error, RecursionError) else str(error)
         why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # Python's own, of its digits
         raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
-    return document
 
 
-def _check_values(document: object) -> None:
-    """`RecursionError` for values nested too deep, `ValueError` for integers beyond TOML's own 64 bits, and dates."""
-    level: list[Any] = [document]
-    for _ in range(DEEPEST):
-        nested = [outer.values() if isinstance(outer, dict) else outer for outer in level]
-        level = []
-        for value in itertools.chain.from_iterable(nested):
-            if isinstance(value, dict | list):
-                level.append(value)
-            elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-                raise ValueError("an integer beyond 64 bits")
-            elif isinstance(value, date | time):
-                raise ValueError(f"{value} is a date or time, which no key accepts")
-    if level:
-        raise RecursionError
+def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values of nested tables by dotted key."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from flattened(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
 
 
-def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T:
+def nested(key: str, value: Any) -> dict[str, Any]:
+    """The nested tables in which a value has this dotted key."""
+    first, dot, rest = key.partition(".")
+    return {first: nested(rest, value) if dot else value}
+
+
+def build(cls: type[T], table: object, where: str) -> T:
     """Make a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
 
-    Raises `ConfigurationError` for an unknown or missing key and a value of the wrong type or unit. A `stored` table
-    was written by `to_json`: it has all keys, numbers without units, and null for NaN.
+    Raises `ConfigurationError` for an unknown or missing key and a value of the wrong type or unit. A null of a JSON
+    file is NaN where a float alone is expected, so that what `to_json` wrote is read again.
     """
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{where}: expected a table, found {shown(table)}.")
-    hints, fields, spelling = _declared(cls, stored)  # type: ignore[arg-type]
+    hints, fields, spelling = _declared(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for key, raw in table.items():
-        if stored and key in getattr(cls, "JSON_PROPERTIES", ()):
-            continue
         if key not in spelling:
             raise UnknownNameError.of(f"{where}: unknown key {key!r}", key, spelling)
         name = spelling[key]
         if name in values:
             raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
-        number: Number = _stored_number if stored else partial(_number, fields[name], key)
-        values[name] = _value(raw, hints[name], f"{where}.{key}", number)
-    required = (n for n, f in fields.items() if stored or f.default is f.default_factory is dataclasses.MISSING)
+        values[name] = _value(raw, hints[name], f"{where}.{key}", partial(_number, fields[name], key))
+    required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
     missing = [n for n in required if n not in values]
     if missing:
         raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
@@ -195,13 +182,10 @@ def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T
 
 
 @cache
-def _declared(cls: type, stored: bool) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
-    """Types and fields of a dataclass by name, and the field names by their keys in a TOML table."""
-    omitted = getattr(cls, "JSON_OMITTED", ()) if stored else ()
-    fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.name not in omitted}
-    spelling = {name: name for name in fields}
-    if not stored:
-        spelling |= {without_unit(field): name for name, field in fields.items()}
+def _declared(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
+    """Types and fields of a dataclass by name, and the field names by their keys in a table."""
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
+    spelling = {name: name for name in fields} | {without_unit(field): name for name, field in fields.items()}
     return typing.get_type_hints(cls), fields, spelling
 
 
@@ -215,7 +199,7 @@ def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
     if kind in (types.UnionType, typing.Union):
         return _either(raw, inner, where, number)
     if kind is float:
-        return number(raw, where)
+        return math.nan if raw is None else number(raw, where)
     if kind is tuple:
         if not isinstance(raw, list) or (inner[1:] != (...,) and len(raw) != len(inner)):
             raise ConfigurationError(f"{where}: expected a list, found {shown(raw)}.")
@@ -225,7 +209,7 @@ def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
     if kind in (dict, Mapping) and isinstance(raw, dict) and inner:
         return {_value(k, inner[0], where, number): _value(v, inner[1], f"{where}.{k}", number) for k, v in raw.items()}
     if dataclasses.is_dataclass(kind):
-        return build(typing.cast(Any, kind), raw, where, stored=number is _stored_number)
+        return build(typing.cast(Any, kind), raw, where)
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
         try:
             return kind(raw)
@@ -234,8 +218,6 @@ def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
             raise UnknownNameError.of(f"{where}: {shown(raw)} is not known", shown(raw), known) from None
     if kind is Path and isinstance(raw, str):
         return Path(raw)
-    if kind is np.ndarray and isinstance(raw, list):
-        return np.array(_value(raw, tuple[float, ...], where, number))
     if kind is not Any and (not isinstance(raw, kind) or (isinstance(raw, bool) and kind is not bool)):
         raise ConfigurationError(f"{where}: expected {kind.__name__}, found {shown(raw)}.")
     return raw
@@ -266,11 +248,3 @@ def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) ->
             f"{where}: {shown(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
         )
     return parse_quantity(raw, dimension or "one", where)
-
-
-def _stored_number(raw: object, where: str) -> float:
-    if raw is None:
-        return math.nan
-    if not isinstance(raw, int | float) or isinstance(raw, bool) or not abs(raw) <= sys.float_info.max:
-        raise ConfigurationError(f"{where}: expected a finite number, found {shown(raw)}.")
-    return float(raw)

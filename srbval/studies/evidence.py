@@ -17,9 +17,8 @@ from srbval.errors import ConfigurationError
 from srbval.progress import Progress, prefixed, silent
 from srbval.recordings.manifest import HOME_VARIABLE
 from srbval.recordings.registry import RECORDINGS_VARIABLE
-from srbval.storage.behaviour import Fingerprint
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
-from srbval.storage.stored_result import REPORTS, ResultKind, StoredResult, newest_result, read_result
+from srbval.storage.stored_result import REPORTS, Fingerprint, ResultKind, StoredResult, newest_result, read_result
 from srbval.studies.harness import Study, load_study, make_result, study_names
 
 State = dict[str, Any]  # of a result: name, kind, fresh, why, made_utc, machine, minutes, sound

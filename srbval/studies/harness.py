@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, Any
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
-from srbval.storage.behaviour import Fingerprint
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.sources import code_sha256
-from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, ResultKind
+from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, Fingerprint, ResultKind
 from srbval.storage.tables import build, read_toml
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown

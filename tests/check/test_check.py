@@ -13,8 +13,8 @@ from srbval.check import check, fingerprint
 from srbval.check.check import differences, run_check, write_reference
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
-from srbval.storage.behaviour import Fingerprint, reference_fingerprint
 from srbval.storage.json_files import write_json
+from srbval.storage.stored_result import Fingerprint, reference_fingerprint
 from srbval.studies import evidence
 from srbval.studies.harness import Study, StudyResult, study_names
 
@@ -83,7 +83,7 @@ def test_no_reference_is_made_of_a_failure(tmp_path, monkeypatch):
         write_reference({"full": {"outer: cage_ratio": math.nan}})
     assert not list(tmp_path.iterdir())
     write_reference(NOW)
-    monkeypatch.setattr("srbval.storage.behaviour.shipped_folder", lambda _: tmp_path)
+    monkeypatch.setattr("srbval.storage.stored_result.shipped_folder", lambda _: tmp_path)
     assert differences(reference_fingerprint(), NOW) == []
 
 
@@ -97,8 +97,7 @@ def reports(tmp_path, monkeypatch):
         monkeypatch.setattr(module, "fingerprint", lambda *_, **__: full)
         monkeypatch.setattr(module, "shipped_folder", lambda _: folder)
     monkeypatch.setattr("srbval.cli.study_commands.fingerprint", lambda **_: full)
-    for module in ("behaviour", "stored_result"):
-        monkeypatch.setattr(f"srbval.storage.{module}.shipped_folder", lambda _: folder)
+    monkeypatch.setattr("srbval.storage.stored_result.shipped_folder", lambda _: folder)
     write_json(folder / "fingerprint.json", {"schema_version": 1, "kind": "fingerprint", "parts": full})
     reference_fingerprint.cache_clear()
     return folder

@@ -56,7 +56,7 @@ def test_any_error_is_one_line(error, code, as_json, capfd, monkeypatch, tmp_pat
     def fail(*_: Any) -> None:
         raise error
 
-    monkeypatch.setattr("srbval.cli.bearing_commands.load_bearing", fail)
+    monkeypatch.setattr("srbval.cli.scene_commands.load_bearing", fail)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     assert main(["kinematics", *(["--json"] if as_json else [])]) == code
     said = capfd.readouterr()
@@ -187,7 +187,7 @@ def test_a_run_under_nohup_goes_on(tmp_path):
 def test_the_exit_code_is_its_own_wherever_the_signal_comes(number, tmp_path):
     """In code compiled from text, as a dataclass's: run with ``-m``, Python would remember it and die of SIGINT."""
     (tmp_path / "interrupted.py").write_text(
-        "import signal, sys, srbval.cli, srbval.cli.bearing_commands as command\n"
+        "import signal, sys, srbval.cli, srbval.cli.scene_commands as command\n"
         f"command.kinematics = lambda _: exec('signal.raise_signal({int(number)})')\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "sys.exit(srbval.cli.main(['kinematics']))\n"

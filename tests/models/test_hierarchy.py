@@ -8,6 +8,7 @@ import pytest
 
 from srbval import ConfigurationError, analyse, load_recording, recording_from_run, write_run
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.models import outputs
 from srbval.models.hierarchy import MODELS, level_of
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.scene import Scene, SpeedProfile, load_scene, paper_scene
@@ -56,8 +57,8 @@ class TestEveryLevel:
             (7, 9, run.cage_tilt_rad),
             (9, 12, run.roller_force_n),
             (12, 13, run.depth_m),
-            (13, 14, run.energy.drive_w),
-            (20, 21, run.energy.spring_j),
+            (13, 14, run.out[:, outputs.DRIVE_POWER]),
+            (20, 21, run.out[:, outputs.SPRING_ENERGY]),
         ):
             if set(range(first, last)) <= set(columns):
                 assert np.isfinite(values).all()

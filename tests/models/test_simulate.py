@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval import load_bearing, load_recording, write_run
-from srbval.models import full_run
+from srbval.models import full_run, outputs
 from srbval.models.estimates import BLOCKS, FINER, TOLERANCE, Estimate, StepError
 from srbval.models.full.steps import take_steps
 from srbval.models.full_run import full_model
@@ -119,7 +119,7 @@ def test_the_estimate_is_the_error_against_a_finer_run():
     estimated = {e.of: e for e in step_error(scene, BEARING).estimates}
     finer = replace(scene, solver=replace(scene.solver, step_s=1 / 163840))
     run, right = (
-        block_means(s.output_rate_hz, r.cage_rad_s, r.acceleration_m_s2, r.energy.drive_w)
+        block_means(s.output_rate_hz, r.cage_rad_s, r.acceleration_m_s2, r.out[:, outputs.DRIVE_POWER])
         for s, r in ((s, simulate(s, step=Step.UNCHECKED)) for s in (scene, finer))
     )
     for true in differences(run, right):
@@ -385,7 +385,7 @@ def test_the_rings_momentum_balances(path):
     for _, steps in full_model(stats, 0, scene.samples):
         stats.add(steps.out)
     load_n, interval_s = scene.load.radial_n * load_direction(scene), 1 / scene.output_rate_hz
-    missing_n = stats.momentum.missing_n(load_n, interval_s)
+    missing_n = stats.sums.missing_n(stats.ring, load_n, interval_s)
     assert np.abs(missing_n).max() < MOMENTUM_N
-    lighter = replace(stats.momentum, weight_n=0.0).missing_n(load_n, interval_s)
-    assert lighter[1] - missing_n[1] == pytest.approx(stats.momentum.mass_kg * 9.80665)
+    lighter = stats.sums.missing_n(stats.ring._replace(weight_n=0.0), load_n, interval_s)
+    assert lighter[1] - missing_n[1] == pytest.approx(stats.ring.mass_kg * 9.80665)

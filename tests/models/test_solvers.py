@@ -10,19 +10,21 @@ from srbval.models import jit
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.full_run import elastic_limit_s, without_friction
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.linear_stability import (
+from srbval.models.simulate import Step, simulate
+from srbval.models.solvers import METHODS, Method
+from srbval.models.step_limits import (
     Linear,
+    balanced,
+    elastic_limit_s,
     explicit_limit,
+    linearise,
     longest_step,
     spectral_radius,
     stability_function,
     step_map,
+    without_friction,
 )
-from srbval.models.simulate import Step, simulate
-from srbval.models.solvers import METHODS, Method
-from srbval.models.step_limits import balanced, linearise
 from srbval.processes.machine import one_thread
 from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, parameters
 

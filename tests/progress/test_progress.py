@@ -8,7 +8,7 @@ import time
 import pytest
 
 import srbval.progress
-from srbval.progress import progress_display, stage
+from srbval.progress import ProgressDisplay, stage
 
 LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
 FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
@@ -21,7 +21,7 @@ class Terminal(io.StringIO):
 
 def test_lines_report_the_beginning_and_the_end():
     stream = io.StringIO()
-    with progress_display(stream) as progress:
+    with ProgressDisplay(stream) as progress:
         progress("Simulate [OR]", 0.0)
         progress("Simulate [OR]", 0.5)
         progress.message("half [way]")
@@ -35,7 +35,7 @@ def test_lines_report_the_beginning_and_the_end():
 def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch):
     monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()
-    with progress_display(stream) as progress:
+    with ProgressDisplay(stream) as progress:
         with stage(progress, "Compile"):
             _wait_for(r"Compile: after \d+ s", 2, stream)
         with stage(progress, "Draw"):
@@ -45,18 +45,19 @@ def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch)
     assert not any(line.startswith("Compile") for line in written[written.index("Draw ...") :])
 
 
-def test_bars_are_drawn_on_a_terminal(monkeypatch):
-    monkeypatch.setenv("TERM", "xterm")
+def test_one_line_of_a_terminal_is_written_over(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
     stream = Terminal()
-    with progress_display(stream) as progress:
-        with stage(progress, "Analyse [it]"):
-            progress("Simulate [OR]", 0.5)
-        progress("Simulate [OR]", 1.0)
+    with ProgressDisplay(stream) as progress:
+        progress("Simulate [OR] with a name that is longer than the line", 0.0)
         progress.message("a [line]")
-    assert "Simulate [OR]" in stream.getvalue()
-    assert "Analyse [it]" in stream.getvalue()
-    assert "a [line]" in stream.getvalue()
-    assert "100%" in stream.getvalue()
+        progress("Simulate [OR] with a name that is longer than the line", 1.0)
+        progress("Draw", None)
+    first, *rest = stream.getvalue().split("\r")[1:]
+    assert first == "Simulate [OR] with a name that is longer"[:39]
+    assert rest[0] == "a [line]".ljust(39) + "\n"
+    assert rest[1].startswith("Simulate [OR] with a name that is longer than the line: done in ")
+    assert (rest[2], rest[-1]) == ("Draw ...", "        \n")  # a task that did not end leaves no line behind
 
 
 def test_a_failed_stage_is_not_reported_as_done():
@@ -73,7 +74,7 @@ def test_many_threads_lose_no_line():
         progress(name, None)
         progress(name, 1.0)
 
-    with progress_display(stream) as progress:
+    with ProgressDisplay(stream) as progress:
         threads = [threading.Thread(target=work, args=(f"t{i}",)) for i in range(count)]
         for thread in threads:
             thread.start()

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,12 +18,11 @@ import pytest
 
 import srbval
 from srbval import DataError, load_recording
-from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 from srbval.storage.installation import child_environment, shipped_folder
-from srbval.storage.json_files import from_json, json_text, parse_json, to_json
+from srbval.storage.json_files import json_text, parse_json, to_json
 from tests.recordings.synthetic_record import write_synthetic_record
 
 
@@ -254,48 +252,3 @@ def test_what_json_does_not_know_is_refused(value):
 def test_a_damaged_document_is_a_value_error(text):
     with pytest.raises(ValueError, match=r"\S"):
         parse_json(text)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Record:
-    JSON_OMITTED: ClassVar = ("cached",)
-
-    part: Part
-    file: Path
-    values: FloatArray
-    rows: tuple[tuple[float, ...], ...]
-    pair: tuple[str, int]
-    by_side: Mapping[Side, Part | None]
-    either: float | int | str
-    error: float
-    limit: float | None = None
-    cached: bool = False
-
-
-RECORD = Record(
-    part=Part(value=1.5), file=Path("a/b"), values=np.array([1.0, np.nan]), rows=((1.0, 2.0), ()), pair=("a", 3),
-    by_side={Side.LEFT: None}, either=3, error=float("nan"),
-)  # fmt: skip
-
-
-def test_what_was_written_is_read_again():
-    again = from_json(Record, json.loads(json_text(RECORD)))
-    assert json_text(again) == json_text(RECORD)
-    assert (again.part, again.file, again.rows, again.pair) == (RECORD.part, RECORD.file, RECORD.rows, RECORD.pair)
-    assert (again.by_side, type(again.either), again.limit) == (RECORD.by_side, int, None)
-    np.testing.assert_array_equal(again.values, RECORD.values)
-    assert np.isnan(again.error)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"pair": ["a"]}, {"pair": "ab"}, {"pair": ["a", 1.5]}, {"rows": [["1"]]}, {"by_side": {"up": None}},
-        {"part": {"value": 1.5}}, {"part": 3}, {"error": "1"}, {"error": True}, {"limit": 1e999}, {"limit": 10**400},
-        {"file": 3}, {"either": []}, {"other": 1},
-    ],
-    ids=repr,
-)  # fmt: skip
-def test_another_table_is_a_value_error(change):
-    with pytest.raises(ValueError, match=r"\S"):
-        from_json(Record, to_json(RECORD) | change)

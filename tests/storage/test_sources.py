@@ -9,11 +9,10 @@ import pytest
 
 from srbval.storage import sources as module
 from srbval.storage import stored_result
-from srbval.storage.behaviour import differing, fingerprint_of, same
 from srbval.storage.installation import package_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.sources import code_sha256, content_version, sources_of
-from srbval.storage.stored_result import ResultKind, StoredResult, newest_result
+from srbval.storage.stored_result import ResultKind, StoredResult, compared, fingerprint_of, newest_result
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
@@ -172,11 +171,16 @@ def test_other_kinds_are_never_stale(changes, kind):
 
 
 def test_values_agree_within_their_tolerance():
-    assert same("outer: rms_m_s2", 1e-12, 3e-11)  # rounding of a theoretical zero
-    assert same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-7))
-    assert not same("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-5))
-    assert same("a", math.nan, math.nan)
-    assert not same("a", math.nan, 1.0)
-    assert not same("a: status", "ok", "skidding")
-    assert differing({"a": 1.0, "b": 2.0}, {"b": 2.1, "c": 3.0}) == ["b", "c", "a"]
+    for name, one, other, agree in (
+        ("outer: rms_m_s2", 1e-12, 3e-11, True),  # rounding of a theoretical zero
+        ("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-7), True),
+        ("outer: cage_ratio", 0.43, 0.43 * (1 + 1e-5), False),
+        ("a", math.nan, math.nan, True),
+        ("a", math.nan, 1.0, False),
+        ("a", math.inf, math.inf, True),
+        ("a: status", "ok", "skidding", False),
+    ):
+        assert [found.ok for found in compared({name: one}, {name: other})] == [agree], (name, one, other)
+    found = compared({"b": 2.1, "c": 3.0}, {"a": 1.0, "b": 2.0})
+    assert [(one.name, one.ok) for one in found] == [("b", False), ("c", False), ("a", False)]
     assert fingerprint_of({"a": {"b": None}})["a"]["b"] != 0

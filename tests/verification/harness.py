@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.columns import FAR_M
 from srbval.models.full.columns import layout_of as layout_of
@@ -20,14 +21,14 @@ from srbval.models.full.parameters import make_parameters, state_layout
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
-from srbval.models.run import EnergyFlow
-from srbval.models.simulate import signals
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene as Scene
 from srbval.scene import merge
 from srbval.scene import paper_scene as paper_scene
 
 FloatArray = NDArray[np.float64]
+DRIVE_AND_LOAD = [out_col.DRIVE_POWER, out_col.LOAD_POWER]
+LOST = [out_col.FRICTION_POWER, out_col.DAMPING_POWER, out_col.HOUSING_POWER]
 PAPER_STEP_S = 1 / 61440
 PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
 LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
@@ -74,11 +75,9 @@ def advance(
 
 def recorded(
     model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
-) -> dict[str, Any]:
-    """What a run records of its first `outputs` intervals of `steps` steps, by the names in `Run`; `y` is advanced."""
-    return signals(
-        take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
-    )
+) -> FloatArray:
+    """Columns that a run records of its first `outputs` intervals of `steps` steps; `y` is advanced."""
+    return take_steps(model, y, METHODS[method], step_s=step_s, intervals=range(outputs), steps_per_output=steps).out
 
 
 def shaft_reversed(model: Parameters) -> Parameters:
@@ -138,6 +137,5 @@ def stepped(
     for i in range(first, first + steps):
         out = take_steps(model, state, plain, step_s=step_s, intervals=range(i, i + 1), memory=memory).out
         states.append(state.copy())
-        energy: EnergyFlow = signals(out)["energy"]
-        powers.append([energy.drive_w[0], energy.friction_w[0] + energy.damping_w[0] + energy.housing_w[0]])
+        powers.append([out[0, out_col.DRIVE_POWER], out[0, LOST].sum()])
     return states, np.array(powers)

@@ -79,7 +79,7 @@ def continued(file: Path) -> Iterator[tuple[str, str, Any]]:
 
 def child(error: dict[str, str] | None, folder: Path) -> str:
     """What the planted error does in this process; without an error, the outputs are stored."""
-    from srbval.storage.behaviour import RELATIVE
+    from srbval.storage.stored_result import RELATIVE
 
     if error is None:
         (folder / "known").write_bytes(pickle.dumps([out for *_, out in continued(folder / "states")]))

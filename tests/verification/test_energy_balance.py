@@ -14,9 +14,17 @@ from typing import Any
 import pytest
 
 from srbval.models.full import columns as col
-from srbval.models.run import EnergyFlow
 from tests.verification.cases import CASES, make_case, subject
-from tests.verification.harness import PAPER_STEP_S, PRINTED_FIT, FloatArray, rates, recorded, rolling_state
+from tests.verification.harness import (
+    DRIVE_AND_LOAD,
+    LOST,
+    PAPER_STEP_S,
+    PRINTED_FIT,
+    FloatArray,
+    rates,
+    recorded,
+    rolling_state,
+)
 
 SPAN_S = 1e-9  # so short that no point comes or goes meanwhile
 # The quotient loses 1e-14 of 60 J over 1e-9 s, a thousandth of a watt; the powers are 5 kW and more.
@@ -97,8 +105,7 @@ def share_left(changes: dict[str, Any], method: str, refinement: int, run_s: flo
     before = world.mechanical_energy(y) + rates(model, 0.0, y).totals[col.CONTACT_ENERGY]
     steps = round(run_s / step)
     seconds = steps * step
-    energy: EnergyFlow = recorded(model, y, step_s=step, steps=steps, method=method)["energy"]
-    work = seconds * float(energy.drive_w[0] + energy.load_w[0])
-    losses = seconds * float(energy.friction_w[0] + energy.damping_w[0] + energy.housing_w[0])
+    (record,) = recorded(model, y, step_s=step, steps=steps, method=method)
+    work, losses = seconds * float(record[DRIVE_AND_LOAD].sum()), seconds * float(record[LOST].sum())
     after = world.mechanical_energy(y) + rates(model, seconds, y).totals[col.CONTACT_ENERGY]
     return float(abs(after - before - work + losses) / losses)

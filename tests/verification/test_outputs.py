@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models import outputs
 from srbval.models.full import columns as col
 from tests.verification.cases import CASES, disturbed, subject
 from tests.verification.harness import PAPER_STEP_S, layout_of, rates, recorded, runge_kutta_stages
@@ -17,7 +18,13 @@ from tests.verification.harness import PAPER_STEP_S, layout_of, rates, recorded,
 STEPS = 2
 SAME = 1e-9  # the same arithmetic in another order, through contacts that magnify rounding by 1e4
 MASS_BY_SLICES = 1e-8
-POWERS = {8: "drive_w", 9: "load_w", 5: "friction_w", 6: "damping_w", 10: "housing_w"}
+POWERS = {
+    col.DRIVE_POWER: outputs.DRIVE_POWER,
+    col.LOAD_POWER: outputs.LOAD_POWER,
+    col.FRICTION_POWER: outputs.FRICTION_POWER,
+    col.DAMPING_POWER: outputs.DAMPING_POWER,
+    col.HOUSING_POWER: outputs.HOUSING_POWER,
+}
 
 
 @pytest.fixture(params=["play, paper's case", "every force at once, changing speed and load"], scope="module")
@@ -30,7 +37,7 @@ def interval(request):
         for weight, contact in runge_kutta_stages(model, end, i * PAPER_STEP_S, PAPER_STEP_S):
             mean += weight * contact / (STEPS * PAPER_STEP_S)
     first = rates(model, 0.0, start).totals
-    record = recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=STEPS)
+    (record,) = recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=STEPS)
     return world, start, end, mean, first, record
 
 
@@ -41,17 +48,17 @@ def same(found: Any, expected: Any, tolerance: float = SAME) -> None:
 def test_motion(interval):
     _, start, end, _, _, record = interval
     where, seconds = layout_of(start), STEPS * PAPER_STEP_S
-    same(record["acceleration_m_s2"][0], (end - start)[where.ring_rate] / seconds)
-    same(record["displacement_m"][0], end[where.ring])
-    same(record["cage_tilt_rad"][0], end[where.cage][:2])
-    same(record["cage_rad_s"][0], (end - start)[where.cage][2] / seconds)
+    same(record[outputs.ACCELERATION], (end - start)[where.ring_rate] / seconds)
+    same(record[outputs.DISPLACEMENT], end[where.ring])
+    same(record[outputs.CAGE_TILT], end[where.cage][:2])
+    same(record[outputs.CAGE_SPEED], (end - start)[where.cage][2] / seconds)
 
 
 def test_forces_and_powers(interval):
     _, _, _, mean, _, record = interval
-    same(record["roller_force_n"][0], mean[col.RING_FORCE])
-    for index, name in POWERS.items():
-        assert getattr(record["energy"], name)[0] == pytest.approx(
+    same(record[outputs.RING_FORCE], mean[col.RING_FORCE])
+    for index, column in POWERS.items():
+        assert record[column] == pytest.approx(
             mean[index], rel=SAME, abs=SAME * np.abs(mean[col.FRICTION_POWER : col.INERTIA_XX]).max()
         )
 
@@ -59,9 +66,8 @@ def test_forces_and_powers(interval):
 def test_energies(interval):
     """Of the bodies, weight included, and of the housing's spring: as in world axes."""
     world, start, _, _, first, record = interval
-    energy = record["energy"]
     ring = start[layout_of(start).ring]
     spring = world.housing_stiffness() * float(ring @ ring) / 2
-    assert energy.spring_j[0] == pytest.approx(spring, rel=SAME)
-    assert energy.contact_j[0] == pytest.approx(first[col.CONTACT_ENERGY], rel=SAME)
-    assert energy.mechanical_j[0] == pytest.approx(world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES)
+    assert record[outputs.SPRING_ENERGY] == pytest.approx(spring, rel=SAME)
+    assert record[outputs.CONTACT_ENERGY] == pytest.approx(first[col.CONTACT_ENERGY], rel=SAME)
+    assert record[outputs.BODY_ENERGY] == pytest.approx(world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES)
