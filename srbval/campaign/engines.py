@@ -12,7 +12,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import util
 from queue import Empty, SimpleQueue
-from typing import Any, Protocol
+from typing import Any
 
 from srbval.campaign.results import CaseResult, CaseTask
 from srbval.campaign.worker import case_process, crashed, run_isolated, this_thread
@@ -34,19 +34,6 @@ CONNECT_S = "20 s"
 HIDDEN = {"dashboard_address": "127.0.0.1:0", "dashboard": False}
 NO_DASHBOARD = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0  # without a worker: those of a scheduler start in seconds, jobs wait in a queue
-
-
-class Engine(Protocol):
-    """Runs cases somewhere."""
-
-    name: str
-
-    def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Results as they come, one per task. Closing the generator ends everything that still runs.
-
-        Tasks are made as they are asked for, so that ten thousand scenes need not be in memory.
-        """
-        ...
 
 
 def results_of(
@@ -93,7 +80,10 @@ class LocalProcesses:
     name: str = LOCAL
 
     def run(self, tasks: Iterable[CaseTask]) -> Generator[CaseResult]:
-        """Results as they come; a thread waits for each process."""
+        """Results as they come, one per task; a thread waits for each process. Closing the generator ends all.
+
+        Tasks are made as they are asked for, so that ten thousand scenes need not be in memory.
+        """
         processes = [case_process() for _ in range(self.jobs)]
         free = list(processes)
 
@@ -165,6 +155,9 @@ class DaskEngine:
                 "longer with --wait S), jobs that are refused or end at their time limit, or workers that cannot reach "
                 "the scheduler."
             ) from None
+
+
+Engine = LocalProcesses | DaskEngine
 
 
 @contextlib.contextmanager

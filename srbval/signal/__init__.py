@@ -13,9 +13,9 @@ from srbval.signal.envelope import (
     rotate_axes,
     squared_envelope_one_pass,
 )
-from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.order_tracking import ShaftAngle
 from srbval.signal.periodogram import Periodogram, Phasors
+from srbval.signal.slip import NORMAL_95, frequency_error_hz
 from srbval.signal.spectrum import (
     Kurtogram,
     Scalogram,

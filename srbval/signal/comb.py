@@ -10,9 +10,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
-from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram, Phasors
-from srbval.signal.slip import track_slip
+from srbval.signal.slip import NORMAL_95, frequency_error_hz, track_slip
 
 HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
 # A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong,

@@ -28,7 +28,7 @@ _STEADY_CIRCLE, _DENSITY = 512, 4001  # points of the circle without slip, and o
 class Posterior:
     """Mean shift of the line and half width of its 95 % credible interval [Hz]; `steady` is the probability of no slip.
 
-    As a confidence interval it is too wide without slip and too narrow with little slip (`interval.weak_factor`).
+    As a confidence interval it is too wide without slip and too narrow with little slip (`slip.weak_factor`).
     """
 
     shift_hz: float

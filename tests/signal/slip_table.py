@@ -16,9 +16,8 @@ import scipy.optimize
 from srbval.arrays import FloatArray
 from srbval.processes.pool import in_processes
 from srbval.signal import NORMAL_95, Periodogram, Phasors, read_comb
-from srbval.signal.interval import slip_interval
 from srbval.signal.phase_posterior import posterior
-from srbval.signal.slip import RATIOS, modes_of, noise_error_hz, weak_sums, weigh
+from srbval.signal.slip import RATIOS, modes_of, noise_error_hz, slip_interval, weak_sums, weigh
 from tests.signal.test_comb import FS_HZ, LINE_HZ, SHAFT_HZ, comb
 
 BLOCKS, MODES, DRAWS, STEPS = 96, 24, 8000, 300

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from srbval.signal import Phasors, slip
-from srbval.signal.interval import slip_interval, weak_factor
 from srbval.signal.phase_posterior import posterior
+from srbval.signal.slip import slip_interval, weak_factor
 from tests.signal.slip_table import CELLS, drawn_slip, drawn_weak, slip_coverage, weak_coverage
 
 FS_HZ, SECONDS, LINE_HZ = 1000.0, 30.0, 90.0
