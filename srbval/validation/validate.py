@@ -84,8 +84,27 @@ class Validation:
 
     @property
     def headline(self) -> str:
-        """The answer in one sentence."""
-        return headline(self.table)
+        """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
+        known = self.table[self.table["error"].notna()]
+        kinds = {
+            "lines and cage ratios": known[known["error_unit"] == "%"],
+            "levels": known[known["error_unit"] == "dB"],
+        }
+        found = {what: rows for what, rows in kinds.items() if len(rows)}
+        if not found:
+            return "No quantity was found on both sides."
+        errors = {what: _largest(rows) for what, rows in found.items()}
+        if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
+            listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
+            return (
+                f"No verdict: the uncertainty of the simulation or of a reading is not known. Largest errors: {listed}."
+            )
+        counts = {what: rows["verdict"].value_counts() for what, rows in found.items()}
+        words = {
+            w: ", ".join(f"{of[one.value]} {one.value}" for one in Verdict if one.value in of)
+            for w, of in counts.items()
+        }
+        return "; ".join(f"{len(found[w])} {w}: {words[w]}, largest error {errors[w]}" for w in found) + "."
 
     def to_dict(self) -> dict[str, Any]:
         """Document of `srbval validate`, without the report's files."""
@@ -241,24 +260,6 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
             pair |= {"bpfo_order": outer[name], "bpfi_order": inner[name], "stated_rpm": 60 * shaft_hz}
             pair["ci95"] = math.hypot(*(row[f"{name}_ci95"] or 0.0 for row in (outer, inner)))
             yield sum_rule(pair)
-
-
-def headline(table: "pd.DataFrame") -> str:
-    """Answer in a sentence: verdicts on lines and cage ratios, then on levels, each with the largest error."""
-    known = table[table["error"].notna()]
-    kinds = {"lines and cage ratios": known[known["error_unit"] == "%"], "levels": known[known["error_unit"] == "dB"]}
-    found = {what: rows for what, rows in kinds.items() if len(rows)}
-    if not found:
-        return "No quantity was found on both sides."
-    errors = {what: _largest(rows) for what, rows in found.items()}
-    if set(known["verdict"]) == {Verdict.INSUFFICIENT.value}:
-        listed = " and ".join(f"{error} of {what}" for what, error in errors.items())
-        return f"No verdict: the uncertainty of the simulation or of a reading is not known. Largest errors: {listed}."
-    counts = {what: rows["verdict"].value_counts() for what, rows in found.items()}
-    words = {
-        w: ", ".join(f"{of[one.value]} {one.value}" for one in Verdict if one.value in of) for w, of in counts.items()
-    }
-    return "; ".join(f"{len(found[w])} {w}: {words[w]}, largest error {errors[w]}" for w in found) + "."
 
 
 def _largest(rows: "pd.DataFrame") -> str:
