@@ -7,7 +7,7 @@ exceeds the smaller one by 41 %, which is the error.
 
 import enum
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,15 +48,15 @@ class Question(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Meaning:
-    """A question in words: the quantity that its error refers to, the error [%] of two answers; see ``questions.toml``.
+    """A question in words: the quantity that its error refers to; see ``questions.toml``.
 
-    `tolerance`: usual tolerance, in the question's unit. `states`: defects that it is asked of, all if empty. `read`:
-    names of the amplitudes that answer it.
+    `error`: how two answers make one, see `error_pct`. `tolerance`: usual tolerance, in the question's unit. `states`:
+    defects that it is asked of, all if empty. `read`: names of the amplitudes that answer it.
     """
 
     title: str
     error_of: str
-    error: Callable[[Answer, Answer], float]
+    error: str
     tolerance: float
     states: Sequence[str] = ()
     read: Sequence[str] = ()
@@ -64,7 +64,7 @@ class Meaning:
     @property
     def unit(self) -> str:
         """Unit in which its errors are stated."""
-        return "dB" if self.error is _apart else "%"
+        return "dB" if self.error == "apart" else "%"
 
     @property
     def tolerance_pct(self) -> float:
@@ -90,31 +90,8 @@ def pct_of(db: float) -> float:
     return 100 * (10 ** (db / 20) - 1)
 
 
-def _pairs(own: Answer, right: Answer) -> list[tuple[float, float]]:
-    """Both values of each quantity that stands out in `right`; the own one is infinite if it does not stand out."""
-    return [(math.inf if a is None else a, b) for a, b in zip(own, right, strict=True) if b is not None]
-
-
-def _relative(own: Answer, right: Answer) -> float:
-    return 100 * max(abs(a - b) / abs(b) if b else math.inf for a, b in _pairs(own, right))
-
-
-def _of_first(own: Answer, right: Answer) -> float:
-    return 100 * max(abs(a - b) for a, b in _pairs(own, right))
-
-
-def _of_strongest(own: Answer, right: Answer) -> float:
-    return _of_first(own, right) / max(FAINT, *(b for _, b in _pairs(own, right)))
-
-
-def _apart(own: Answer, right: Answer) -> float:
-    return pct_of(max(abs(a - b) for a, b in _pairs(own, right)))
-
-
-ERRORS = {"relative": _relative, "of first": _of_first, "of strongest": _of_strongest, "apart": _apart}
 MEANING: Mapping[Question, Meaning] = {
-    Question(name): Meaning(**about | {"error": ERRORS[about["error"]]})
-    for name, about in read_toml(Path(__file__).parent / "questions.toml").items()
+    Question(name): Meaning(**about) for name, about in read_toml(Path(__file__).parent / "questions.toml").items()
 }
 
 
@@ -186,5 +163,13 @@ def error_pct(question: Question, own: Answer | None, right: Answer | None) -> f
     """Error of an answer [%]; None if either is missing or a value of the reference's is not shown."""
     if own is None or right is None:
         return None
-    error = MEANING[question].error(own, right)
+    # Of each quantity that stands out in the reference; one that does not stand out in `own` is infinitely far away.
+    shown = [(math.inf if a is None else abs(a - b), abs(b)) for a, b in zip(own, right, strict=True) if b is not None]
+    apart, how = max(off for off, _ in shown), MEANING[question].error
+    if how == "relative":
+        error = 100 * max(off / of if of else math.inf for off, of in shown)
+    elif how == "apart":
+        error = pct_of(apart)
+    else:
+        error = 100 * apart / (max(FAINT, *(of for _, of in shown)) if how == "of strongest" else 1.0)
     return error if math.isfinite(error) else None
