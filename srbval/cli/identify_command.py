@@ -3,12 +3,13 @@
 import argparse
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
-from srbval.path.identify import BAND_HZ, Identified, Pair, identify, identify_response, path_toml, simulated_run
+from srbval.path.identify import Identified, Pair, identify, identify_response, path_toml, simulated_run
 from srbval.progress import ProgressDisplay
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
@@ -31,19 +32,19 @@ def run(options: argparse.Namespace) -> int:
     """Identify the path and print it; -o writes the file that `--sensor-path` and a scene's `sensor_path` take."""
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
-    band_hz = (options.band[0], options.band[1]) if options.band else BAND_HZ
+    band: dict[str, Any] = {"band_hz": tuple(options.band)} if options.band else {}
     if options.mass_kg is None:
-        found = _from_records(options, band_hz)
+        found = _from_records(options, band)
     else:
         cross, name = read_frf(Path(options.cross_from)) if options.cross_from else None, Path(options.file).name
         measured = read_frf(Path(options.file))
-        found = identify_response(*measured, cross=cross, mass_kg=options.mass_kg, name=name, band_hz=band_hz)
+        found = identify_response(*measured, cross=cross, mass_kg=options.mass_kg, name=name, **band)
     if options.output:
         write_text(Path(options.output), path_toml(found.path))
     return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
-def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
+def _from_records(options: argparse.Namespace, band: dict[str, Any]) -> Identified:
     settings = recording_settings(options)
     fault = load_registered(options.file, settings)
     records = [dataclasses.replace(fault, state=Fault(options.defect)) if options.defect else fault]
@@ -54,12 +55,12 @@ def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> 
     with ProgressDisplay() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
         pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
-    return identify(*pairs, bearing=bearing, healthy=healthy, band_hz=band_hz)
+    return identify(*pairs, bearing=bearing, healthy=healthy, **band)
 
 
 def _print(found: Identified) -> None:
     path, bands = found.path, found.to_dict()["bands"]
-    print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz\n")
+    print(f"{path.source}\nband {path.low_hz:.0f} to {path.high_hz:.0f} Hz: {found.band_why}\n")
     rows = [[f"{band[name]:{spec}}" for name, (_, spec) in COLUMNS.items()] for band in bands]
     print_table([title for title, _ in COLUMNS.values()], rows)
     if found.sidebands_db is not None:

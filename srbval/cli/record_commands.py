@@ -37,8 +37,8 @@ MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the 
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
-def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
-    """Request for a file, as the options state."""
+def request_of(options: argparse.Namespace, file: str = "", *, one_band: bool = False) -> RecordRequest:
+    """Request for a file, as the options state; `one_band`: see `RecordRequest`."""
     return RecordRequest(
         file=file,
         settings=recording_settings(options),
@@ -46,6 +46,7 @@ def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
         largest_slip_pct=options.cage_slip,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         auto_band=getattr(options, "auto_band", False),
+        one_band=one_band,
         healthy=options.healthy,
         healthy_scale=options.healthy_scale,
         background=getattr(options, "background", None),
@@ -130,9 +131,11 @@ def _run_many(options: argparse.Namespace) -> int:
     return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
-def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
+def read_many(
+    options: argparse.Namespace, *, one_band: bool = False
+) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    request = request_of(options)
+    request = request_of(options, one_band=one_band)
     requests = [replace(request, file=file) for file in files_of(options.files)]
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
@@ -162,6 +165,8 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     )
     if recording.cage_ratio is not None:
         print(f"cage {recording.cage_ratio:.5f} of the shaft's speed, by its own channel")
+    low, high = result.processed.band_hz
+    print("" if whole else f"band {low:g} to {high:g} Hz: {result.band.why}")
     print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)
@@ -227,7 +232,7 @@ def trend(options: argparse.Namespace) -> int:
         folder = Path(options.files[0])
         cases = {str(result_path(folder, case.key)): float(case.index) for case in read_table(folder).cases}
         options.files = list(cases)
-    documents, failed, other = read_many(options)
+    documents, failed, other = read_many(options, one_band=True)
     times, time_from = cases, "the campaign's cases"
     if not cases:
         files = list(dict.fromkeys(one["file"] for one in documents))

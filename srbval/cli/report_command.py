@@ -67,7 +67,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         from srbval.recordings import Recording
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
-    request = replace(request_of(options), auto_band_if_undeclared=True)
+    request = request_of(options)
     settings, band_hz = request.settings, request.band_hz
     files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
     failed: list[FailedFile] = []

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, Bearing, load_bearing
+from srbval.bearing import DEFECTS, load_bearing
 from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.fault_posterior import (
     UNDECIDED,
@@ -22,14 +22,13 @@ from srbval.diagnosis.fault_posterior import (
     stands_out,
 )
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
-from srbval.errors import ConfigurationError, DataError, NoRecordingError, OpenQuestion, SrbvalError
+from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, features_of
-from srbval.reading.pipeline import declared_band
-from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.load import LeftOpenError, open_channels, subject_of
+from srbval.recordings import Recording, RecordingSettings
+from srbval.recordings.load import open_channels, subject_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -37,7 +36,6 @@ from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
-BAND_QUESTION = OpenQuestion("no demodulation band", "--band LO HI, or --auto-band", "--auto-band")
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
@@ -47,7 +45,8 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 class RecordRequest:
     """Request for one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options.
 
-    With `auto_band_if_undeclared` a band is chosen on the record if neither the request nor a data set states one.
+    A band is chosen on the record with `auto_band`, and if neither the request nor a data set states one; records
+    whose levels are compared, `one_band`, have the whole band then.
     """
 
     file: str = ""
@@ -56,7 +55,7 @@ class RecordRequest:
     largest_slip_pct: float | None = None
     band_hz: tuple[float, float] | None = None
     auto_band: bool = False
-    auto_band_if_undeclared: bool = False
+    one_band: bool = False
     healthy: str | None = None
     healthy_scale: float | None = None
     background: str | None = None
@@ -104,12 +103,7 @@ def read_record(request: RecordRequest) -> RecordReading:
     """
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
-    try:
-        recording = load_registered(request.file, request.settings, request.band_hz)
-    except LeftOpenError as error:
-        if not error.band or request.band_hz or request.auto_band or request.auto_band_if_undeclared:
-            raise
-        raise LeftOpenError(error.path, (*error.questions, BAND_QUESTION), band=False) from None
+    recording = load_registered(request.file, request.settings, request.band_hz)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     if request.background:
         if healthy is not None:
@@ -128,16 +122,7 @@ def read_recording(
 
     The files that `request` names are ignored; `all_channels`: see `fault_verdict`.
     """
-    is_declared = band_is_declared(recording)
-    known = {
-        BEARING_QUESTION: recording.bearing or request.bearing,
-        SPEED_QUESTION: recording.speed,
-        BAND_QUESTION: request.auto_band
-        or request.auto_band_if_undeclared
-        or request.band_hz
-        or is_declared
-        or recording.origin is not Origin.MEASURED,
-    }
+    known = {BEARING_QUESTION: recording.bearing or request.bearing, SPEED_QUESTION: recording.speed}
     missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:  # a single missing statement raises its own error below
         subject = subject_of(Path(recording.file)) if recording.file else recording.name
@@ -150,8 +135,8 @@ def read_recording(
         bearing=bearing,
         band_hz=request.band_hz,
         healthy=healthy,
-        choose_on_record=request.auto_band
-        or (request.auto_band_if_undeclared and request.band_hz is None and not is_declared),
+        choose_on_record=request.auto_band,
+        whole_band=request.one_band,
     )
     baseline, cautions = None, tuple[str, ...]()
     try:
@@ -306,12 +291,3 @@ def _content(request: RecordRequest, register: str) -> str:
     except (SrbvalError, OSError):  # OSError: an impossible path
         return ""
     return json.dumps([to_json(request), str(Path(request.file).resolve()), hashes, bearing, register])
-
-
-def band_is_declared(recording: Recording, bearing: Bearing | None = None) -> bool:
-    """True if the recording, its data set or the paper states a band (`declared_band`)."""
-    try:
-        declared_band(recording, None, bearing)
-    except ConfigurationError:
-        return False
-    return True

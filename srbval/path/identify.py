@@ -38,9 +38,11 @@ BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz;
 RATIOS = (0.1, 30.0)  # range of cross over load in which the ratio is searched
 WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of a ratio anywhere in that range
 RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
+CHOSEN = "chosen, where the models were compared with measurements"
 CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
 LEAST_LINES = 3  # of a measured response in a band
+WITHIN = 0.999  # of the highest middle of a third octave that records hold
 Response = tuple[FloatArray, ComplexArray]  # frequencies [Hz] and complex values, [n] each
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
@@ -56,13 +58,15 @@ class Identified:
 
     path: SensorPath
     bands: "pd.DataFrame"
+    band_why: str
     sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, with one list of all bands."""
         path, bands = self.path, self.bands.to_dict("records")
         found = {"bands": bands, "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db}
-        return found | {"band_hz": (path.low_hz, path.high_hz), "used": path.used, "source": path.source}
+        found |= {"band_hz": (path.low_hz, path.high_hz), "band_choice": {"why": self.band_why}}
+        return found | {"used": path.used, "source": path.source}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,9 +83,9 @@ def identify(
     *,
     bearing: Bearing | str | Path,
     healthy: Recording | None = None,
-    band_hz: tuple[float, float] = BAND_HZ,
+    band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path behind which the run of `pair` has the powers of its record.
+    """Identify the path behind which the run of `pair` has the powers of its record, in `BAND_HZ` if no band is given.
 
     The ratio of the directions follows from the sidebands of `cross`, or of `pair` if its fault is on the inner race.
     The power that a `healthy` record has at the same passage is subtracted. Raises `DataError` for records that cannot
@@ -89,7 +93,9 @@ def identify(
     """
     from scipy.special import stdtrit
 
-    bearing = load_bearing(bearing)
+    bearing, why = load_bearing(bearing), "given"
+    if band_hz is None:
+        band_hz, why = _held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
     if not np.any(value > u * stdtrit(blocks - 1, 1 - CHANCE / max(value.size, 1))):
@@ -131,7 +137,15 @@ def identify(
     scatter = float(np.std(20 * np.log10(gain), ddof=min(1, gain.size - 1)))
     u_db = np.hypot(u_db, scatter * (np.bincount(place) > 1))
     path = replace(path_of(gain, ratio), cross_u_db=cross_u_db)
-    return Identified(path=path, bands=_band_table(path, levels[place], ring[:, place]), sidebands_db=sidebands)
+    bands_table = _band_table(path, levels[place], ring[:, place])
+    return Identified(path=path, bands=bands_table, sidebands_db=sidebands, band_why=why)
+
+
+def _held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
+    """Band in which a path is identified if none is given, as far as all records hold it, and its reason."""
+    low, high = BAND_HZ
+    held_hz = WITHIN * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
+    return (low, min(high, held_hz)), CHOSEN + (", as far as record and run hold it" if held_hz < high else "")
 
 
 def identify_response(
@@ -152,8 +166,8 @@ def identify_response(
     load, across = (_band_gains(of, mass_kg, bands, name) for of in (along, cross or along))
     source = f"measured response {name}, {mass_kg:g} kg of ring and housing"
     path = SensorPath(frequency_hz=tuple(bands), load=load, cross=across, source=source)
-    missing = np.full(len(bands), math.nan)
-    return Identified(path=path, bands=_band_table(path, missing, np.array([missing, missing])))
+    missing, why = np.full(len(bands), math.nan), CHOSEN if band_hz == BAND_HZ else "given"
+    return Identified(path=path, bands=_band_table(path, missing, np.array([missing, missing])), band_why=why)
 
 
 def _band_gains(response: Response, mass_kg: float, bands: Edges, name: str) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from srbval.reading.pipeline import (
     choose_tracking,
     declared_band,
     process,
+    whole_band_of,
 )
 from srbval.reading.speed_search import SpeedSearch, search
 from srbval.reading.verdict import closure_of, describe_lines
@@ -124,14 +125,16 @@ def analyse(
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
     choose_on_record: bool = False,
+    whole_band: bool = False,
     healthy: Recording | None = None,
 ) -> Analysis:
     """Read the fault lines of `bearing` (or its name or file) in `recording`.
 
-    `speed` and `band_hz` [Hz] override those of the recording. With `choose_on_record` the band is chosen from the
-    record (`bands_of_record`), so that a `healthy` record to compare with contains it too. A set point is replaced by a
-    more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the mean speed. Raises
-    `ConfigurationError` if speed or band are missing or impossible, `DataError` for a constant or short record.
+    `speed` and `band_hz` [Hz] override those of the recording. With `choose_on_record`, and if no band is stated, it is
+    chosen from the record (`bands_of_record`), so that a `healthy` record to compare with contains it too; with
+    `whole_band` the whole band is taken if none is stated. A set point is replaced by a more certain speed within its
+    tolerance (`speed_search.search`). Frequencies are those at the mean speed. Raises `ConfigurationError` for a
+    missing speed or an impossible band, `DataError` for a constant or short record.
     """
     bearing = load_bearing(bearing)
     known_speed = speed if speed is not None else recording.speed
@@ -141,11 +144,11 @@ def analyse(
         )
     if choose_on_record and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
-    bands: tuple[BandChoice, ...]
-    if choose_on_record:
+    declared = None if choose_on_record else declared_band(recording, band_hz, bearing)
+    if declared is None and not whole_band:
         bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
     else:
-        bands = (declared_band(recording, band_hz, bearing),)
+        bands = (declared or whole_band_of(recording),)
     tracking = choose_tracking(recording, bearing, known_speed)
     if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)

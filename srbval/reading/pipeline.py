@@ -185,8 +185,8 @@ class BandChoice:
 
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
-) -> BandChoice:
-    """The band given [Hz], or the record's, or the paper's for the model or its rig; else `ConfigurationError`.
+) -> BandChoice | None:
+    """The band given [Hz], or the record's, or the paper's for the model or its rig; else None.
 
     A model of a `bearing` larger than the paper's rings as much lower (`scene.read.for_size`): the band is scaled.
     """
@@ -202,10 +202,13 @@ def declared_band(
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # the same bearing in another machine
     if simulated or (recording.bearing == RIG_BEARING and not own):
         return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else BANDS_HZ["1400-2800"], why="the paper's")
-    raise ConfigurationError(
-        f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
-        "[Hz], about a structural resonance that the fault would excite, or --auto-band."
-    )
+    return None
+
+
+def whole_band_of(recording: Recording) -> BandChoice:
+    """The whole band of a record whose level is compared with those of others."""
+    low, high = (share * recording.fs_hz for share in WHOLE_BAND)
+    return BandChoice(band_hz=(low, high), why="the whole band, the same for all records that are compared")
 
 
 def bands_of_record(

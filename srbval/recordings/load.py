@@ -52,10 +52,10 @@ def load_recording(
 
 
 class LeftOpenError(DataError):
-    """Open questions that neither a file nor the user answers, each with its option; `band`: none is known either."""
+    """Open questions that neither a file nor the user answers, each with its option."""
 
-    def __init__(self, path: Path, questions: tuple[OpenQuestion, ...], *, band: bool) -> None:
-        self.path, self.questions, self.band = path, questions, band
+    def __init__(self, path: Path, questions: tuple[OpenQuestion, ...]) -> None:
+        self.questions = questions
         self.subject = subject_of(path)
         super().__init__(
             f"{self.subject} leaves open: {'; '.join(map(str, questions))}. Give the option to this command, or once "
@@ -127,8 +127,7 @@ def read_file(path: Path) -> Reading:
 
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        no_band = reading.dataset is None and not any(channel.band_hz for channel in reading.channels.values())
-        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)), band=no_band)
+        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)))
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}

@@ -82,7 +82,7 @@ def report_recordings(
     if "pdf" in formats:
         require_typst()
     with one_thread():
-        request = RecordRequest(auto_band_if_undeclared=True, **asked)
+        request = RecordRequest(**asked)
         options: dict[str, Any] = {"model": model, "all_channels": all_channels, "progress": progress}
         records, failed, facts = gather_user_records(recordings, request, healthy=healthy, **options)
         rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}

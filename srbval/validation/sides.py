@@ -15,7 +15,6 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
 from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
-from srbval.diagnosis.records import band_is_declared
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
@@ -81,24 +80,20 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
 
 def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Bearing, state: Fault) -> SideReading:
-    """Analyse each recording of a side, in the stated band, the paper's of its rig and model, or one chosen on it."""
+    """Analyse each recording of a side, in the stated band, the paper's of its rig and model, or one chosen on it.
+
+    The paper's band is not that of a signal simulated elsewhere, of another bearing.
+    """
     analyses, values = list[Analysis](), list[dict[str, QuantityValue]]()
     for recording in recordings:
-        analysis = analyse(recording, bearing=bearing, choose_on_record=_has_no_band(recording, source, bearing))
+        other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
+        chosen = source.auto_band or (other and recording.band_hz is None)
+        analysis = analyse(recording, bearing=bearing, choose_on_record=bool(chosen))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)
         values.append(values_of_model(analysis, state, order, QUANTITIES))
     return SideReading(analyses=tuple(analyses), values=tuple(values))
-
-
-def _has_no_band(recording: Recording, source: Source, bearing: Bearing) -> bool:
-    """True if a band is to be chosen on the record: nobody states one, and the paper's is of another bearing."""
-    if source.auto_band or recording.band_hz is not None:
-        return bool(source.auto_band)
-    if recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None:
-        return True
-    return not band_is_declared(recording, bearing)
 
 
 def run_scene(

@@ -46,7 +46,7 @@ def healthy(**changes):
 def gathered(
     *recordings: Recording, healthy: Recording | None = None, model: bool = True, **asked: Any
 ) -> tuple[UserRecord, ...]:
-    request = RecordRequest(bearing=BEARING.name, auto_band_if_undeclared=True, **asked)
+    request = RecordRequest(bearing=BEARING.name, **asked)
     return gather_user_records(recordings, request, healthy=healthy, model=model)[0]
 
 

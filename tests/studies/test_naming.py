@@ -10,6 +10,7 @@ import pytest
 from srbval import fault_verdict
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.diagnosis.fault_posterior import OPEN
+from srbval.diagnosis.records import RecordRequest, read_recording
 from srbval.errors import DataError
 from srbval.recordings import Recording
 from srbval.recordings.manifest import FileStatus, RegisteredRecording
@@ -20,6 +21,9 @@ from srbval.studies.naming.records import KnownRecord, common_practice, known_re
 from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, graded, see
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
+
+
+SHARED_NAMED = 37  # of the 45 faulty records handed
 
 
 class Made(KnownRecord):
@@ -93,6 +97,22 @@ def test_shared_records_of_known_state(recordings_dir, monkeypatch):
     assert {r.specimen for r in ims} == {f"bearing {number}" for number in range(1, 5)}
     assert all(r.state is Fault.HEALTHY and r.load()[0].channel == r.entry.channel for r in ims[:2])
     assert all(r.load()[0].state is None for r in records[:3])
+
+
+@pytest.mark.recordings
+@pytest.mark.long_form
+def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set(recordings_dir, monkeypatch):
+    """No data set and no band, so one is chosen on each record; no wrong part is named, and no healthy record."""
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
+    right = {"set": 0, "alone": 0}
+    for record in known_records(listing().recordings):
+        own, bearing = record.load()
+        alone = dataclasses.replace(own, band_hz=None, dataset=None)
+        for kind, one in (("set", own), ("alone", alone)):
+            part = read_recording(one, RecordRequest(bearing=bearing.name)).verdict.part
+            assert part in (None, record.state), (record.entry.file, kind)
+            right[kind] += part is not None
+    assert right["alone"] >= right["set"] >= SHARED_NAMED
 
 
 def test_the_benchmark_s_table_is_that_of_its_sources():
