@@ -23,7 +23,7 @@ from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
 
-SHARED_NAMED = 37  # of the 45 faulty records handed
+SHARED_NAMED = 37  # of the 47 faulty records handed
 
 
 class Made(KnownRecord):
@@ -105,12 +105,12 @@ def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set
     """No data set and no band, so one is chosen on each record; no wrong part is named, and no healthy record."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
     right = {"set": 0, "alone": 0}
-    for record in known_records(listing().recordings):
-        own, bearing = record.load()
+    for known in known_records(listing().recordings):
+        own, bearing = known.load()
         alone = dataclasses.replace(own, band_hz=None, dataset=None)
         for kind, one in (("set", own), ("alone", alone)):
             part = read_recording(one, RecordRequest(bearing=bearing.name)).verdict.part
-            assert part in (None, record.state), (record.entry.file, kind)
+            assert part in (None, known.state), (known.entry.file, kind)
             right[kind] += part is not None
     assert right["alone"] >= right["set"] >= SHARED_NAMED
 
