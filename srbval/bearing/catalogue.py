@@ -1,20 +1,21 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
 The page "Your own bearing" of the guide describes the file. The bearings known by name are files in `known` and rows of
-`catalogue.csv`, whose columns are the keys of the tables `[elements]` and `[orders]` and a key of
-`catalogue_sources.csv`. If a row has both, the dimensions count; the orders are the maker's rounded ones. A name may
-also be the numbers themselves, ``elements Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
+`catalogue.csv`, whose columns are the keys of the tables `[elements]` and `[orders]`, a key of `catalogue_sources.csv`,
+and other designations of the same bearing. If a row has both tables, the dimensions count; the orders are the maker's
+rounded ones. A name may also be a printed designation (`designations`), or the numbers themselves, ``elements
+Z,D,DP,ANGLE`` or ``orders BPFO,BPFI,BSF,FTF``.
 """
 
-import csv
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from srbval.bearing.designations import Designation, read_designation, read_table, static_load_n
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
@@ -24,8 +25,10 @@ DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
 LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
+SPIN_TOLERANCE = 0.05  # by which a published BSF may be above that of a contact angle of 0
 FTF_TOLERANCE = 0.02  # by which a published FTF may differ from BPFO over the number of elements
 LEAST_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
+MOST_SUGGESTED = 4
 INLINE = {  # what a name may state in place of a file, with the units
     "elements": {"rolling_elements": "", "element_diameter": " mm", "pitch_diameter": " mm", "contact_angle": " deg"},
     "orders": dict.fromkeys(("bpfo", "bpfi", "bsf", "ftf"), ""),
@@ -69,6 +72,17 @@ class Bearing:
     largest_slip: float = LARGEST_SLIP
     ratings: Ratings | None = None
 
+    def overload(self, radial_n: float | None, axial_n: float | None) -> str:
+        """Caution about a load [N] above the static rating; empty if the load or the rating is not known."""
+        static_n = self.ratings.static_load_n if self.ratings else static_load_n(self.title)
+        load_n = max(radial_n or 0.0, axial_n or 0.0)
+        if static_n is None or load_n <= static_n:
+            return ""
+        return (
+            f"a load of {load_n / 1e3:.4g} kN is above the static load rating of the bearing, {static_n / 1e3:.4g} kN: "
+            "it would dent the races"
+        )
+
     @property
     def pitch_diameter_m(self) -> float | None:
         """Diameter of the circle on which the rolling elements' centres lie; None if only orders are known."""
@@ -108,6 +122,15 @@ class PublishedOrders(FaultOrders):
                 f"orders: ftf = {self.ftf} must be bpfo over the rolling elements of a row, {self.bpfo / count:.4g}, "
                 f"within {FTF_TOLERANCE}; the order is BPFO, BPFI, BSF, FTF, and BSF is the element's spin, once."
             )
+        ratio = (self.bpfi - self.bpfo) / total  # element over pitch diameter times the cosine of the contact angle
+        most = (1 / ratio - ratio) / 2 if ratio > 0 else 0.0
+        if self.bsf > (1 + SPIN_TOLERANCE) * most:
+            half = self.bsf <= 2 * (1 + SPIN_TOLERANCE) * most
+            raise ConfigurationError(
+                f"orders: bsf = {self.bsf:g} is impossible with bpfo = {self.bpfo:g} and bpfi = {self.bpfi:g} of "
+                f"{count} elements, which spin {most:.4g} times a turn of the shaft at most"
+                f"{'; half of it? BSF is the spin, once, and 2xBSF the line' if half else '; bpfi must be above bpfo'}."
+            )
         super().__post_init__()
 
     @property
@@ -133,7 +156,9 @@ def known_bearings() -> tuple[str, ...]:
 
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
-    """Known bearings with each word of `text` in name, title or source, in any case; all for an empty text."""
+    """Known bearings that `text` designates, or with each of its words in name, title or source; all for no text."""
+    if designated := _designated(text):
+        return tuple(map(load_bearing, designated))
     found = (load_bearing(name) for name in known_bearings())
     words = text.casefold().split()
     return tuple(b for b in found if all(w in f"{b.name} {b.title} {b.source}".casefold() for w in words))
@@ -142,6 +167,7 @@ def find_bearings(text: str) -> tuple[Bearing, ...]:
 def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """Load a bearing by name (see `known_bearings`) or from a TOML file; a bearing itself is returned as it is.
 
+    A name may also be a designation as it is printed on ring and box; the title says then whose dimensions are taken.
     The file may be a machine's, with the bearing's tables below `[bearing]`.
 
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
@@ -161,12 +187,48 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
             document = {"title": document.get("title")} | document["bearing"]
         document = {"source": path.name} | document  # a user's own file is its own source
         return bearing_from_table(document, path.stem, text if known else str(path))
-    close = None if text.isdigit() else nearest(text, known_bearings())  # another size is another bearing
-    hint = f" Did you mean {close!r}?" if close else ""
+    if designated := _designated(text):
+        found = load_bearing(designated[0])
+        return dataclasses.replace(found, title=f"{text.strip()}, taken as {found.title}")
     raise UnknownNameError(
-        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file, its "
-        "dimensions with --elements or its orders with --orders."
+        f"bearing {text!r} is not known.{_nearest_known(text)} `srbval bearing list` shows the known ones; or give a "
+        ".toml file, its dimensions with --elements or its orders with --orders."
     )
+
+
+@cache
+def _printed_names() -> tuple[tuple[str, Designation], ...]:
+    """Names of the known bearings with their designations: that in the title, and the others that a row states."""
+    files = ((path.stem, read_toml(path)["title"], "") for path in (FOLDER / "known").glob("*.toml"))
+    rows = ((row["name"], row["title"], row["also"] or "") for row in read_table("catalogue.csv"))
+    found = (
+        (name, read_designation(text))
+        for name, title, also in (*files, *rows)
+        for text in (title.partition(",")[0].partition(" (")[0], *also.split())
+    )
+    return tuple((name, one) for name, one in found if one is not None)
+
+
+def _designated(text: str) -> list[str]:
+    """Names of the known bearings that a printed designation names: of its maker first, then as the table has them."""
+    printed = read_designation(text)
+    for alike in printed.alike if printed else ():
+        found = [(one.maker, name) for name, one in _printed_names() if one[1:] == alike]
+        own = [name for maker, name in found if printed and printed.maker in ("", maker)]
+        if names := own + [name for _, name in found if printed and printed.built_alike and name not in own]:
+            return names
+    return []
+
+
+def _nearest_known(text: str) -> str:
+    """Suggestion for a bearing that is not known: those of the same size, or the name that is spelt most alike."""
+    printed = read_designation(text)
+    if printed is None:
+        close = None if any(c.isdigit() for c in text) else nearest(text, known_bearings())
+        return f" Did you mean {close!r}?" if close else ""
+    same = [(one.kind != printed.kind, name) for name, one in _printed_names() if one.size == printed.size]
+    names = dict.fromkeys(name for _, name in sorted(same, key=lambda each: each[0]))
+    return f" Known of its size, with orders of their own: {', '.join([*names][:MOST_SUGGESTED])}." if same else ""
 
 
 def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> Bearing:
@@ -225,11 +287,6 @@ def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
     return {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
-
-
-def read_table(name: str) -> Iterator[Mapping[str, str]]:
-    """The rows of one of the catalogue's files, as they are written."""
-    return csv.DictReader((FOLDER / name).read_text(encoding="utf-8").splitlines())
 
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:

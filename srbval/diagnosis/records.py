@@ -130,6 +130,8 @@ def read_recording(
         error.subject, error.questions = subject, tuple(missing)
         raise error
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
+    if overload := bearing.overload(recording.radial_n, recording.axial_n):
+        recording = replace(recording, cautions=(*recording.cautions, overload))
     analysis = analyse(
         recording,
         bearing=bearing,

@@ -228,6 +228,8 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
             found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
+    if bearing is not None and (overload := bearing.overload(scene.load.radial_n, scene.load.axial_n)):
+        found.append(overload)
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):
         found.append("axial load")
     if scene.speed_profile is not None or scene.load_profile is not None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from srbval import ConfigurationError, fault_frequencies, find_bearings, known_bearings, load_bearing
-from srbval.bearing.catalogue import read_table
+from srbval.bearing.designations import read_designation, read_table, static_load_n
 
 GEOMETRY = """
 [geometry]
@@ -131,6 +131,8 @@ def test_a_search_looks_at_every_word():
         ("elements 19;40.1;283.62;10", "4 numbers with commas"),
         ("orders 8.2,10.8,0.43,3.5", "between 0 and 1"),
         ("orders 8.2,10.8,3.5,0.5", "bpfo over the rolling elements"),
+        ("orders 3.585,5.415,4.713,0.398", r"bsf = 4.713 is impossible .* 2.357 times .* half of it\?"),
+        ("orders 3.585,5.415,7.2,0.398", "is impossible with .* bpfi must be above bpfo"),
     ],
 )
 def test_numbers_in_place_of_a_name_must_be_a_bearing(text, said):
@@ -143,6 +145,90 @@ def test_numbers_in_place_of_a_name_are_that_bearing():
     own = load_bearing("elements 19,40.1,283.62,10").orders
     assert vars(own) == pytest.approx(vars(known), rel=1e-12)
     assert load_bearing("orders 8.177,10.823,3.468,0.4304").rolling_elements == 19
+
+
+PRINTED_NAMES = {  # by number, diameter and pitch [mm] of one row: balls on the mid-diameter of the rings
+    (9, 7.94, 39.04): ["6205", "6205-2RS", "SKF 6205-2RSH/C3", "skf6205 zz"],
+    (9, 7.9, 38.5): ["NSK 6205 DDU C3"],
+    (8, 6.747, 28.5): ["6203-2Z/C3", "NTN 6203LLU", "SS6203"],
+    (8, 7.938, 33.5): ["KOYO 6204 ZZ", "6204-2RS1", "UC 204", "UCP204"],
+    (9, 9.525, 46): ["6206", "NACHI 6206-2NSE", "UCF 206"],
+    (9, 11.112, 53.5): ["FAG 6207-C-2HRS"],
+    (10, 15.875, 85): ["6212/C3"],
+    (9, 6.35, 31): ["6004-2RSH"],
+    (11, 7.144, 42.5): ["6006"],
+    (7, 8.731, 32): ["6303 2RS"],
+    (7, 9.525, 36): ["6304-ZZ"],
+    (8, 17.462, 72.5): ["6309", "SKF 6309-2Z/C3VL0241"],
+    (8, 19.05, 80): ["6310 M/C3"],
+    (8, 22.225, 95): ["6312"],
+    (8, 25.4, 110): ["6314 M C3"],
+    (13, 9, 46.5): ["NU206", "NU 206 ECP", "FAG NU206-E-XL-TVP2", "NJ 206 E", "NUP 206 ECJ"],
+    (13, 7.5, 39): ["NU-205-E-TVP2"],
+    (8, 7.92, 34.55): ["UER204", "LDK UER 204"],
+    (15, 6.2 * 0.9759, 35.8): ["30204"],
+    (19, 40.1 * 0.9848, 283.62): ["SKF 22240 CCK/W33", "22240 CC/W33"],
+}
+UNKNOWN_NAMES = {  # with the nearest of the same size
+    "7206B": "timken-206k",
+    "SKF 7206 BEP": "timken-206k",
+    "7312 BECBM": "timken-312k",
+    "SKF 6205 ETN9": "skf-6205",
+    "6308-2RS": "timken-308k",
+    "6305": "ntn-nu305e",
+    "FAG 22240 B": "skf-22240",
+    "HK 1210": None,
+    "6025": None,
+}
+MAKERS = 0.005  # by which the orders of makers differ
+PRINTED_NAME = [(text, of) for of, texts in PRINTED_NAMES.items() for text in texts]
+
+
+def test_printed_designations_have_the_orders_of_their_size_or_are_not_known():
+    assert len(PRINTED_NAME) + len(UNKNOWN_NAMES) >= 40
+    for text, (count, diameter, pitch) in PRINTED_NAME:
+        bearing, half = load_bearing(text), count / 2
+        expected = half * (1 - diameter / pitch), half * (1 + diameter / pitch)
+        assert (bearing.orders.bpfo, bearing.orders.bpfi) == pytest.approx(expected, rel=MAKERS), text
+        assert bearing.title.startswith(f"{text}, taken as "), text
+        assert bearing.name in {one.name for one in find_bearings(f" {text.lower()} ")}, text
+    assert [load_bearing(text).name for text in ("22205E1KC3", "SKF 1205")] == ["fag-22205", "skf-1205"]
+    for text, near in UNKNOWN_NAMES.items():
+        with pytest.raises(ConfigurationError, match="is not known") as refused:
+            load_bearing(text)
+        said = str(refused.value).partition("orders of their own: ")[2].partition(". `")[0]
+        assert said.split(", ")[0] == (near or ""), text
+        size = read_designation(text).size
+        own = {name: load_bearing(name).title for name in said.split(", ") if name}
+        assert all(size in title for title in own.values()), text
+
+
+OUTSIDE = {"60": {4: 42, 6: 55}, "62": dict(enumerate((40, 47, 52, 62, 72, 80, 85, 90, 100, 110, 120, 125), 3))}
+OUTSIDE["63"] = dict(enumerate((47, 52, 62, 72, 80, 90, 100, 110, 120, 130, 140, 150, 160, 170, 180, 190), 3))
+RATING, BALL = 0.03, 0.015  # of a static rating; of a ball's diameter, from orders of three decimals
+
+
+def test_another_designation_of_a_row_is_of_the_same_balls_on_the_same_rings():
+    """By ISO 76 they carry the static rating of that designation; f_0 is linear within a few parts in a thousand."""
+    rows = [(row, text) for row in PRINTED for text in (row["also"] or "").split() if text[:2] in OUTSIDE]
+    assert len(rows) >= 20
+    for row, text in rows:
+        series, bore = text[:2], int(text[2:])
+        pitch = ((17 if bore == 3 else 5 * bore) + OUTSIDE[series][bore]) / 2
+        count = int(row["rolling_elements"])
+        ratio = 1 - 2 * float(row["bpfo"]) / count
+        ball_64ths = ratio * pitch / 25.4 * 64
+        assert ball_64ths == pytest.approx(round(ball_64ths), rel=BALL), text
+        factor = 14.9 - (ratio - 0.16) / 0.12 * 2.8
+        assert factor * count * (ratio * pitch) ** 2 == pytest.approx(static_load_n(text), rel=RATING), text
+
+
+@pytest.mark.parametrize(("name", "rating_kn"), [("SKF 6205-2Z", 7.8), ("NU 206 ECP", 36.5), ("skf-22240", 1930.0)])
+def test_a_load_beyond_the_static_rating_is_a_caution(name, rating_kn):
+    bearing = load_bearing(name)
+    assert bearing.overload(0.99e3 * rating_kn, None) == bearing.overload(None, 0.0) == ""
+    assert f"static load rating of the bearing, {rating_kn:.4g} kN" in bearing.overload(1.01e3 * rating_kn, 1.0)
+    assert load_bearing("mfpt-nice").overload(1e9, None) == ""
 
 
 @pytest.mark.parametrize("name", ["22230", "24130"])

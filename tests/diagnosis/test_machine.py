@@ -41,7 +41,7 @@ ALL = {
     "zones_mm_s": [1.1, 2.8, 7.1],
 }
 REFUSED = {
-    'bearing = "skf-6025"': "Did you mean 'skf-6205'",
+    'bearing = "skf-6025"': "bearing 'skf-6025' is not known",
     "[sensor]\nrate = 25600": "25600 has no unit",
     '[sensor]\nunit = "furlong"': "unit 'furlong' is not known; known: m/s2",
     '[set_point]\nspeed = "-3 rpm"': "must be positive",

@@ -1,0 +1,112 @@
+"""Designations as they are printed on a bearing and its box, and static load ratings by designation.
+
+A designation is the maker, the type, the size and what follows: cage, seals, clearance and grease do not change the
+kinematics and are ignored. What does is part of the `key`: the contact angle of angular contact ball bearings (``B``),
+the reinforced design ``E`` of cylindrical roller bearings, and ``ETN9``, more balls in a deep groove ball bearing.
+"""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+SIZE = re.compile(r"(?<!\d)\d{3,6}(?!\d)")
+CYLINDRICAL = ("nu", "nj", "n", "nup")  # of one maker and size they have the same rollers
+UNITS = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
+MATERIALS = {"s", "ss", "e2"}  # stainless steel, low friction
+TYPES = {
+    *CYLINDRICAL,
+    *UNITS,
+    *MATERIALS,
+    "uc",
+    "uer",
+    "er",
+    "hk",
+    "bk",
+    "na",
+    "nk",
+    "rna",
+    "nn",
+    "sl",
+    "qj",
+    "t",
+    "uk",
+}
+ANGLE = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball bearing
+
+
+class Designation(NamedTuple):
+    """A printed designation: `maker` (empty if none is named), letters of the type, size, and the mark of a design."""
+
+    maker: str
+    kind: str
+    number: str
+    mark: str
+
+    @property
+    def size(self) -> str:
+        """Series of the outside and bore, as 206 of a 6206, an NU 206 or a 7206 B: they have the same outside."""
+        return self.number if self.kind or len(self.number) < 4 else self.number[1:]
+
+    @property
+    def built_alike(self) -> bool:
+        """True if another maker's dimensions may be taken: they differ by some parts in a thousand."""
+        ball = not self.kind and re.fullmatch("6[0-4]..", self.number) and not self.mark
+        return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
+
+    @property
+    def alike(self) -> tuple[tuple[str, str, str], ...]:
+        """Type, number and mark of bearings with these orders, the own first: an NUP has the rollers of an NU."""
+        if self.kind not in CYLINDRICAL:
+            return (self[1:],)
+        kinds, marks = dict.fromkeys((self.kind, *CYLINDRICAL)), dict.fromkeys((self.mark, "e"))
+        return tuple((kind, self.number, mark) for mark in marks for kind in kinds)
+
+
+def read_designation(text: str) -> Designation | None:
+    """Designation in `text`, in any case; None for a text that does not begin with words and a size."""
+    plain = text.casefold().replace("_", " ")
+    found = SIZE.search(plain)
+    if found is None:
+        return None
+    words, rest = re.findall(r"[^\W_]+", plain[: found.start()]), plain[found.end() :].lstrip(" -./")
+    kinds = [word for word in words if word in TYPES]
+    maker = [word for word in words if word not in TYPES]
+    if len(kinds) > 1 or not all(map(str.isalpha, maker)):
+        return None
+    kind, number, mark = "".join(kinds), found.group(), ""
+    kind = "uc" if kind in UNITS else "" if kind in MATERIALS else kind
+    if kind in CYLINDRICAL:
+        mark = "e" * rest.startswith("e")
+    elif not kind and number[0] == "7" and len(number) == 4:
+        mark = ANGLE.match(rest).group()  # type: ignore[union-attr]  # it matches nothing, too
+    elif number[0] == "6":
+        mark = "etn" * rest.startswith("etn")
+    elif not kind and len(number) == 3:
+        mark = rest[:1]
+    return Designation(" ".join(maker), kind, number, mark)
+
+
+def static_load_n(text: str) -> float | None:
+    """Static load rating C_0 [N] of the bearing that `text` designates; None if it is not in the table.
+
+    The table has the ratings [kN] of SKF's general catalogue, by series and bore; other makers' differ by per cents.
+    """
+    printed = read_designation(text)
+    if printed is None or printed.kind not in ("", *CYLINDRICAL):
+        return None
+    series = f"{'nu' if printed.kind else ''}{printed.number[:-2]}{printed.mark}"
+    rating = _static_ratings().get(series, {}).get(printed.number[-2:])
+    return 1e3 * float(rating) if rating else None
+
+
+@cache
+def _static_ratings() -> Mapping[str, Mapping[str, str]]:
+    return {row["series"].casefold(): row for row in read_table("static_ratings.csv")}
+
+
+def read_table(name: str) -> Iterator[Mapping[str, str]]:
+    """The rows of one of the catalogue's files, as they are written."""
+    return csv.DictReader(Path(__file__).with_name(name).read_text(encoding="utf-8").splitlines())
