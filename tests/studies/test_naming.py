@@ -22,7 +22,6 @@ from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, 
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
-
 SHARED_NAMED = 37  # of the 47 faulty records handed
 
 

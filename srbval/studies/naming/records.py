@@ -14,7 +14,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
-from srbval.reading.pipeline import WHOLE_BAND, declared_band, one_signal
+from srbval.reading.pipeline import WHOLE_BAND, declared_band, one_signal, whole_band_of
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.manifest import FileStatus, RegisteredRecording, without_copies
 from srbval.recordings.registry import load_entry, rig_of
@@ -95,7 +95,7 @@ def common_practice(recording: Recording, bearing: Bearing) -> dict[str, Fault |
     assert speed is not None, "every data set states a speed"
     low, high = (share * fs_hz for share in WHOLE_BAND)
     lines_hz: dict[Fault, float] = {fault: fault.line_order(bearing.orders) * speed.value_hz for fault in DEFECTS}
-    own_hz = declared_band(recording, None).band_hz
+    own_hz = (declared_band(recording, None) or whole_band_of(recording)).band_hz
     return {
         "fixed band": strongest_line(signal, fs_hz, own_hz, lines_hz),
         "prewhitening": strongest_line(prewhitened(signal), fs_hz, (low, high), lines_hz),
