@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.models.outside.run import end_models
+from srbval.models.outside.run import models_ended
 from srbval.models.run import Run, RunStatus, works
 from srbval.models.simulate import Step, compile_for, simulate
 from srbval.models.solvers import METHODS
@@ -93,13 +93,13 @@ def side_by_side(
         return result
 
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
-        futures = {key: pool.submit(started, key) for key in sorted(cost, key=lambda key: -cost[key])}
         try:
+            futures = {key: pool.submit(started, key) for key in sorted(cost, key=lambda key: -cost[key])}
             results = {key: futures[key].result() for key in scenes}
         except BaseException:
             stop.set()
-            end_models()
-            pool.shutdown(wait=True, cancel_futures=True)
+            with models_ended():
+                pool.shutdown(wait=True, cancel_futures=True)
             raise
     progress(task, 1.0)
     return results

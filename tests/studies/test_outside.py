@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from srbval import paper_scene
+from srbval.processes.worker import WorkerProcess
+from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
 
 MODELS = '''
@@ -96,12 +99,30 @@ def test_what_a_busy_machine_may_cause_is_not_kept(srbval_json, monkeypatch):
     assert {cell["status"] for cell in srbval_json(*words)["cells"]} == {"ok"}
 
 
+def test_ctrl_c_while_the_models_process_starts(monkeypatch):
+    """The signal comes when the process is there, but the thread that started it has not gone on."""
+    start = WorkerProcess.start
+
+    def interrupted(process: WorkerProcess) -> object:
+        monkeypatch.setattr(WorkerProcess, "start", start)
+        started = start(process)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(1.0)
+        return started
+
+    monkeypatch.setattr(WorkerProcess, "start", interrupted)
+    monkeypatch.setenv("SRBVAL_MODEL_SECONDS", "30")
+    scene, began = paper_scene(model="models.py:sleeps", duration_s=0.1), time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        side_by_side({"one": scene}, lambda _, report: attempt(scene, progress=report), task="runs")
+    assert time.monotonic() - began < 15
+
+
 def test_ctrl_c_ends_the_model_too():
     mark = {"SRBVAL_TEST": f"bench {os.getpid()}"}
     words = [sys.executable, "-m", "srbval", "stability", "--model", "models.py:sleeps", "--quick"]
     process = subprocess.Popen(words, env=os.environ | mark, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     until(lambda: len(marked(mark)) == 2)
-    time.sleep(1.0)  # until the model sleeps: a signal while its process starts is another matter
     process.send_signal(signal.SIGINT)
     assert "interrupted" in process.communicate(timeout=30)[1].decode()
     until(lambda: not marked(mark), within_s=2.0)

@@ -1,9 +1,11 @@
 """Run a scene with a model from outside, in a process of its own with limits of time and memory."""
 
+import contextlib
 import os
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from dataclasses import replace
 from functools import cache
 
@@ -27,6 +29,7 @@ USUAL_GB = 4.0
 OWN_SOLVER = "own"  # of a model that offers no choice
 
 _running: set[WorkerProcess] = set()
+_ending: list[None] = []  # one for each that ends all models; meanwhile none starts
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
@@ -63,16 +66,17 @@ def ask(scene: Scene) -> Answer:
     with tempfile.TemporaryDirectory(prefix="srbval-model-", ignore_cleanup_errors=True) as folder:
         own = {"TMPDIR": folder, "PYTHONDONTWRITEBYTECODE": "1"}  # nothing is left in the user's folders
         process = WorkerProcess("srbval.models.outside.process", environment=own, own_group=True)
-        process.start()
-        _running.add(process)
+        _running.add(process)  # before it starts, so that it can be stopped at any time
         try:
+            if _ending:
+                raise CancelledError
             found: Answer | SrbvalError = process.call((scene, memory), limit_s=limit_s)
         except OverLimitError:
             reason = f"it did not end within {limit_s:g} s; the environment variable {SECONDS} sets another limit"
             found = Answer(RunStatus.OUT_OF_TIME, reason)
         except DiedError as error:
             if process not in _running:
-                raise KeyboardInterrupt from None
+                raise CancelledError from None
             more = f"perhaps for lack of memory; the environment variable {GIGABYTES} sets its limit"
             found = Answer(RunStatus.DIED, f"its process ended ({error}), {more}")
         finally:
@@ -84,10 +88,16 @@ def ask(scene: Scene) -> Answer:
     return found
 
 
-def end_models() -> None:
-    """End the models that run in other threads, whose runs are interrupted."""
-    while _running:
-        _running.pop().kill()
+@contextlib.contextmanager
+def models_ended() -> Iterator[None]:
+    """End the models that run in other threads, or are about to, with `CancelledError`; none starts within."""
+    _ending.append(None)
+    try:
+        while _running:
+            _running.pop().stop()
+        yield
+    finally:
+        _ending.pop()
 
 
 @cache
