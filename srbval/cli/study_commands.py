@@ -13,14 +13,15 @@ from srbval.check.fingerprint import fingerprint
 from srbval.cli.arguments import Parser
 from srbval.cli.output import answer, own_command, print_table
 from srbval.errors import ConfigurationError
-from srbval.progress import Progress, ProgressDisplay, prefixed
+from srbval.progress import Progress, ProgressDisplay, prefixed, stage
 from srbval.progress.tables import text_rows
 from srbval.storage.content_store import stored_results
+from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
 from srbval.storage.stored_result import ResultKind, reference_fingerprint
 from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
-from srbval.studies.outside import bench, stability
+from srbval.studies.outside import bench, draw_study, stability
 
 SHOWN = 20  # quantities out of tolerance that are printed; --json has all
 HOLDS = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
@@ -29,7 +30,6 @@ OUTSIDE: dict[str, dict[str, Any]] = {
     "--model": {"metavar": "M", "help": "a model from outside: FILE.py:NAME, package.module:NAME or FILE.fmu"},
     "--model-command": {"metavar": "TEXT", "type": "command", "help": 'a program: "./mysim {scene_json} {out_csv}"'},
 }
-OutsideStudy = Callable[[argparse.Namespace, Progress], StudyResult]
 VERBS = {"bench": "speed_accuracy", "stability": "stability"}
 
 
@@ -122,29 +122,50 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     asked = load_study(name)
     parser = Parser(prog=command, description=asked.question)
     asked.add_options(parser)
+    picture = f"srbval-{command.rpartition(' ')[2]}.svg"
     if name in VERBS.values():
         for option, settings in OUTSIDE.items():
             parser.add_argument(option, dest="model", **settings)
+        parser.add_argument("--plot", metavar="OUT.svg", help=f"the picture (default: {picture})")
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--fresh", action="store_true", help="compute what the cache holds again")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json, export=options.export))
+    plot = Path(getattr(given, "plot", None) or picture)
+    check_suffix(plot, "SVG", (".svg",))
     with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
         progress = prefixed(shown, name.replace("_", " ").capitalize())
-        if getattr(given, "model", None):
-            return _run_outside(given, progress, bench if name == VERBS["bench"] else stability)
-        found, stored = make_result(name, given, progress, command=own_command())
+        if getattr(given, "model", None) or (name == VERBS["bench"] and given.quick):
+            found, stored = _run_outside(name, given, progress, shown.message)
+        else:
+            shown.message(f"about {asked.minutes:g} minutes on two cores, some less for a part, and once to compile")
+            found, stored = make_result(name, given, progress, command=own_command())
+        if name in VERBS.values():
+            with stage(progress, "Draw"):
+                draw_study(name, stored)(plot.parent, plot.stem)
+            stored |= {"plot": plot}
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)
-    return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
+    text = f"{found.text}\n\nDrawn in {plot}" if "plot" in stored else found.text
+    return answer(given, stored, text, code=0 if found.sound else UNSOUND)
 
 
-def _run_outside(given: argparse.Namespace, progress: Progress, study: OutsideStudy) -> int:
-    """Run a study of a model from outside; its result is stored only in a file that is named for it."""
-    found = study(given, progress)
+def _run_outside(
+    name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
+) -> tuple[StudyResult, dict[str, Any]]:
+    """Run a study of a model from outside, or the quick chart; stored only in a file that is named for it."""
+    asked: dict[str, Any] = {
+        key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))
+    }
+    asked |= {"quick": given.quick, "progress": progress}
+    found = (
+        bench(given.model, message=message, **asked)
+        if name == VERBS["bench"]
+        else stability(given.model, jobs=given.jobs, **asked)
+    )
     content = to_json(found.content) | {"model": given.model}
     if given.output:
         write_json(Path(given.output), content)
-    return answer(given, content, found.text)
+    return found, content

@@ -1,62 +1,86 @@
 """A model from outside beside the bundled solvers: cost, errors of the step, and the largest step that is stable.
 
-A step's errors are those against the same model's run at a finer step. A row is `ok`, or a cell `stable`, if its run
-works and these errors are within `LIMITS`.
+The errors of a row's step are those against the same model's run at a finer step. A row is `ok`, or a cell `stable`,
+if its run works and these errors are within `LIMITS`; a run that works beyond them is ``inaccurate``.
 """
 
 import itertools
 import math
 import statistics
-from argparse import Namespace
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.models.outside.names import solvers_of
+from srbval.models.jit import is_compiled, kernels_of
+from srbval.models.outside.names import COMMAND, is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
-from srbval.models.run import works
-from srbval.models.solvers import SOLVERS
+from srbval.models.run import RunStatus, works
+from srbval.models.simulate import compile_for
+from srbval.models.solvers import METHODS, SOLVERS
 from srbval.plan.measures import measure
-from srbval.processes.machine import load_average, this_machine
-from srbval.progress import Progress, stage
+from srbval.processes.machine import load_average, this_machine, usable_cores
+from srbval.progress import Progress, silent, stage
 from srbval.progress.tables import text_rows
+from srbval.report.figures.style import Drawing
 from srbval.scene import Scene
+from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
+from srbval.studies.speed_accuracy.study import EVALUATION_S
 from srbval.sweep.pool import Attempt, attempt
-from srbval.sweep.scenes import bench_scene, lasting_passages
+from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
 
-LIMITS = {"cage_error": 1e-3, "band_rms_error": 0.05}  # a rig's record of some seconds resolves as much
+LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}  # a rig's record of some seconds resolves as much
 SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
 STEPS_PER_S, TIMED_S, COMPARED_S = (40960, 61440, 122880), 0.2, 1.0  # simulated in a run that is timed, or compared
 QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S = (61440,), 0.05, 0.3
 PAIRS = 2  # of timed runs, after one that does not count
+FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
+COMPILE_S = 15.0  # processor time to compile a kernel; for the planned time alone
 STABILITY_STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
 PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
 COST = ("wall_per_simulated_s", "cpu_per_simulated_s")
-SHOWN = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "error: cage": "cage_error"}
-SHOWN |= {"RMS [dB]": "band_rms_error_db", "from bundled [dB]": "bundled_band_rms_error_db", "status": "status"}
-SHOWN = {name: name for name in ("scene", "model", "solver")} | SHOWN | {"ok": "ok"}
+UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
+SHOWN = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
+SHOWN |= {"level [dB]": "band_rms_error_db", "level, from bundled [dB]": "bundled_band_rms_error_db"}
+SHOWN = {"scene": "scene", "solver": "series"} | SHOWN | {"status": "status"}
 Row = dict[str, Any]
+Message = Callable[[str], None]
 
 
-def bench(options: Namespace, progress: Progress) -> StudyResult:
-    """Cost and errors of `options.model`, and of the bundled solvers at the same steps; failed runs are rows too.
+def bench(
+    model: str | None = None,
+    *,
+    scenes: Sequence[str] = SCENES,
+    solvers: Sequence[str] = (),
+    quick: bool = False,
+    progress: Progress = silent,
+    message: Message = lambda _: None,
+) -> StudyResult:
+    """Cost and errors of `model`, if there is one, and of the bundled solvers at the same steps.
 
+    A failed run is a row with its status. `solvers` are the model's, or the bundled ones without a model. `message`
+    gets the planned time before all, then each row as its runs end; what has ended is read if all is run again.
     `cpu_ratio`: median cost in that of the default solver at the same step, timed in turns, with its range. Errors
     named ``bundled_`` are differences from the bundled model's converged run.
     """
-    scenes, own = options.scenes or SCENES, [(options.model, name) for name in _solvers(options)]
     full = STEPS_PER_S, TIMED_S, COMPARED_S
-    steps, timed_s, compared_s = (QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S) if options.quick else full
-    with stage(progress, "a first short run, from which the time of all follows"):
-        probes = {row["model"]: attempt(_scene(row, timed_s)) for row in _cases(scenes[:1], [own[0], USUAL], steps[:1])}
-    failed = None if probes[options.model].works else probes[options.model]
-    models = [] if failed else own
+    steps, timed_s, compared_s = (QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S) if quick else full
+    check_names(scenes, () if model else solvers)
+    own = [(model, name) for name in _offered(model, solvers)] if model else []
+    others = USUAL[1:] if model and quick else SOLVERS if model or not solvers else solvers
+    bundled = sorted([(USUAL[0], name) for name in others], key=lambda one: one != USUAL)
+    probe = _probed(own[0], scenes[0], steps[0], timed_s, progress) if own else None
+    models = own if probe is None or probe.works else []
+    cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)  # half of the kernels give the first points
+    fine = [(USUAL, FINER_BUNDLED), *((one, FINER) for one in models)]
+    converged = [row for one, finer in fine for row in _cases(scenes, [one], (finer * max(steps),))]
 
     def whole(case: Case) -> Scene:
         return _scene(case, compared_s)
@@ -65,60 +89,88 @@ def bench(options: Namespace, progress: Progress) -> StudyResult:
         usual = {**case, "model": USUAL[0], "solver": USUAL[1]}
         return (whole(case), *(1 + PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s)))
 
-    cases = _cases(scenes, [*models, *((USUAL[0], name) for name in (USUAL[1:] if options.quick else SOLVERS))], steps)
-    fine = _cases(scenes, [*models, USUAL], (2 * max(steps),))
-    step_s = {name: one.run.cpu_per_simulated_s / steps[0] for name, one in probes.items() if one.run is not None}
-    planned_s = sum(
-        step_s[row["model"]] * row["steps_per_s"] * simulated_s
-        for rows, simulated_s in ((fine, compared_s), (cases, compared_s + (1 + PAIRS) * timed_s))
-        for row in rows
-    )
-    load, task, turns = load_average(), f"converged runs (about {planned_s:.0f} s until all is done)", "runs in turns"
+    planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], probe)
+    once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
+    message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
+    load, rows = load_average(), list[Row]()
     how: Row = {"jobs": 1, "progress": progress}
-    progress(task, None)
-    right = sweep(pd.DataFrame(fine), whole, measures, task=task, **how)
-    progress(turns, None)
-    found = sweep(pd.DataFrame(cases), in_turns, measures, task=turns, **how)
-    references = {(row["scene"], row["model"], row["solver"]): row for row in records(right)}
-    rows = [_compared(row, references) for row in records(found)]
-    if failed:
-        rows += [row | {"status": failed.status, "reason": failed.reason} for row in _cases(scenes, own, steps)]
+    right = records(sweep(pd.DataFrame(converged), whole, measures, task="converged runs", **how))
+    references = {(row["scene"], row["model"], row["solver"]): row for row in right}
+    for part in (cases[: 1 + len(models)], cases[1 + len(models) :]):
+        compile_for(*map(whole, part), progress=progress)
+        for case in part:
+            task = f"{_series(case)} at 1/{case['steps_per_s']} s"
+            (row,) = records(sweep(pd.DataFrame([case]), in_turns, measures, task=task, **how))
+            rows.append(_compared(row, references))
+            message(_line(rows[-1]))
+    if probe is not None and not probe.works:
+        failed = {"status": probe.status, "reason": probe.reason, "ok": False}
+        rows += [row | {"series": _series(row)} | failed for row in _cases(scenes, own, steps)]
     rows = with_fronts(rows)
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
-    content = {"machine": machine, "seconds_planned": planned_s, "reference": records(right), "runs": rows}
-    return StudyResult(content=content, text=_bench_text(rows, options.model))
+    reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
+    content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "converged": right}
+    return StudyResult(content=content | {"runs": rows}, text=_bench_text(rows, model))
 
 
-def stability(options: Namespace, progress: Progress) -> StudyResult:
-    """Largest stable step of `options.model` by speed and solver, found by bisection."""
-    rpm, how = options.rpm or (RPM[1:2] if options.quick else RPM), {"jobs": options.jobs, "progress": progress}
-    groups = grid(scene=list(options.scenes or SCENES), solver=list(_solvers(options)), rpm=list(rpm))
-    groups, steps = groups.assign(model=options.model), pd.Series(STABILITY_STEPS_PER_S, name="steps_per_s")
+def stability(
+    model: str,
+    *,
+    scenes: Sequence[str] = SCENES,
+    solvers: Sequence[str] = (),
+    rpm: Sequence[float] = (),
+    quick: bool = False,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> StudyResult:
+    """Largest stable step of `model` by speed and solver, found by bisection."""
+    check_names(scenes, ())
+    how: Row = {"jobs": jobs, "progress": progress}
+    rpm, offered = rpm or (RPM[1:2] if quick else RPM), _offered(model, solvers)
+    groups = grid(scene=list(scenes), solver=list(offered), rpm=list(rpm)).assign(model=model)
+    steps = pd.Series(STABILITY_STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
         return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
 
-    fine = sweep(groups.assign(steps_per_s=2 * steps[0]), passing, measures, task="converged runs", **how)
+    fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
     right = {(row["scene"], row["solver"], row["rpm"]): row for row in records(fine)}
 
-    def judged(cell: Case) -> Row:
-        own = {**cell, **errors(cell, right[cell["scene"], cell["solver"], cell["rpm"]])}
-        return own | {"stable": is_ok(own), "predicted_limit_dt_s": None}
+    def judged_cell(cell: Case) -> Row:
+        own = judged(cell, right[cell["scene"], cell["solver"], cell["rpm"]])
+        return own | {"stable": own["ok"], "predicted_limit_dt_s": None}
 
-    lines, cells = bisect(groups, steps, passing, measures, lambda cell: judged(cell)["stable"], **how)
-    found = [judged(cell) for cell in records(cells)]
+    lines, cells = bisect(groups, steps, passing, measures, lambda cell: judged_cell(cell)["stable"], **how)
+    found = [judged_cell(cell) for cell in records(cells)]
     note = "" if lines["bounded"].all() else "\n\nThe longest step is stable: does the model use scene.solver.step_s?"
     columns = {"scene": "scene", "solver": "solver", "rpm": "rpm", "steps per s": "steps_per_s"}
     text = f"Largest stable step (-: none that was tried):\n\n{text_rows(records(lines), columns)}{note}"
-    limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], predicted_limit_dt_s=None))
+    none = dict.fromkeys(("predicted_limit_dt_s", "predicted_elastic_limit_dt_s"))
+    limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"]))
+    limits = [row | none | {"series": _series(row)} for row in limits]
     return StudyResult(content={"tolerances": LIMITS, "limits": limits, "cells": found}, text=text)
+
+
+def draw_study(name: str, content: Mapping[str, Any]) -> Drawing:
+    """Drawing of the chart or map in a study's content; a model's map has the default and the paper's solver too."""
+    from srbval.studies.speed_accuracy.page import chart
+    from srbval.studies.stability.page import limits_plot
+
+    if name == "speed_accuracy":
+        return chart(pd.DataFrame(content["runs"]))
+    limits, stored = pd.DataFrame(content["limits"]), newest_result("stability")
+    if "series" in limits and stored is not None:
+        known = pd.DataFrame(stored.content["limits"])
+        beside = known["scene"].isin(limits["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
+        limits = pd.concat([limits, known[beside].assign(series=known["solver"])], ignore_index=True)
+    return limits_plot(limits)
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
     """Measures of a run that works, None if it does not; its cost by `pairs`, the usual run and the row's in turns."""
     found: Row = {"dt_s": own.scene.solver.step_s} | dict.fromkeys(("cage_ratio", "noise_floor", "band_rms_m_s2"))
     found |= dict.fromkeys((*COST, "cpu_ratio", "cpu_ratio_range")) if pairs else {}
-    if own.run is None or not own.works:
+    if own.run is None or not own.measurable:
         return found
     found |= {name: value if value and math.isfinite(value) else None for name, value in vars(measure(own.run)).items()}
     runs = [one.run for one in pairs[2:] if one.run is not None and one.run.samples == one.scene.samples]
@@ -130,17 +182,25 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Relative errors in cage speed and band RMS without sign, and that of the RMS in dB; None where unknown."""
+    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
     cage, band = (own[n] / right[n] if own[n] and right[n] else None for n in ("cage_ratio", "band_rms_m_s2"))
     off = {"cage_error": cage, "band_rms_error": band}
-    found = {name: None if ratio is None else abs(ratio - 1) for name, ratio in off.items()}
+    found: Row = {name: None if ratio is None else abs(ratio - 1) for name, ratio in off.items()}
+    found["line_error_pct"] = None if cage is None else 100 * abs(cage - 1)
     return found | {"band_rms_error_db": None if band is None else 20 * math.log10(band)}
 
 
-def is_ok(row: Mapping[str, Any]) -> bool:
-    """True if the run works and the errors of its step are within `LIMITS`; a model without a cage has the level's."""
-    known = {name: row[name] for name in LIMITS if row[name] is not None}
-    return works(row["status"]) and bool(known) and all(known[name] <= LIMITS[name] for name in known)
+def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
+    """The row with the errors of its step and `ok`; ``inaccurate`` if they are beyond `LIMITS`, or all unknown."""
+    off = errors(row, right)
+    known = {name: abs(off[name]) for name in LIMITS if off[name] is not None}
+    beyond = [f"{known[name]:.3g} {UNITS[name]}" for name in known if known[name] > LIMITS[name]]
+    found = {**row, **off, "series": _series(row)}
+    if works(row["status"]) and (beyond or not known):
+        most = " and ".join(f"{limit} {UNITS[name]}" for name, limit in LIMITS.items())
+        why = f"its step is wrong by {' and '.join(beyond)}" if beyond else "no converged run tells the step's error"
+        found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
+    return found | {"ok": works(found["status"])}
 
 
 def with_fronts(rows: Sequence[Row]) -> list[Row]:
@@ -155,21 +215,53 @@ def with_fronts(rows: Sequence[Row]) -> list[Row]:
 
 
 def _compared(row: Row, references: Mapping[tuple[str, str, str], Row]) -> Row:
-    """The row with its errors against its own converged run, and its differences from the bundled model's."""
+    """The row, judged by its own converged run, with its differences from the bundled model's."""
     usual = references[row["scene"], *USUAL]
-    own = row | errors(row, references.get((row["scene"], row["model"], row["solver"]), usual))
-    away = {f"bundled_{name}": value for name, value in errors(row, usual).items()}
-    return own | away | {"ok": is_ok(own)}
+    own = judged(row, references.get((row["scene"], row["model"], row["solver"]), usual))
+    return own | {f"bundled_{name}": value for name, value in errors(row, usual).items()}
 
 
-def _solvers(options: Namespace) -> tuple[str, ...]:
-    return tuple(options.solvers or solvers_of(options.model) or (OWN_SOLVER,))
+def _probed(own: tuple[str, str], scene: str, steps_per_s: int, seconds: float, progress: Progress) -> Attempt:
+    """A first short run of a model; `ConfigurationError` if it is refused, as for a wrong name or unit."""
+    (row,) = _cases([scene], [own], [steps_per_s])
+    with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
+        found = attempt(_scene(row, seconds))
+    if found.run is None:
+        raise ConfigurationError(found.reason)
+    return found
+
+
+def _planned(scenes: Sequence[Scene], probe: Attempt | None) -> tuple[float, float]:
+    """Expected time of all runs with compiling, and of compiling alone [s]; of a model from outside by its `probe`."""
+    bundled = [scene for scene in scenes if not is_outside(scene.model)]
+    kernels = {kernel for scene in bundled if not is_compiled(scene) for kernel in kernels_of(scene)}
+    compile_s = total_s = COMPILE_S * len(kernels) / min(usable_cores(), max(len(kernels), 1))
+    run = None if probe is None else probe.run
+    own_s = 0.0 if run is None else run.cpu_per_simulated_s * run.scene.solver.step_s  # of a step
+    for scene in scenes:
+        step_s = own_s
+        if not is_outside(scene.model):
+            method = METHODS[scene.solver.name]
+            step_s = EVALUATION_S[scene.model][method.implicit] * method.evaluations
+        total_s += (scene.settle_s + scene.duration_s) * step_s / scene.solver.step_s
+    return total_s, compile_s
+
+
+def _offered(model: str, solvers: Sequence[str]) -> tuple[str, ...]:
+    return tuple(solvers or solvers_of(model) or (OWN_SOLVER,))
+
+
+def _series(row: Mapping[str, Any]) -> str:
+    """Name of a row's model and solver in tables and charts."""
+    model = str(row["model"])
+    return f"{model if model.startswith(COMMAND) else Path(model).name} {row['solver']}" if model else row["solver"]
 
 
 def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s: Iterable[int]) -> list[Row]:
     """Every combination, as rows."""
     names = ("scene", "model", "solver", "steps_per_s")
-    return [dict(zip(names, (a, *b, c), strict=True)) for a, b, c in itertools.product(scenes, models, steps_per_s)]
+    found = itertools.product(models, scenes, steps_per_s)
+    return [dict(zip(names, (scene, *one, steps), strict=True)) for one, scene, steps in found]
 
 
 def _scene(case: Case, seconds: float) -> Scene:
@@ -180,17 +272,29 @@ def _scene(case: Case, seconds: float) -> Scene:
     return replace(usual, model=case["model"] or usual.model, solver=solver)
 
 
-def _bench_text(rows: Sequence[Row], model: str) -> str:
+def _line(row: Mapping[str, Any]) -> str:
+    """A row in a line."""
+    names = {
+        "cpu_per_simulated_s": "{:.3g} s/s",
+        "line_error_pct": "line {:.2g} %",
+        "band_rms_error_db": "level {:+.2f} dB",
+    }
+    known = [text.format(row[name]) for name, text in names.items() if row[name] is not None]
+    return ", ".join([f"{row['scene']}, {row['series']} at 1/{row['steps_per_s']} s", *known, str(row["status"])])
+
+
+def _bench_text(rows: Sequence[Row], model: str | None) -> str:
     """All rows of the model, those on the fronts, and the ratio of cost to the default solver's."""
-    shown = [row for row in rows if row["model"] == model or row["pareto"] or (row["model"], row["solver"]) == USUAL]
-    named = [dict.fromkeys(SHOWN.values()) | row | {"model": row["model"] or "bundled"} for row in shown]
+    usual = [row for row in rows if not model or row["pareto"] or (row["model"], row["solver"]) == USUAL]
+    own = [row for row in rows if model and row["model"] == model]
+    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
+    shown = [dict.fromkeys(SHOWN.values()) | row for row in rows if row in usual or row in own]
     ratios = [
-        f"{model} ({row['solver']}) takes {row['cpu_ratio']:.3g} times ({low:.3g} to {high:.3g}) the CPU of "
+        f"{row['series']} takes {row['cpu_ratio']:.3g} times ({low:.3g} to {high:.3g}) the CPU of "
         f"{USUAL[1]} at the same step, 1/{row['steps_per_s']} s."
-        for row in rows
-        if row["model"] == model and row.get("cpu_ratio")
+        for row in own
+        if row.get("cpu_ratio")
         for low, high in [row["cpu_ratio_range"]]
     ]
-    failed = [row for row in rows if row["model"] == model and not works(row["status"])]
-    reasons = {f"{model} ({row['solver']}): {row['status']}, {row['reason']}" for row in failed}
-    return "\n".join([text_rows(named, SHOWN), "", *ratios, *sorted(reasons)])
+    reasons = {f"{row['series']}: {row['status']}, {row['reason']}" for row in own if not row["ok"]}
+    return "\n".join([text_rows(shown, columns), "", *ratios, *sorted(reasons)]).rstrip()

@@ -1,6 +1,7 @@
 """A model from outside in the chart and in the map: its own errors, its cost in turns, failures never fast, Ctrl-C."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from srbval import paper_scene
 from srbval.processes.worker import WorkerProcess
+from srbval.studies.outside import judged
 from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
 
@@ -64,11 +66,33 @@ def test_the_chart_has_the_cost_in_turns_and_both_errors(srbval_json):
     assert usual["cpu_ratio"] == pytest.approx(1, abs=0.5)
     assert own["cage_error"] == 0
     assert own["band_rms_error"] < 0.05 < own["bundled_band_rms_error"]
+    assert own["line_error_pct"] == 0
     assert own["ok"]
     assert own["pareto"] or usual["pareto"]
     assert found["seconds_planned"] > 0
+    assert "euler" in Path("srbval-bench.svg").with_suffix(".csv").read_text(encoding="utf-8")
     again = srbval_json("bench", "--model", "models.py:simulate", "--quick")
     assert again["runs"] == found["runs"], "what was run is read, so that an interrupted bench goes on"
+
+
+def test_the_quick_chart_of_the_bundled_model_goes_on_where_it_was_stopped(srbval_text, srbval_json):
+    first = srbval_text("bench", "--quick", "--solvers", "imex2", "ode4")
+    said = [line for line in first.err.splitlines() if not line.startswith("Speed accuracy")]
+    assert re.match(r"about \d+ s(, \d+ s of it to compile the solvers once)?; stop with Ctrl-C", said[0])
+    assert [line.split(",")[1].split()[0] for line in said[1:]] == ["imex2", "ode4"], "a line as each ends"
+    assert "energy-open" in said[2]
+    found = srbval_json("bench", "--quick", "--solvers", "imex2", "ode4", "ode1")
+    assert [row["ok"] for row in found["runs"]] == [True, False, False]
+    assert srbval_text("bench", "--quick", "--solvers", "imex2", "ode4").out == first.out, "costs are read, too"
+
+
+def test_ok_never_stands_beside_an_error_beyond_its_limit():
+    right = {"cage_ratio": 0.43, "band_rms_m_s2": 1.0}
+    row = {"model": "", "solver": "imex2", "status": "ok", "reason": ""}
+    for factor, status in ((1.04, "ok"), (0.96, "ok"), (1.136, "inaccurate"), (1 / 1.205, "inaccurate")):
+        found = judged(row | right | {"band_rms_m_s2": factor}, right)
+        assert (found["status"], found["ok"]) == (status, status == "ok")
+    assert "its step is wrong by 1.62 dB of the level; accepted are 0.1 % of the line" in found["reason"]
 
 
 def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(srbval_json):
@@ -87,6 +111,9 @@ def test_the_map_finds_the_largest_step_of_the_model_itself(srbval_json, srbval_
     assert limit["rpm"] == 710.0
     assert 1 / 61440 <= limit["largest_stable_dt_s"] < LIMIT_S
     assert limit["predicted_limit_dt_s"] is None
+    drawn = Path("srbval-stability.csv").read_text(encoding="utf-8")
+    assert "models.py:simulate euler" in drawn
+    assert "imex2" in drawn, "beside the default of the stored map"
     said = srbval_text("stability", "--model", "models.py:at_any_step", "--quick").out
     assert "does the model use scene.solver.step_s?" in said
 

@@ -1,5 +1,6 @@
 """The benchmark from end to end on short runs; no time is asserted."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -65,11 +66,6 @@ def test_each_scene_has_its_own_front_and_failed_runs_are_on_none():
     assert [r["pareto"] for r in study.with_fronts(rows)] == [True, True, False, False, True, False]
 
 
-def test_a_quick_chart_is_planned_within_a_minute():
-    cases = study.grid(scene=[study.SCENES[0], study.SCENES[-1]], solver=list(study.SOLVERS), steps_per_s=[61440])
-    assert study.seconds_planned(cases, study.QUICK, jobs=1) < 45
-
-
 def test_page_and_command(result, srbval_json, srbval_text, monkeypatch, tmp_path):
     _, figure, table = blocks(Prose("srbval.studies.speed_accuracy"), result)
     figure.draw(tmp_path, "chart")
@@ -77,7 +73,12 @@ def test_page_and_command(result, srbval_json, srbval_text, monkeypatch, tmp_pat
     assert len(table.rows) >= 1
     asked: list[Any] = []
     monkeypatch.setattr(study, "run_bench", lambda **given: asked.append(given) or result)
-    document = srbval_json("bench", "--quick", "--solvers", "ode4")
+    monkeypatch.chdir(tmp_path)
+    document = srbval_json("bench", "--solvers", "ode4", "--plot", "own.svg")
     assert (document["status"], len(document["runs"])) == ("ok", 4)
-    assert (asked[0]["settings"], asked[0]["solvers"]) == (study.QUICK, ("ode4",))
-    assert "of 4 runs work" in srbval_text("bench", "--quick").out
+    assert asked[0]["solvers"] == ("ode4",)
+    assert Path("own.svg").is_file()
+    said = srbval_text("bench", "--scenes", "interference-outer")
+    assert "of 4 runs work" in said.out
+    assert said.err.startswith("about 6 minutes on two cores")
+    assert Path("srbval-bench.svg").is_file()

@@ -1,6 +1,7 @@
 """The largest step that each solver can take, over speed and scene, and the paper's two claims, as last stored."""
 
 from collections.abc import Iterator, Mapping
+from itertools import cycle
 from typing import Any
 
 import pandas as pd
@@ -18,18 +19,26 @@ LIMITS = ("largest_stable_dt_s", "predicted_elastic_limit_dt_s", "predicted_limi
 
 @panel
 def limits_plot(limits: pd.DataFrame) -> Drawn:
-    """Largest stable step over speed, a panel for each scene; dashed the predicted limit without friction."""
+    """Largest stable step over speed by scene, a cross at the top if none is; dashed: predicted without friction.
+
+    Rows may have a name of their own, `series`, in place of the solver's.
+    """
     figure, names = new_figure(SIZE_INCHES), list(limits["scene"].unique())
+    limits = limits.assign(series=limits.get("series", limits["solver"])).astype(dict.fromkeys(LIMITS, float))
+    looks = dict(zip(limits["series"].unique(), cycle(SERIES), strict=False))
     for axes, name in zip(figure.subplots(1, len(names), sharey=True, squeeze=False)[0], names, strict=True):
-        own = limits[limits["scene"] == name]
-        for (solver, line), (mark, colour) in zip(own.groupby("solver", sort=False), SERIES, strict=False):
-            axes.plot(line["rpm"], 1 / line["largest_stable_dt_s"], f"{mark}-", color=colour, ms=4, lw=1, label=solver)
+        for series, line in limits[limits["scene"] == name].groupby("series", sort=False):
+            mark, colour = looks[str(series)]
+            axes.plot(line["rpm"], 1 / line["largest_stable_dt_s"], f"{mark}-", color=colour, ms=4, lw=1, label=series)
             axes.plot(line["rpm"], 1 / line["predicted_elastic_limit_dt_s"], "--", color=colour, lw=0.7)
+            none = line["rpm"][line["largest_stable_dt_s"].isna()]
+            axes.plot(none, 0.98 + 0 * none, "x", color=colour, ms=5, transform=axes.get_xaxis_transform())
         axes.set(xscale="log", yscale="log", xlabel="Shaft speed, rpm")
+        axes.xaxis.set_minor_formatter("")
         axes.set_title(name, fontsize=8.5)
     figure.axes[0].set_ylabel("Steps per second")
     figure.axes[0].legend(frameon=False, fontsize=7)
-    return figure, {key: limits[key].to_list() for key in ("scene", "solver", "rpm", *LIMITS)}
+    return figure, {key: limits[key].to_list() for key in ("scene", "series", "rpm", *LIMITS)}
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
