@@ -33,6 +33,7 @@ from srbval.report.reports import validate_case as validate
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
+from srbval.studies.outside import bench, stability
 from srbval.validation.case import Case, load_case
 from srbval.validation.validate import Validation
 
@@ -65,6 +66,7 @@ __all__ = [
     "amplitude_spectrum",
     "analyse",
     "baseline_of",
+    "bench",
     "build_docs",
     "campaign_status",
     "compare_with_baseline",
@@ -102,6 +104,7 @@ __all__ = [
     "run_check",
     "run_study",
     "simulate",
+    "stability",
     "trend_of",
     "validate",
     "verify_campaign",

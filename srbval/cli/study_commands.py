@@ -15,6 +15,7 @@ from srbval.cli.output import answer, own_command, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, prefixed, stage
 from srbval.progress.tables import text_rows
+from srbval.report.figures.style import panel
 from srbval.storage.content_store import stored_results
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json, write_json
@@ -144,7 +145,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
             found, stored = make_result(name, given, progress, command=own_command())
         if name in VERBS.values():
             with stage(progress, "Draw"):
-                draw_study(name, stored)(plot.parent, plot.stem)
+                panel(draw_study)(name, stored)(plot.parent, plot.stem)
             stored |= {"plot": plot}
     if "file" in stored:
         print(f"stored: {stored['file']}", file=sys.stderr)

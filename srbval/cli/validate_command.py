@@ -12,12 +12,12 @@ from srbval.progress import ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 
 FOLDER = "srbval-validation"
-OUT_OF_TOLERANCE, INCOMPLETE = 1, 3  # exit codes
+OUT_OF_TOLERANCE, INCOMPLETE, RUN_FAILED = 1, 3, 4  # exit codes
 SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed."""
+    """Compare, write the report, print the table; exit code 1 if a tolerance is missed, 3 if a pair failed, 4 a run."""
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
             from srbval.report.reports import report_case
@@ -35,11 +35,14 @@ def run(options: argparse.Namespace) -> int:
         folder = Path(options.output or f"{FOLDER}{'-' + Path(options.case).stem if options.case else ''}")
         result, files = report_case(case, folder, formats=formats, command=own_command(), progress=progress)
     report = {kind: str(path) for kind, path in files.items()}
-    code = INCOMPLETE if result.failed else 0 if result.holds else OUT_OF_TOLERANCE
+    problems = [(number, text) for number, text in result.pairs[["pair", "problem"]].itertuples(index=False) if text]
+    code = INCOMPLETE if result.failed else RUN_FAILED if problems else 0 if result.holds else OUT_OF_TOLERANCE
 
     def show() -> None:
         print(result.headline)
         print(text_rows(result.table[list(SHOWN)].to_dict("records")))
+        for number, text in problems:
+            print(f"pair {number}: {text}")
         for one in result.failed:
             print(f"pair {one['pair']} failed: {one['reason']}")
         print("\n".join(report.values()))

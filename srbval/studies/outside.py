@@ -26,7 +26,7 @@ from srbval.plan.measures import measure
 from srbval.processes.machine import load_average, this_machine, usable_cores
 from srbval.progress import Progress, silent, stage
 from srbval.progress.tables import text_rows
-from srbval.report.figures.style import Drawing
+from srbval.report.figures.style import Drawn, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
@@ -151,19 +151,20 @@ def stability(
     return StudyResult(content={"tolerances": LIMITS, "limits": limits, "cells": found}, text=text)
 
 
-def draw_study(name: str, content: Mapping[str, Any]) -> Drawing:
-    """Drawing of the chart or map in a study's content; a model's map has the default and the paper's solver too."""
+def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
+    """Chart or map of a study's content; a model's map shows the stored lines of the default and the paper's solver."""
     from srbval.studies.speed_accuracy.page import chart
     from srbval.studies.stability.page import limits_plot
 
-    if name == "speed_accuracy":
-        return chart(pd.DataFrame(content["runs"]))
-    limits, stored = pd.DataFrame(content["limits"]), newest_result("stability")
-    if "series" in limits and stored is not None:
-        known = pd.DataFrame(stored.content["limits"])
-        beside = known["scene"].isin(limits["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
-        limits = pd.concat([limits, known[beside].assign(series=known["solver"])], ignore_index=True)
-    return limits_plot(limits)
+    with figure_style():
+        if name == "speed_accuracy":
+            return chart(pd.DataFrame(content["runs"]))
+        limits, stored = pd.DataFrame(content["limits"]), newest_result("stability")
+        if "series" in limits and stored is not None:
+            known = pd.DataFrame(stored.content["limits"])
+            beside = known["scene"].isin(limits["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
+            limits = pd.concat([limits, known[beside].assign(series=known["solver"])], ignore_index=True)
+        return limits_plot(limits)
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:

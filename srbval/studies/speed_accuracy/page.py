@@ -19,7 +19,6 @@ ERRORS = {"level_db": "Error of the level, dB", "line_pct": "Error of BPFO, %"}
 LEAST = 1e-6  # smaller errors are drawn there
 
 
-@panel
 def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> Drawn:
     """Errors over cost by scene: hollow if not ok, a cross at the dear end for a run without them, a ring the default.
 
@@ -69,7 +68,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     own = [row["own_cage_error"] for row in content["reference"].values() if row["own_cage_error"] is not None]
     values = {"runs": len(runs), "works": int(runs["ok"].sum()), "own": max(own), "paper_s": paper_s, **paper}
     yield prose.paragraph("intro", **values | {"steps_per_s": 1 / paper["step_s"]})
-    yield prose.figure("speed-accuracy-chart", chart(runs, paper_s), badge=Badge.SIMULATED)
+    yield prose.figure("speed-accuracy-chart", panel(chart)(runs, paper_s), badge=Badge.SIMULATED)
     noted = runs.assign(
         steps_per_s=1 / runs["dt_s"],
         line_error_pct=100 * runs["cage_error"],
