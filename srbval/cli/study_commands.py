@@ -157,15 +157,12 @@ def _run_outside(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
     """Run a study of a model from outside, or the quick chart; stored only in a file that is named for it."""
-    asked: dict[str, Any] = {
-        key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))
-    }
-    asked |= {"quick": given.quick, "progress": progress}
-    found = (
-        bench(given.model, message=message, **asked)
-        if name == VERBS["bench"]
-        else stability(given.model, jobs=given.jobs, **asked)
-    )
+    given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
+    asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
+    if name == VERBS["bench"]:
+        found = bench(given.model, message=message, **asked)
+    else:
+        found = stability(given.model, jobs=given.jobs, **asked)
     content = to_json(found.content) | {"model": given.model}
     if given.output:
         write_json(Path(given.output), content)

@@ -17,7 +17,7 @@ import pandas as pd
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.models.jit import is_compiled, kernels_of
-from srbval.models.outside.names import COMMAND, is_outside, solvers_of
+from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
 from srbval.models.run import RunStatus, works
 from srbval.models.simulate import compile_for
@@ -30,7 +30,9 @@ from srbval.report.figures.style import Drawn, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
-from srbval.studies.speed_accuracy.study import EVALUATION_S
+from srbval.studies.speed_accuracy.study import EVALUATION_S, with_fronts
+from srbval.studies.speed_accuracy.study import errors as solver_errors
+from srbval.studies.stability import study as stability_study
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
@@ -42,8 +44,6 @@ QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S = (61440,), 0.05, 0.3
 PAIRS = 2  # of timed runs, after one that does not count
 FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
 COMPILE_S = 15.0  # processor time to compile a kernel; for the planned time alone
-STABILITY_STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
-PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
 COST = ("wall_per_simulated_s", "cpu_per_simulated_s")
 UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
@@ -92,8 +92,8 @@ def bench(
     planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], probe)
     once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
     message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
-    load, rows = load_average(), list[Row]()
-    how: Row = {"jobs": 1, "progress": progress}
+    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
+    load, rows, how = load_average(), list[Row](), dict[str, Any](jobs=1, progress=progress)
     right = records(sweep(pd.DataFrame(converged), whole, measures, task="converged runs", **how))
     references = {(row["scene"], row["model"], row["solver"]): row for row in right}
     for part in (cases[: 1 + len(models)], cases[1 + len(models) :]):
@@ -102,15 +102,18 @@ def bench(
             task = f"{_series(case)} at 1/{case['steps_per_s']} s"
             (row,) = records(sweep(pd.DataFrame([case]), in_turns, measures, task=task, **how))
             rows.append(_compared(row, references))
-            message(_line(rows[-1]))
+            lines = text_rows(rows, columns).splitlines()
+            message("\n".join(lines if len(rows) == 1 else lines[-1:]))
     if probe is not None and not probe.works:
         failed = {"status": probe.status, "reason": probe.reason, "ok": False}
         rows += [row | {"series": _series(row)} | failed for row in _cases(scenes, own, steps)]
-    rows = with_fronts(rows)
+    # Nearness is that of the level, which a model without a cage has too.
+    fronts = with_fronts([row | {"cage_error": row.get("band_rms_error")} for row in rows])
+    rows = [row | {"pareto": one["pareto"]} for row, one in zip(rows, fronts, strict=True)]
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
-    content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "converged": right}
-    return StudyResult(content=content | {"runs": rows}, text=_bench_text(rows, model))
+    content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": rows}
+    return StudyResult(content=content, text=_bench_text(rows, model, columns))
 
 
 def stability(
@@ -120,18 +123,17 @@ def stability(
     solvers: Sequence[str] = (),
     rpm: Sequence[float] = (),
     quick: bool = False,
-    jobs: int | None = None,
-    progress: Progress = silent,
+    **how: Any,
 ) -> StudyResult:
-    """Largest stable step of `model` by speed and solver, found by bisection."""
+    """Largest stable step of `model` by speed and solver, found by bisection; `how`: `jobs` and `progress`."""
     check_names(scenes, ())
-    how: Row = {"jobs": jobs, "progress": progress}
     rpm, offered = rpm or (RPM[1:2] if quick else RPM), _offered(model, solvers)
     groups = grid(scene=list(scenes), solver=list(offered), rpm=list(rpm)).assign(model=model)
-    steps = pd.Series(STABILITY_STEPS_PER_S, name="steps_per_s")
+    steps = pd.Series(stability_study.STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
-        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
+        least_s, settle = stability_study.LEAST_S, stability_study.SETTLE_PASSAGES
+        return lasting_passages(_scene(case, least_s), stability_study.PASSAGES, least_s=least_s, settle=settle)
 
     fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
     right = {(row["scene"], row["solver"], row["rpm"]): row for row in records(fine)}
@@ -183,12 +185,9 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
-    cage, band = (own[n] / right[n] if own[n] and right[n] else None for n in ("cage_ratio", "band_rms_m_s2"))
-    off = {"cage_error": cage, "band_rms_error": band}
-    found: Row = {name: None if ratio is None else abs(ratio - 1) for name, ratio in off.items()}
-    found["line_error_pct"] = None if cage is None else 100 * abs(cage - 1)
-    return found | {"band_rms_error_db": None if band is None else 20 * math.log10(band)}
+    """Errors of the step as for the bundled solvers, and that of BPFO, which follows the cage [%]; None if unknown."""
+    found = solver_errors(own, right)
+    return found | {"line_error_pct": None if found["cage_error"] is None else 100 * found["cage_error"]}
 
 
 def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
@@ -202,17 +201,6 @@ def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
         why = f"its step is wrong by {' and '.join(beyond)}" if beyond else "no converged run tells the step's error"
         found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
     return found | {"ok": works(found["status"])}
-
-
-def with_fronts(rows: Sequence[Row]) -> list[Row]:
-    """The rows with `pareto`: ok, and no other ok row of its scene is as cheap and as near, by the band's RMS."""
-    good = [(row, row["cpu_per_simulated_s"], row["band_rms_error"]) for row in rows if row.get("ok")]
-    beaten = [
-        one
-        for (one, cost, error), (other, less, nearer) in itertools.permutations(good, 2)
-        if one["scene"] == other["scene"] and less <= cost and nearer <= error and (less, nearer) != (cost, error)
-    ]
-    return [row | {"pareto": bool(row.get("ok")) and row not in beaten} for row in rows]
 
 
 def _compared(row: Row, references: Mapping[tuple[str, str, str], Row]) -> Row:
@@ -254,8 +242,7 @@ def _offered(model: str, solvers: Sequence[str]) -> tuple[str, ...]:
 
 def _series(row: Mapping[str, Any]) -> str:
     """Name of a row's model and solver in tables and charts."""
-    model = str(row["model"])
-    return f"{model if model.startswith(COMMAND) else Path(model).name} {row['solver']}" if model else row["solver"]
+    return f"{Path(row['model']).name} {row['solver']}".strip()
 
 
 def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s: Iterable[int]) -> list[Row]:
@@ -273,22 +260,10 @@ def _scene(case: Case, seconds: float) -> Scene:
     return replace(usual, model=case["model"] or usual.model, solver=solver)
 
 
-def _line(row: Mapping[str, Any]) -> str:
-    """A row in a line."""
-    names = {
-        "cpu_per_simulated_s": "{:.3g} s/s",
-        "line_error_pct": "line {:.2g} %",
-        "band_rms_error_db": "level {:+.2f} dB",
-    }
-    known = [text.format(row[name]) for name, text in names.items() if row[name] is not None]
-    return ", ".join([f"{row['scene']}, {row['series']} at 1/{row['steps_per_s']} s", *known, str(row["status"])])
-
-
-def _bench_text(rows: Sequence[Row], model: str | None) -> str:
+def _bench_text(rows: Sequence[Row], model: str | None, columns: Mapping[str, str]) -> str:
     """All rows of the model, those on the fronts, and the ratio of cost to the default solver's."""
     usual = [row for row in rows if not model or row["pareto"] or (row["model"], row["solver"]) == USUAL]
     own = [row for row in rows if model and row["model"] == model]
-    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
     shown = [dict.fromkeys(SHOWN.values()) | row for row in rows if row in usual or row in own]
     ratios = [
         f"{row['series']} takes {row['cpu_ratio']:.3g} times ({low:.3g} to {high:.3g}) the CPU of "

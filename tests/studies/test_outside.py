@@ -79,8 +79,7 @@ def test_the_quick_chart_of_the_bundled_model_goes_on_where_it_was_stopped(srbva
     first = srbval_text("bench", "--quick", "--solvers", "imex2", "ode4")
     said = [line for line in first.err.splitlines() if not line.startswith("Speed accuracy")]
     assert re.match(r"about \d+ s(, \d+ s of it to compile the solvers once)?; stop with Ctrl-C", said[0])
-    assert [line.split(",")[1].split()[0] for line in said[1:]] == ["imex2", "ode4"], "a line as each ends"
-    assert "energy-open" in said[2]
+    assert [line.split()[1] for line in said[1:]] == ["solver", "imex2", "ode4"], "a line as each ends"
     found = srbval_json("bench", "--quick", "--solvers", "imex2", "ode4", "ode1")
     assert [row["ok"] for row in found["runs"]] == [True, False, False]
     assert srbval_text("bench", "--quick", "--solvers", "imex2", "ode4").out == first.out, "costs are read, too"
