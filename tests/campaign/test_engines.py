@@ -17,8 +17,7 @@ from srbval.campaign.engines import CHECK_S, DaskEngine, choose_engine, results_
 from srbval.campaign.results import CaseResult
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from tests.campaign.campaigns import MIXED, content, run_small, small
-from tests.campaign.command import MANY, dask_cluster, stand_in_for_slurm, start
+from tests.campaign.campaigns import MANY, MIXED, content, dask_cluster, run_small, small, stand_in_for_slurm, start
 from tests.marked import until
 
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two

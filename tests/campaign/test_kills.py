@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from srbval.campaign.settings import load_campaign
-from tests.campaign.campaigns import content, run_small
-from tests.campaign.command import MANY, cluster, start
+from tests.campaign.campaigns import MANY, cluster, content, run_small, start
 from tests.marked import listening, marked, reachable, until
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")

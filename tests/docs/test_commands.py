@@ -17,7 +17,7 @@ from srbval.campaign.cases import plan_cases
 from srbval.cli import main
 from srbval.cli.arguments import parser
 from srbval.storage.installation import shipped_folder
-from tests.campaign.command import cluster
+from tests.campaign.campaigns import cluster
 
 DOCS = Path(srbval.__file__).parent / "docs"
 README = DOCS.parents[1] / "README.md"
