@@ -28,11 +28,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip the long form (see `contributing.md`) unless `SRBVAL_TESTS=all`."""
-    if os.environ.get("SRBVAL_TESTS") != "all":
-        for item in items:
-            if item.get_closest_marker("long_form"):
-                item.add_marker(pytest.mark.skip(reason="of the long form: SRBVAL_TESTS=all"))
+    """Mark the suite of verification; skip the long form (see `contributing.md`) unless `SRBVAL_TESTS=all`."""
+    short = os.environ.get("SRBVAL_TESTS") != "all"
+    for item in items:
+        if "verification" in item.path.parts:
+            item.add_marker(pytest.mark.verification)
+        if short and item.get_closest_marker("long_form"):
+            item.add_marker(pytest.mark.skip(reason="of the long form: SRBVAL_TESTS=all"))
 
 
 @pytest.hookimpl(optionalhook=True)
