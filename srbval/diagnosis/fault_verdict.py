@@ -153,9 +153,10 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         finding = Finding.NOTHING_FOUND
         seen = {f: smallest_seen(analysis.line_of(f), comparison) for f in DEFECTS}
         least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
+        steady = "" if analysis.processed.tracking.used else " at a steady speed"
         headline = (
             "Nothing found: no fault is named and no strong line is unexplained; a fault would have been seen from a "
-            f"modulation of about {100 * least:.2g} % up"
+            f"modulation of about {100 * least:.2g} % up{steady}"
         )
         each = (f"{f.line} {f'from {100 * x:.2g} % up' if x < STRUCK_DEPTH else 'not at all'}" for f, x in seen.items())
         limits = (

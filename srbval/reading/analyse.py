@@ -5,23 +5,26 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
-from srbval.reading.lines import Line, clearness, sidak_corrected
+from srbval.reading.lines import Line, clearness, detected_fault_lines, sidak_corrected
 from srbval.reading.pipeline import (
     LEAST_REVOLUTIONS,
     SQUARED_UNIT,
     BandChoice,
+    Tracking,
     bands_of_record,
     choose_tracking,
     declared_band,
     process,
     whole_band_of,
 )
-from srbval.reading.speed_search import SpeedSearch, search
+from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.reading.verdict import closure_of, describe_lines
-from srbval.recordings import Recording, ShaftSpeed
+from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import NORMAL_95
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
 
@@ -153,6 +156,28 @@ def analyse(
     if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
+    found, band = _clearest(recording, bearing, known_speed, bands, tracking)
+    if tracking.course is None and recording.origin is Origin.MEASURED and not detected_fault_lines(found.lines):
+        course = course_by_comb(found.processed, bearing, known_speed)
+        if course is not None:
+            speeds = np.diff(course.turns) / np.diff(course.time_s)
+            low, high = (100 * (speeds.min() / speeds.mean() - 1), 100 * (speeds.max() / speeds.mean() - 1))
+            why = (
+                f"the shaft drifts by {low:+.2g} to {high:+.2g} % about its mean speed within the record, as a "
+                "comb that stands out in every part shows: lines are read at even shaft angles about the speed stated"
+            )
+            recording = replace(recording, cautions=(*recording.cautions, why))
+            tracking = Tracking(
+                why=why, drift_bins=course.drift_bins(bearing.orders.bpfi), course=course, mean_hz=known_speed.value_hz
+            )
+            found, band = _clearest(recording, bearing, known_speed, bands, tracking)
+    return Analysis(**vars(found), recording=recording, band=band)
+
+
+def _clearest(
+    recording: Recording, bearing: Bearing, known_speed: ShaftSpeed, bands: tuple[BandChoice, ...], tracking: Tracking
+) -> tuple[SpeedSearch, BandChoice]:
+    """Search for the lines in the band in which they are clearest, and that band."""
     readings = []
     for band in bands:
         processed = process(recording, band_hz=band.band_hz, tracking=tracking)
@@ -166,8 +191,7 @@ def analyse(
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
         readings.append((replace(found, lines=lines), band))
-    found, band = max(readings, key=lambda reading: clearness(reading[0].lines))
-    return Analysis(**vars(found), recording=recording, band=band)
+    return max(readings, key=lambda reading: clearness(reading[0].lines))
 
 
 def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:

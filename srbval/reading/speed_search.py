@@ -12,13 +12,15 @@ from typing import TypeGuard
 import numpy as np
 import scipy.special
 import scipy.stats
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.interpolate import CubicSpline
 
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.families import HARMONICS, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
-from srbval.reading.pipeline import Processed, periodogram_of, whitened_bands
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, periodogram_of, whitened_bands
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, frequency_error_hz, read_comb
+from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, frequency_error_hz, read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import COMBS
 
@@ -38,6 +40,9 @@ LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a 
 ALLOWANCE = 8e-4
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0
+# A drifting shaft is followed in so many parts, in steps from part to part of at most this share of the speed, if the
+# comb is on average so far above a typical one: noise reaches 1.
+DRIFT_PARTS, LARGEST_STEP, LEAST_PART = 8, 0.03, 4.0
 SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 
 
@@ -290,6 +295,46 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
     if spread > SMEAR:
         return None
     return ShaftSpeed(value_hz=value, ci95_hz=max(ALLOWANCE, spread) * value, source=SpeedSource.ESTIMATED)
+
+
+def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> ShaftAngle | None:
+    """Course of a drifting shaft, of mean `speed`, by the comb of a fault that stands out in all parts of a record.
+
+    It is the path of the highest combs through the parts; only its changes are used. None without such a comb, or if it
+    moves by less than the search window of a steady shaft.
+    """
+    size = processed.squared.size // DRIFT_PARTS
+    if size / processed.squared_fs_hz * speed.value_hz < LEAST_REVOLUTIONS:
+        return None
+    parts = [replace(processed, squared=processed.squared[n * size : (n + 1) * size]) for n in range(DRIFT_PARTS)]
+    lowest_hz = min(family.kinematic_hz for family in families_of(bearing, speed.value_hz)) / 2
+    combs = [CombSpectrum.of([periodogram_of(one, bearing, speed)], lowest_hz, HARMONICS) for one in parts]
+    reach, paths = round(LARGEST_STEP / combs[0].step), []
+    for family in families_of(bearing, speed.value_hz)[: len(DEFECTS)]:
+        inside = np.abs(combs[0].frequency_hz / family.kinematic_hz - 1) <= SEARCH_SHARE
+        if not inside.any():
+            continue
+        score = np.array([one.score[inside] - one.typical(LARGEST_STEP) for one in combs])
+        total, origins = score[0], []
+        for own in score[1:]:
+            near = sliding_window_view(np.pad(total, reach, constant_values=-np.inf), 2 * reach + 1)
+            origins.append(np.arange(total.size) + near.argmax(axis=1) - reach)
+            total = own + near.max(axis=1)
+        path = [int(np.argmax(total))]
+        for origin in reversed(origins):
+            path.append(int(origin[path[-1]]))
+        paths.append((float(total.max()) / DRIFT_PARTS, combs[0].frequency_hz[inside][path[::-1]]))
+    mean, course = max(paths, key=lambda one: one[0], default=(0.0, np.ones(1)))
+    course = speed.value_hz * course / course.mean()
+    if mean < LEAST_PART or np.ptp(course) < 2 * window_share(bearing, speed) * speed.value_hz:
+        return None
+    middle = (np.arange(DRIFT_PARTS) + 0.5) * size
+    at = np.arange(0, DRIFT_PARTS * size, max(1, size // 64))
+    rate_hz = processed.squared_fs_hz / max(1, size // 64)
+    whole = np.pad(
+        CubicSpline(middle, course, bc_type="natural")(at), round(processed.end_s * rate_hz) + 1, mode="edge"
+    )
+    return ShaftAngle.from_speed(whole, rate_hz)
 
 
 def _terms(line_hz: float) -> list[tuple[int, int]]:
