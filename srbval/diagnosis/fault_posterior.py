@@ -22,12 +22,11 @@ CLASSES = (Fault.HEALTHY.value, *ONE, OPEN, *PAIRS.values())
 # stands out in the table is as much more probable with a fault than without as this share is below one: 42 of the 47
 # faulty records at hand have such a line, 4 of the 30 healthy ones. A line risen over a healthy record's counts twice.
 BESIDE = 0.1
-SECOND = BESIDE**2  # probability of a second cause that is a comb at a line of this bearing too
 # Healthy or not with equal odds, and all single faults as probable as something else and as a fault that hides, which
 # 10 of 47 do: a record in which nothing stands out is healthy with 0.83, and 30 of 39 such records are. Stated,
 # not fitted.
 PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.1 for name in CLASSES if name not in PAIRS.values()}
-PRIOR |= dict.fromkeys(PAIRS.values(), PRIOR[OPEN] * SECOND)
+PRIOR |= dict.fromkeys(PAIRS.values(), PRIOR[OPEN] * BESIDE)
 LEAST_NAMED = 1 - 1 / 3.0  # probability from which a fault is named: a wrong call costs three times as much as none
 MOST = 0.97  # (n + 1/2) / (n + 1) after n = 15 of 15 bearings of a class, the most at hand (Jeffreys' prior)
 SHARED = 0.5  # correlation of two records of one bearing: 0.36 in 84 of healthy ones, 0.73 in 53 of faulty races
@@ -69,7 +68,7 @@ def _of_combs(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
         both = ratios[view.strongest] + ratio(name, second)
         if OTHER in (name, view.strongest):
             part = name if view.strongest == OTHER else view.strongest
-            ratios[part] = _log_sum([ratios[part], math.log(SECOND) + both])
+            ratios[part] = _log_sum([ratios[part], math.log(BESIDE) + both])
         else:
             ratios[PAIRS[frozenset((name, view.strongest))]] = both
     return ratios
