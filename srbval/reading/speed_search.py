@@ -41,7 +41,7 @@ ALLOWANCE = 8e-4
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0
 # A drifting shaft is followed in so many parts, in steps from part to part of at most this share of the speed, if the
-# comb is on average so far above a typical one: noise reaches 1.
+# comb is on average so far above a typical one: noise reaches 1.7, another machine's impacts 2.5.
 DRIFT_PARTS, LARGEST_STEP, LEAST_PART = 8, 0.03, 4.0
 SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 

@@ -8,21 +8,24 @@ import itertools
 import numpy as np
 import pytest
 
-from srbval import Analysis, Origin, ShaftSpeed, SpeedSource, analyse
+from srbval import Analysis, Origin, Recording, ShaftSpeed, SpeedSource, analyse
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline
 from srbval.diagnosis.diagnose import SHALLOW_DEPTH, is_fault_like, weigh
 from srbval.diagnosis.fault_scores import OTHER
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict, smallest_seen, verdict_of
-from srbval.reading.lines import SHAFT, Line, read_lines
-from srbval.recordings.speed import nominal_speed
+from srbval.reading.lines import SHAFT, Line, detected_fault_lines, read_lines
+from srbval.recordings.registry import listing
+from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.report.blocks import Tone
 from srbval.report.sections.user_report import TONES
 from srbval.storage.json_files import to_json
+from srbval.studies.naming.records import known_records
+from srbval.studies.reading.records import BACKGROUNDS, MACHINE_HZ, RATE_HZ
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.diagnosis.test_fault_posterior import scores
 from tests.reading.test_lines import periodogram, squared_envelope
-from tests.reading.test_shaft_speed import BEARING, outer_race, record
+from tests.reading.test_shaft_speed import BEARING, add_impacts, outer_race, record
 
 NOTHING = BaselineComparison(sentence="There is no healthy record to compare.")
 UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 859 rpm",))
@@ -207,3 +210,81 @@ def test_a_comb_without_scatter_is_not_named_and_the_answer_says_by_which_rule(j
     assert len(lines) <= 15
     assert lines[1].startswith("Not named: once tones and all that repeats exactly") == (jitter == 0)
     assert ("--healthy FILE" in " ".join(lines[1:4])) == (jitter == 0)
+
+
+def judged(recording: Recording, rpm: float, tolerance_pct: float = 0.0, **changes: object) -> FaultVerdict:
+    """Verdict on a record at a stated speed, or a set point with a tolerance, which contradicts itself nowhere."""
+    speed = nominal_speed(rpm, tolerance_pct) if tolerance_pct else stated_speed(rpm, 1.0)
+    analysis = analyse(dataclasses.replace(recording, speed=speed, nominal_rpm=None), bearing=BEARING, **changes)
+    verdict = fault_verdict(analysis)
+    assert_no_contradiction(analysis, verdict)
+    assert verdict.diagnosis.probabilities["healthy"] <= 0.5 or not detected_fault_lines(analysis.lines)
+    return verdict
+
+
+def part_of(recording: Recording, first: float, end: float) -> Recording:
+    samples = recording.channels["x"]
+    return dataclasses.replace(recording, channels={"x": samples[int(first * samples.size) : int(end * samples.size)]})
+
+
+def test_a_verdict_is_stable_under_its_inputs():
+    """Tolerance, speed by 0.2 %, halves, four fifths, another band: the same part, and no probability jumps."""
+    whole = record(shaft_hz=25.0)
+    found = [judged(whole, 1500.0, tolerance) for tolerance in (0.0, 0.3, 0.5, 1.0, 2.0, 4.0)]
+    found += [judged(whole, rpm) for rpm in (1497.0, 1503.0)]
+    found += [judged(part_of(whole, *ends), 1500.0) for ends in ((0, 0.5), (0.5, 1), (0, 0.8))]
+    found += [judged(whole, 1500.0, band_hz=band) for band in ((1000.0, 5000.0), (2500.0, 4500.0))]
+    assert {one.part for one in found} == {Fault.INNER}
+    assert np.ptp([one.diagnosis.probabilities["inner"] for one in found]) < 0.3
+
+
+def impacts(hz: float, seed: int, height: float = 1.0) -> Recording:
+    rng, plain = np.random.default_rng(seed), record(shaft_hz=25.0, fault=False, seed=seed)
+    at = np.arange(0.01, plain.seconds - 0.02, 1 / hz)
+    signal = plain.channels["x"].copy()
+    add_impacts(signal, at + rng.normal(0, 0.003 / hz, at.size), height * rng.normal(1, 0.1, at.size))
+    return dataclasses.replace(plain, channels={"x": signal})
+
+
+@pytest.mark.parametrize(("name", "number"), [("bpfi", 2), ("bpfi", 3), ("bpfo", 2), ("bpfi", 4)])
+def test_impacts_at_a_fraction_of_a_line_are_no_fault(name, number):
+    verdict = judged(impacts(getattr(BEARING.orders, name) * 25.0 / number, number), 1500.0)
+    assert verdict.part is None
+    assert verdict.finding is Finding.UNDECIDED
+
+
+@pytest.mark.parametrize(("name", "mains"), [("bpfo", 100.0), ("bpfi", 150.0), ("bpfo", 120.0), ("bpfi", 120.0)])
+def test_a_line_at_a_multiple_of_the_mains_is_not_named_and_said(name, mains):
+    rpm = 60 * mains / getattr(BEARING.orders, name)
+    verdict = judged(impacts(mains, 1), rpm)
+    assert verdict.part is None
+    assert "times the mains frequency" in verdict.sentence
+    assert judged(impacts(1.02 * mains, 1), 1.02 * rpm).part is Fault.of_line(name.upper())
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_faults_are_two_and_one_is_one(seed):
+    outer, inner = (impacts(order * 25.0, seed, 3.0) for order in (BEARING.orders.bpfo, BEARING.orders.bpfi))
+    both = dataclasses.replace(outer, channels={"x": outer.channels["x"] + inner.channels["x"]})
+    assert [judged(one, 1500.0).parts for one in (outer, inner)] == [(Fault.OUTER,), (Fault.INNER,)]
+    verdict = judged(both, 1500.0)
+    assert set(verdict.parts) == {Fault.OUTER, Fault.INNER}
+    assert verdict.headline.startswith("Outer race and inner race faults")
+
+
+@pytest.mark.parametrize("name", BACKGROUNDS)
+def test_backgrounds_are_not_named_and_contradict_nothing(name):
+    plain = record(shaft_hz=25.0, fault=False)
+    for seed in range(3):
+        samples = BACKGROUNDS[name](np.random.default_rng((9, seed)))
+        assert judged(dataclasses.replace(plain, channels={"x": samples}, fs_hz=RATE_HZ), 60 * MACHINE_HZ).part is None
+
+
+@pytest.mark.recordings
+@pytest.mark.long_form
+def test_no_recording_is_called_two_things(recordings_dir, monkeypatch):
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
+    for known in known_records(listing().recordings):
+        recording, bearing = known.load()
+        analysis = analyse(recording, bearing=bearing)
+        assert_no_contradiction(analysis, fault_verdict(analysis, all_channels=True))

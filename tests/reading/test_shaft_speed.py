@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import re
 from collections import Counter
 
 import numpy as np
@@ -273,3 +274,44 @@ def test_a_bearing_file_may_state_it_and_the_option_overrides_it(tmp_path):
     path.write_text(f"title = 'a'\nsource = 'b'\nlargest_slip_pct = 30\n{orders}")
     with pytest.raises(ConfigurationError, match=r"30 %: must be positive and at most 5 %"):
         load_bearing(path)
+
+
+def of_course(order: float, course: np.ndarray, swing: float) -> Recording:
+    """Impacts at an order of a shaft that turns with `course` [n] about 25 Hz, in noise; the tachometer is lost."""
+    rng, plain = np.random.default_rng(3), record(shaft_hz=25.0, fault=False)
+    turns = np.cumsum(25.0 * course) / FS_HZ
+    at = np.flatnonzero(np.diff(np.floor(order * turns)))
+    at += rng.integers(-1, 2, at.size)
+    signal = rng.normal(0, 0.3, turns.size)
+    at = at[at < turns.size - 100]
+    add_impacts(signal, at / FS_HZ, 1 + swing * np.cos(2 * np.pi * turns[at]))
+    return dataclasses.replace(plain, channels={"x": signal}, speed=nominal_speed(1500.0, 0.1))
+
+
+STEADY_S = np.arange(int(FS_HZ * SECONDS)) / FS_HZ / SECONDS  # share of the record
+
+
+@pytest.mark.parametrize(
+    ("course", "span_pct"),
+    [
+        (1 + 0.08 * (STEADY_S - 0.5), 8),
+        (1 - 0.12 * (STEADY_S - 0.5), 12),
+        (1 + 0.03 * np.sin(2 * np.pi * STEADY_S), 6),
+        (1 + 0 * STEADY_S, 0),
+    ],
+)
+@pytest.mark.parametrize(("line", "swing"), [("BPFO", 0.0), ("BPFI", 0.6)])
+def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, line, swing):
+    order = getattr(BEARING.orders, line.lower())
+    found = analyse(of_course(order, course, swing), bearing=BEARING)
+    assert found.line(line).detected
+    said = [float(x) for one in found.recording.cautions for x in re.findall(r"drifts by (\S+) to (\S+) %", one)[0]]
+    assert found.processed.tracking.used == bool(span_pct)
+    assert sum(map(abs, said)) == pytest.approx(span_pct, rel=0.1)
+
+
+def test_noise_does_not_drift():
+    for seed in range(3):
+        signal = np.random.default_rng(seed).standard_normal(STEADY_S.size)
+        plain = dataclasses.replace(record(shaft_hz=25.0, fault=False), channels={"x": signal})
+        assert not analyse(plain, bearing=BEARING).recording.cautions
