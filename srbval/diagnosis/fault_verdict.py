@@ -16,7 +16,7 @@ from typing import Any
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline, short_ratio
 from srbval.diagnosis.diagnose import RIGS, Diagnosis, diagnose, is_fault_like
-from srbval.diagnosis.fault_posterior import LEAST_NAMED, OTHER, faults_of, label_of
+from srbval.diagnosis.fault_posterior import LEAST_NAMED, OTHER, faults_of, label_of, share_of
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected
 from srbval.recordings import Origin
@@ -56,8 +56,8 @@ class FaultVerdict:
         """Headline and probability in one sentence."""
         if self.diagnosis is None:
             return self.sentence
-        name = self.diagnosis.best_class
-        share = f"{label_of(name)} {100 * self.diagnosis.probabilities[name]:.0f} %"
+        name = self.diagnosis.state if self.parts else self.diagnosis.best_class
+        share = f"{label_of(name)} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {RIGS} rigs)."
 
     @property

@@ -19,6 +19,7 @@ from srbval.diagnosis.fault_posterior import (
     most_probable,
     of_one_machine,
     probabilities,
+    share_of,
     stands_out,
 )
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
@@ -251,12 +252,14 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     together = of_one_machine([fault["log_likelihood"] for fault in faults])
     shares = probabilities(together)
     state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
-    parts, best = faults_of(state), most_probable(shares)
+    parts = faults_of(state)
+    best = state if parts else most_probable(shares)
     answer = f"{label_of(state)} fault" if parts else f"{label_of(state)}, no fault named"
     if state == UNDECIDED:
         answer = state
     shown = sum(excess is not None and stands_out(excess) for excess in cage)
-    said = f"One machine: {answer} ({label_of(best)} {100 * shares[best]:.0f} % by {len(faults)} records together)."
+    share = f"{label_of(best)} {100 * share_of(best, shares):.0f} %"
+    said = f"One machine: {answer} ({share} by {len(faults)} records together)."
     said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return entry | {
         "state": state,

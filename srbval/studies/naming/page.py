@@ -9,6 +9,18 @@ from srbval.report.blocks import Block
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 
+GRADED = {
+    "grade": ("Grade", "", ""),
+    "part": ("Part", "", ""),
+    "records": ("Records", "", "d"),
+    "right": ("Right", "", "d"),
+    "wrong": ("Wrong", "", "d"),
+    "undecided": ("Undecided", "", "d"),
+    "nothing_found": ("Nothing found", "", "d"),
+    "first_right": ("Ranked first, right", "", "d"),
+    "public_right": ("Public tool, right", "", "d"),
+    "public_wrong": ("Public tool, wrong", "", "d"),
+}
 COUNTS = {"right": "Right", "wrong": "Wrong", "none": "None", "healthy_called": "Healthy called"}
 
 
@@ -24,6 +36,8 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     counts = {name: (title, "", "d") for name, title in COUNTS.items()}
     yield prose.table("fault-naming", every, {"name": ("Method", "", "")} | counts)
     yield prose.table("naming-groups", alone[alone["by"] != "all"], {"of": ("Set or class", "", "")} | counts)
+    if graded := content.get("graded"):
+        yield prose.table("graded", pd.DataFrame(graded["table"]), GRADED, run=graded["run"])
 
 
 PAGE = study_page(__package__, 120.1, blocks, data=lambda content: {"naming": content["methods"]})
