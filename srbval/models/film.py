@@ -1,16 +1,9 @@
 """Films between rollers and races, how they shear, and what rolling costs: closed forms, SI, floats or arrays.
 
-Film thickness: D. Dowson & S. Toyoda 1979 for the middle of a line contact, B. J. Hamrock & D. Dowson 1977 for the
-middle and the least of an elliptical one; shear heating of the inlet: J. F. Murch & W. R. D. Wilson 1975. Traction: the
-film's mean shear stress is Eyring's at the mean Hertzian pressure (B. Jacod, C. H. Venner & P. M. Lugt 2001, doi
-10.1115/1.1308021: all their computed contacts lie near that one curve; abstract read, formula quoted from memory). With
-asperities that touch, their share of the load follows from the film over the roughness (R. S. Zhou & M. R. Hoeprich
-1991). Rolling resistance: P. K. Goksem & R. A. Hargreaves 1978, as in Zhou & Hoeprich. Hamrock & Dowson's least film
-and k were read in the abstract of their paper (J. Lubr. Technol. 99, 264), their middle film was checked in open codes;
-all other constants are quoted from memory. The tests compare them with Grubin's inlet, integrated, and other formulas.
-
-Left out: starved inlets, shear heating within the contact, the rollers' own elasticity, grease.
-"""
+The page "Oil" of the theory has the formulas and what is left out. Sources: D. Dowson & S. Toyoda 1979; B. J. Hamrock &
+D. Dowson 1977, J. Lubr. Technol. 99, 264 (abstract read); J. F. Murch & W. R. D. Wilson 1975; B. Jacod, C. H. Venner &
+P. M. Lugt 2001, doi 10.1115/1.1308021 (abstract read); R. S. Zhou & M. R. Hoeprich 1991; P. K. Goksem & R. A.
+Hargreaves 1978. Constants that the page does not name as checked are quoted from memory."""
 
 import math
 

@@ -1,9 +1,8 @@
 """Status of a run: the bearing's behaviour or the failure of the integration, with advice.
 
-Explicit integration fails silently: rollers are thrown clear, the acceleration is exactly zero and the cage stops. The
-tests therefore ask for what any motion of the model keeps: it stays finite and within the contact geometry, balances
-its forces, dissipates no more energy than is supplied, and resolves its stiffest contacts in time. A bearing need not
-drive its cage or carry the load: while those tests pass, skidding and unloaded rollers are named and are no failures.
+Explicit integration fails silently, see the page "Equations of motion" of the theory, "Health of a run". The tests ask
+for what any motion of the model keeps; a bearing need not drive its cage or carry the load: while they pass, skidding
+and unloaded rollers are named and are no failures.
 
 The limits are measured; unless stated otherwise, on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
 125 kN; friction 0.02, 0.1 and 0.7; either load path; play 0 and 0.1 mm, interference), each by imex2, ode1, ode2 and

@@ -1,14 +1,8 @@
 """The full model with continuous contacts: each circle of a race meets a roller in a patch, not in points.
 
-Same bodies, joints, load and solvers; only the contact differs. A circle of points at spacing s, each a spring K_c,
-meets a roller that would penetrate it by d at the nearest place. A point at distance x along the race is met by
-d - kappa x^2 / 2, kappa the curvature of the gap (roller's plus race's, the concave outer race counting negative). With
-s going to zero and K_c / s held, the sum over the points becomes
-
-    F(d) = K_c / s * integral of max(0, d - kappa x^2 / 2) dx = K_c / s * (4/3) * sqrt(2 / kappa) * d^(3/2),
-
-its damper 2 C_c / s sqrt(2 d / kappa), its elastic energy 2/5 F d. A contact of about three points, the paper's,
-follows it within some per cent. A defect raises a piece of the race: within the piece d + h takes the place of d.
+Same bodies, joints, load and solvers; only the contact differs: force and damper of a patch are on the page "Contact"
+of the theory, "Continuous contact"; its elastic energy is 2/5 F d. A contact of about three points, the paper's,
+follows them within some per cent. A defect raises a piece of the race: within the piece d + h takes the place of d.
 
 The depth rate is that in the patch's middle: elsewhere along it rolling adds as much as it takes. At xi = x over the
 half length the penetration is d (1 - xi^2), and a race that turns by W against a roller of radius rho slips

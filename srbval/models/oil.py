@@ -1,15 +1,9 @@
 """Oil in the slices model: constants for the kernels, and films and powers of a run.
 
-Rolling resistance of a contact of load Q is the couple 2 F R about the contact, with the force F on each surface
-(`film.rolling_force_n`) over the length that an elliptical contact has by B. J. Hamrock & D. Brewe 1983 (quoted from
-memory; a circle has Hertz's radius to 1 %), at most the roller's. Twice: of a fluid that flows through an inlet the
-power is u times the integral of h dp, and that is 2 F u. A roller moves through oil and air with the drag rho c_d A v^2
-/ 2, A its length times its diameter, rho the oil's density times its `fill` (T. A. Harris & M. N. Kotzalas, Advanced
-Concepts of Bearing Technology, 2006; quoted from memory); what carries it along, and the cage, is its pocket, whose
-friction is that share of the force between them.
-
-Left out: drag of the cage's own surfaces and rims, seals (a 22240 has none), starvation.
-"""
+The page "Oil" of the theory has the couple of rolling resistance, the drag, and what is left out. The length of an
+elliptical contact is that of B. J. Hamrock & D. Brewe 1983 (quoted from memory; a circle has Hertz's radius to 1 %).
+The drag's area A is a roller's length times its diameter, its density the oil's times the `fill` (T. A. Harris & M. N.
+Kotzalas, Advanced Concepts of Bearing Technology, 2006; quoted from memory)."""
 
 import math
 

@@ -1,14 +1,8 @@
 """The full model with contacts cut into slices along the roller, after ISO/TS 16281: the bearing as it is built.
 
-Same bodies, joints, load and solvers; only the contact differs. Rollers and raceways have profile radii of their own
-(osculation), so that a contact is longest under load and its ends carry little; each slice of it gives way as a line
-contact of steel does, see `slices_kernel`, with q = c_L delta^(10/9), delta the approach over both of a roller's
-contacts and c_L = 35948 L^(8/9) N/mm^(10/9) (ISO/TS 16281:2008). One of the two takes half the approach.
-Friction acts on each slice with its own slip: dry, eq. (19), or lubricated, where it rises with the slide-to-roll ratio
-to a limit.
-
-Openings of true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a roller. Slices are
-finer there.
+Same bodies, joints, load and solvers; only the contact differs, see the page "Contact" of the theory, "Contact cut into
+slices". Openings have their true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race or a
+roller; slices are finer there.
 
 Left out: slip within a slice's contact along the race, and what pivoting about the normal adds to it across its width;
 crowned ends; that slices support each other.

@@ -1,13 +1,8 @@
 """Estimated error that a run's step leaves in its answers, and the step that keeps it within the tolerances.
 
-From one settled state a short piece is run with the step h and once more with h / `FINER`. The difference d between
-both is taken to fall with the first power of the step, the least that was observed: with a quarter of the step the
-error at h is 4/3 d, at h/2 2/3 d. Rattling rollers are chaotic, so part of d is chance: its standard error is that of a
-delete-one-block jackknife (Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11; quoted from memory,
-not checked), with Student's t for as many blocks as carry the mean, by Kish's effective sample size (Survey Sampling,
-1965, section 8.2; from memory). If a few knocks carry a band, its mean is unknown: the error is then that of the
-geometric mean of the blocks, which shows the level between knocks.
-"""
+The method is on the page "Time integration" of the theory, "The error that a step leaves". Its sources: the
+delete-one-block jackknife of Efron & Tibshirani, An Introduction to the Bootstrap, 1993, chapter 11, and Kish's
+effective sample size, Survey Sampling, 1965, section 8.2, both quoted from memory and not checked."""
 
 import math
 import time

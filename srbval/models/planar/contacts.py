@@ -7,14 +7,8 @@ inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the
 
 The force is tabulated once per run: over the approach, and over the position of a defect besides.
 
-A contact of a ball or a cylindrical roller is a row of independent strips along the race, as in the slices model. A
-strip of a roller of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d, with c_L = 35948 L^(8/9)
-N/mm^(10/9) for both contacts together (ISO/TS 16281). A strip of a ball takes q = c d: with c = 3 Q / (4 a d) and the
-penetration d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to Hertz's force and distribution.
-
-An opening, a hole or a spall, leaves a strip to rest on its nearest edge, at t, by kappa t^2 / 2 lower than the race,
-kappa the curvature of the gap along the race, or on the floor. The contact angle is constant.
-"""
+A contact of a ball or a cylindrical roller is a row of independent strips along the race: the page "The model
+hierarchy" of the theory, "planar", has their laws. The contact angle is constant."""
 
 from __future__ import annotations
 
@@ -322,10 +316,8 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
     """Hertz's contact of two bodies of steel; curvatures of the gap, both bodies', along and across the race.
 
     After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; held
-    against the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``). With the
-    principal curvatures A along and B across, B the smaller, the ratio k of the ellipse's axes follows from
-
-        (A - B) / (A + B) = ((k^2 + 1) E - 2 K) / ((k^2 - 1) E),    K, E complete elliptic integrals of 1 - 1 / k^2.
+    against the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``); the
+    equation of the ratio k of the ellipse's axes is on the page "The model hierarchy" of the theory.
     """
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
