@@ -1,30 +1,228 @@
-"""The tolerance regression: the program's behaviour as computed now against its reference, and what is stale.
+"""The tolerance regression: a fingerprint of the program's behaviour against its reference, and what is stale.
 
-The reference is the file ``reports/fingerprint.json``; `srbval.storage.stored_result` states how far a number may be
-from it, and when evidence is stale.
+A part is what a stored result may depend on, see `PARTS`. Its probe runs it on bundled scenes or on the recordings
+that come with the program, and returns some tens of numbers, which are compared with those in the file
+``reports/fingerprint.json`` within a tolerance, see `srbval.storage.stored_result`: a changed name leaves the
+fingerprint as it is, a changed constant of a model does not.
+
+Rollers that rattle (scenes with play) double a difference every 2 ms: such scenes are run from rest for 12 ms, in which
+rounding, 1e-16, grows to 1e-13. Scenes without play are run for 50 ms.
 """
 
+from __future__ import annotations
+
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from srbval import __version__
-from srbval.check.fingerprint import PARTS, SEPARATOR, fingerprint
+from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_bearing
+from srbval.comparison.cage_means import cage_means
+from srbval.comparison.cage_readings import cage_readings
+from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import ConfigurationError
+from srbval.models.run import Run
+from srbval.models.sensor import along_sensor, band_rms
+from srbval.models.simulate import Step, simulate
+from srbval.path import amplitudes
+from srbval.path.identify import Pair, identify
+from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import load_recording
+from srbval.scene import BANDS_HZ, Scene, load_scene
 from srbval.storage import stored_result
-from srbval.storage.installation import git_revision, shipped_folder
+from srbval.storage.installation import git_revision, package_folder, shipped_folder
 from srbval.storage.json_files import write_json
 from srbval.storage.stored_result import (
     CheckedQuantity,
     Fingerprint,
     StoredResult,
+    Value,
     compared,
     read_result,
     reference_fingerprint,
 )
+from srbval.storage.tables import read_toml
+
+Values = dict[str, Value]
+RATTLING_S, SMOOTH_S = 0.012, 0.05  # simulated time of a probe, with play and without
+STATES = (Fault.HEALTHY, *DEFECTS)
+SOLVERS, SOLVER_STEP_S = ("ode1", "ode2", "ode4", "imex1", "ros2"), 1 / 245760  # beside the default
+IMPULSE_S = 1.0  # of the record that a path is identified with
+SEPARATOR = ": "
+
+
+def fingerprint(*parts: str, jobs: int | None = None, progress: Progress = silent) -> dict[str, Values]:
+    """The numbers of these parts (all of them if none is named), by part and name; some 20 s with compiled kernels.
+
+    Raises `KeyError` for an unknown part, and what running a scene or reading a shipped recording raises.
+    """
+    probes = {name: PARTS[name] for name in parts or PARTS}
+    found = {}
+    with ThreadPoolExecutor(jobs or usable_cores()) as pool:
+        for name, values in zip(probes, pool.map(lambda probe: probe(), probes.values()), strict=True):
+            found[name] = values
+            progress("probe the program's behaviour", len(found) / len(probes))
+    return found
+
+
+def _of_scenes(model: str, base: str, **axes: Any) -> Iterator[tuple[str, Scene]]:
+    """The probe scenes of a model by name: every state and roller fit that it knows."""
+    for fit in axes.get("fits", ("play",)):
+        seconds = axes.get("seconds") or (RATTLING_S if fit == "play" else SMOOTH_S)
+        common = {"model": model, "duration_s": seconds, "settle_s": 0.0, "contact": {"roller_fit": fit}}
+        for state in axes.get("states", STATES):
+            changes = common | {"defect": {"kind": state.scene_word}} | axes.get("changes", {})
+            yield f"{base} {fit} {state}", load_scene(base, changes)
+
+
+def _numbers_of_run(run: Run) -> Values:
+    """Cage, load, power, displacement and vibration of a run, its status, and the error that its step leaves."""
+    along, fs_hz = along_sensor(run.acceleration_m_s2), run.scene.output_rate_hz
+    found: Values = {
+        "status": run.status.value,
+        "cage_ratio": run.cage_ratio,
+        "load_share": run.roller_load_share,
+        "drive_power_w": run.drive_power_w,
+        "ring_y_m": float(run.displacement_m[:, 1].mean()),
+        "sensor_rms_m_s2": float(along.std()),
+        "axial_rms_m_s2": float(run.acceleration_m_s2[:, 2].std()),
+        "across_rms_m_s2": float(run.acceleration_m_s2[:, 0].std()),
+    }
+    for name, band_hz in BANDS_HZ.items():
+        found[f"rms {name} Hz_m_s2"] = band_rms(along, fs_hz, band_hz)
+    estimates = run.step_error.estimates if run.step_error else ()
+    return found | {f"step error of {one.of}": round(one.error, 9) for one in estimates}
+
+
+def _of_model(model: str, base: str, **axes: Any) -> Values:
+    """Run the probe scenes of a model; return their numbers by scene and name."""
+    step = axes.get("step", Step.UNCHECKED)
+    return {
+        f"{scene}{SEPARATOR}{name}": value
+        for scene, made in _of_scenes(model, base, **axes)
+        for name, value in _numbers_of_run(simulate(made, step=step)).items()
+    }
+
+
+def _full() -> Values:
+    """The point-cloud model: both roller fits, the paper's scene; every solver; the estimated error of a step."""
+    found = _of_model("full", "paper", fits=("play", "printed"))
+    own: dict[str, Any] = {"fits": ("printed",), "states": (Fault.OUTER,), "seconds": RATTLING_S}
+    for solver in SOLVERS:
+        values = _of_model("full", "paper", changes={"solver": {"name": solver, "step_s": SOLVER_STEP_S}}, **own)
+        found |= {f"{solver} {name}": value for name, value in values.items()}
+    checked = _of_model("full", "paper", fits=("printed",), states=(Fault.INNER,), step=Step.CHECKED)
+    return found | {f"checked {name}": value for name, value in checked.items()}
+
+
+def _slices() -> Values:
+    """The laminated contact: the rig's scene, and at the speed of the slow records."""
+    slow = {"shaft_speed_rad_s": 340 * math.pi / 30}
+    values = _of_model("slices", "rig", states=(Fault.OUTER,), changes=slow)
+    return _of_model("slices", "rig") | {f"slow {name}": value for name, value in values.items()}
+
+
+@cache
+def _shipped() -> tuple[Analysis, ...]:
+    """The recordings that come with the program, analysed."""
+    files = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))
+    return tuple(analyse(load_recording(path), bearing=load_bearing(DEFAULT_BEARING)) for path in files)
+
+
+def _reading() -> Values:
+    """First harmonics of every shipped recording: where, how surely, how far above the noise; those that are detected.
+
+    The best fit to noise depends on the last digits of a library, so that an undetected line has no numbers.
+    """
+    found: Values = {}
+    for analysis in _shipped():
+        record = analysis.recording.name
+        for line in (one for one in analysis.lines if one.harmonic == 1):
+            name = f"{record} {line.name}{SEPARATOR}"
+            found |= {f"{name}detected": str(line.detected), f"{name}kinematic_hz": line.kinematic_hz}
+            if line.detected:
+                numbers = {"hz": line.found_hz, "ci95_hz": line.ci95_hz, "snr": line.snr, "p": line.false_alarm}
+                found |= {f"{name}{key}": math.nan if one is None else one for key, one in numbers.items()}
+        found[f"{record}{SEPARATOR}shaft_hz"] = analysis.speed.value_hz
+    return found
+
+
+def _diagnosis() -> Values:
+    """Class and probabilities of every shipped recording by itself."""
+    found: Values = {}
+    for analysis in _shipped():
+        made = diagnose(analysis)
+        found[f"{analysis.recording.name}{SEPARATOR}called"] = made.state
+        found |= {f"{analysis.recording.name}{SEPARATOR}{name}_p": share for name, share in made.probabilities.items()}
+    return found
+
+
+def _path() -> Values:
+    """Amplitudes of the shipped recordings; the path between one of them and a run of the impulse model."""
+    bearing, found = load_bearing(DEFAULT_BEARING), Values()
+    for analysis in _shipped():
+        record, state = analysis.recording, analysis.recording.state
+        if state not in RACE_DEFECTS:
+            continue
+        order = bearing.orders.bpfo if state is Fault.OUTER else bearing.orders.bpfi
+        read = amplitudes.levels(record, None) | amplitudes.locked_levels(record, bearing, order)
+        read |= amplitudes.pattern(record, bearing, state, order)
+        found |= {f"{record.name}{SEPARATOR}{name}_db": one.value for name, one in read.items()}
+    record = next(one.recording for one in _shipped() if one.recording.name.startswith("OR_877"))
+    changes = {"model": "impulse", "duration_s": IMPULSE_S, "defect": {"kind": "outer"}}
+    made = identify(Pair(record=record, run=simulate(load_scene("rig", changes))), bearing=bearing)
+    gains = zip(made.path.frequency_hz, made.path.load, strict=True)
+    return found | {f"path {hz:.0f} Hz{SEPARATOR}gain": float(f"{gain:.9g}") for hz, gain in gains}
+
+
+def _comparison() -> Values:
+    """Cage ratios of the shipped recordings, their means by speed, and the ranges of the uncertain inputs."""
+    recordings, found = [one.recording for one in _shipped()], Values()
+    readings = cage_readings(recordings, load_bearing(DEFAULT_BEARING))
+    for one in readings:
+        found |= {f"{one.record}{SEPARATOR}ratio": one.ratio, f"{one.record}{SEPARATOR}u": one.reading_u}
+    means = cage_means(readings)
+    found |= {f"mean at {rpm:g} rpm": float(mean) for rpm, mean in zip(means.rpm, means.means, strict=True)}
+    found |= {f"spread at {rpm:g} rpm": float(of.std()) for rpm, of in zip(means.rpm, means.draws.T, strict=True)}
+    for file in ("comparison/budget.toml", "scene/rig_inputs.toml"):
+        numbers = list(_numbers_in(read_toml(package_folder() / file)))
+        found[f"{file}{SEPARATOR}numbers"] = len(numbers)
+        found[f"{file}{SEPARATOR}sum"] = float(np.dot(numbers, np.sqrt(np.arange(1, len(numbers) + 1))))
+    return found
+
+
+def _numbers_in(table: Any) -> Iterator[float]:
+    """Every number of a nested table, in its order."""
+    if isinstance(table, Mapping):
+        table = table.values()
+    if isinstance(table, int | float):
+        yield float(table)
+    elif not isinstance(table, str) and hasattr(table, "__iter__"):
+        for value in table:
+            yield from _numbers_in(value)
+
+
+PARTS: Mapping[str, Callable[[], Values]] = {
+    "full": _full,
+    "slices": _slices,
+    "line": lambda: _of_model("line", "paper", fits=("play", "printed"), states=(Fault.HEALTHY, *RACE_DEFECTS)),
+    "planar": lambda: _of_model("planar", "paper"),
+    "impulse": lambda: _of_model("impulse", "paper") | _of_model("kinematic", "paper"),
+    "oil": lambda: _of_model("slices", "rig-oil", states=(Fault.HEALTHY,)),
+    "reading": _reading,
+    "diagnosis": _diagnosis,
+    "path": _path,
+    "comparison": _comparison,
+}
+"""Parts of the program by the function that probes each."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,8 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from srbval.check.check import CheckResult, differences, reference_path, run_check, write_reference
-from srbval.check.fingerprint import fingerprint
+from srbval.check.check import CheckResult, differences, fingerprint, reference_path, run_check, write_reference
 from srbval.cli.arguments import Parser
 from srbval.cli.output import answer, own_command, print_table
 from srbval.errors import ConfigurationError

@@ -6,7 +6,7 @@ rests on data sets that do not come with the program. A *document* belongs to on
 a comparison does, and is never computed again.
 
 Evidence depends on the program's behaviour, of which a fingerprint has, for each part of the program, numbers and words
-by name; `srbval.check.fingerprint` computes one, and the reference fingerprint comes with the program.
+by name; `srbval.check.check` computes one, and the reference fingerprint comes with the program.
 """
 
 import enum

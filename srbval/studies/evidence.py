@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-from srbval.check.fingerprint import fingerprint
+from srbval.check.check import fingerprint
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, prefixed, silent
 from srbval.recordings.manifest import HOME_VARIABLE

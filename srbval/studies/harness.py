@@ -50,7 +50,7 @@ class Study:
     """A question that takes minutes to answer and whose answer is stored: the content of its ``study.toml``.
 
     `minutes` is the duration on two cores. `kind`: what the result rests on. `parts`: the parts of the program that the
-    result depends on, as `srbval.check.fingerprint` names them. `options`: its own, as in the commands' file.
+    result depends on, as `srbval.check.check` names them. `options`: its own, as in the commands' file.
     """
 
     name: str
@@ -133,7 +133,7 @@ def make_result(
     given. Raises `DataError` for a file that cannot be written, and for one in ``reports`` if the working tree was
     changed.
     """
-    from srbval.check.fingerprint import fingerprint
+    from srbval.check.check import fingerprint
 
     study, path = load_study(name), Path(options.output) if options.output else None
     if path is not None:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from srbval import ConfigurationError, Scene, load_scene
-from srbval.check import check, fingerprint
+from srbval.check import check
 from srbval.check.check import differences, run_check, write_reference
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
@@ -45,7 +45,7 @@ def off(changes: dict[str, Any]) -> Callable[..., Scene]:
 @pytest.mark.slow
 @pytest.mark.parametrize("changes", [{"stiffness_n_m": 5e7 * (1 + 1e-4)}, {"dynamic_friction": 0.5 * (1 + 1e-4)}])
 def test_an_input_off_by_a_tenth_of_a_per_mille_is_noticed(changes, monkeypatch):
-    monkeypatch.setattr(fingerprint, "load_scene", off(changes))
+    monkeypatch.setattr(check, "load_scene", off(changes))
     found = failed("full")
     assert {"full: paper printed outer: cage_ratio", "full: paper printed outer: drive_power_w"} & found
 

@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from srbval.check.fingerprint import PARTS
+from srbval.check.check import PARTS
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent

@@ -36,7 +36,7 @@ PROBE_AT, PUBLISHED_AT = (0, 60, 150), (0, 1024, 2500)  # output intervals befor
 def scenes(stage: str) -> Iterator[tuple[str, Any]]:
     """Scenes of the fingerprint's parts that run kernels, or of published numbers, by name."""
     from srbval.bearing import RACE_DEFECTS, Fault
-    from srbval.check import fingerprint as probes
+    from srbval.check import check as probes
 
     races = (Fault.HEALTHY, *RACE_DEFECTS)
     yield from probes._of_scenes("full", "paper", fits=("play", "printed"))
