@@ -24,7 +24,7 @@ def test_the_records_are_as_stated():
 
 
 def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named():
-    found = study.background("foreign", 3)
+    found = study.background("foreign", 2)
     assert found["named"] == 0
     assert found["placebos"] > 10
     assert found["stated_below"] <= found["rank_below"] < found["noise_below"]
