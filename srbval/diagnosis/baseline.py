@@ -19,6 +19,8 @@ from srbval.recordings.registry import healthy_baseline, load_registered, regist
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
 SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
+UNIT_FACTORS = {9.80665: "g and m/s2", 1e3: "g and mg", 101.97: "m/s2 and mg"}
+UNIT_TOLERANCE, QUIET, SEGMENT = 0.1, 0.25, 1024  # quantile of the spectra's ratio that a fault leaves, and samples
 RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes one: 6 dB, the usual alarm step
 
 
@@ -26,12 +28,14 @@ RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes 
 class Baseline:
     """A healthy record analysed in the band of the record that is compared with it.
 
-    `conditions` lists differences in speed or load that make the records incomparable, `remarks` all others.
+    `conditions` lists differences in speed or load that make the records incomparable, `remarks` all others; `fault` is
+    the headline of the verdict on the healthy record itself if it names a fault.
     """
 
     analysis: Analysis
     conditions: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    fault: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +114,13 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     """Analyse `healthy` in the band of `analysis`; raises what `analyse` raises.
 
-    Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
+    Raises `ConfigurationError` if both are the same record or seem to be in different units, `DataError` if a scale is
+    missing.
     """
     ours, processed = analysis.recording, analysis.processed
     if _is_same(healthy, ours):
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
+    _require_one_unit(ours, healthy)
     if processed.band_hz[1] >= healthy.fs_hz / 2:
         raise ConfigurationError(
             f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
@@ -149,6 +155,27 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     return Baseline(analysis=found, conditions=tuple(conditions), remarks=tuple(remarks))
 
 
+def _require_one_unit(ours: Recording, healthy: Recording) -> None:
+    """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ by a factor of units."""
+    stated = any(note.startswith("unit ") for one in (ours, healthy) for note in one.notes)
+    if not (stated and ours.unit == healthy.unit and ours.fs_hz == healthy.fs_hz):
+        return
+    spectra = []
+    for one in (ours, healthy):
+        segments = one_signal(one)[: one.samples // SEGMENT * SEGMENT].reshape(-1, SEGMENT)
+        spectra.append(np.mean(np.abs(np.fft.rfft(segments * np.hanning(SEGMENT)))[:, 2:] ** 2, axis=0))
+    if not all(one.all() for one in spectra):
+        return
+    ratio = float(np.quantile(np.sqrt(spectra[0] / spectra[1]), QUIET))
+    for factor, units in UNIT_FACTORS.items():
+        if abs(max(ratio, 1 / ratio) / factor - 1) < UNIT_TOLERANCE:
+            raise ConfigurationError(
+                f"{healthy.name}: the background of the record is {ratio:.3g} times that of the healthy record, as if "
+                f"they were in {units}, and --unit holds for both. State the healthy record's own: `srbval data add "
+                f"FILE --unit U`, or --healthy-scale {ratio:.4g}."
+            )
+
+
 def _same(one: float, other: float) -> bool:
     return abs(one - other) <= SAME_SHARE * max(abs(one), abs(other))
 
@@ -162,6 +189,10 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
     if healthy is None:
         return BaselineComparison(sentence="There is no healthy record of the same machine, speed and load to compare.")
+    if isinstance(baseline, Baseline) and baseline.fault:
+        return BaselineComparison(
+            sentence=f"The healthy record {healthy.recording.name} itself shows a fault: nothing is compared with it."
+        )
     if healthy.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
     name = healthy.recording.name

@@ -148,7 +148,11 @@ def read_recording(
         own, cautions = None, (f"no healthy baseline: {unreadable}",)
     if own is not None and not request.background:
         baseline = baseline_of(analysis, own)
-        said = (*own.cautions, *(baseline.remarks if healthy is not None else ()))
+        judged = fault_verdict(baseline.analysis) if healthy is not None else None
+        if judged is not None and judged.finding is Finding.NAMED:
+            baseline = replace(baseline, fault=judged.headline)
+        faulty = (f"the baseline itself shows a fault ({baseline.fault}): give another",) if baseline.fault else ()
+        said = (*faulty, *own.cautions, *(baseline.remarks if healthy is not None else ()))
         cautions = tuple(f"caution: healthy baseline {own.file}: {caution}" for caution in said)
     verdict = fault_verdict(analysis, baseline, all_channels=all_channels)
     return RecordReading(analysis=analysis, baseline=baseline, verdict=verdict, cautions=cautions)

@@ -14,6 +14,7 @@ from srbval import ConfigurationError, Origin, Recording, ShaftSpeed, SpeedSourc
 from srbval.bearing import Fault, load_bearing
 from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background
 from srbval.diagnosis.fault_scores import OTHER, fault_scores
+from srbval.diagnosis.records import RecordRequest, read_recording
 from srbval.reading import pipeline
 from srbval.reading.pipeline import one_signal, process
 from srbval.recordings.speed import nominal_speed, prescribed_speed
@@ -56,6 +57,26 @@ def test_the_record_itself_in_another_file_is_no_baseline():
     )
     with pytest.raises(ConfigurationError, match="the healthy record is the record itself"):
         baseline_of(faulted_analysis(), copy)
+
+
+def test_a_baseline_that_shows_a_fault_itself_is_named_and_not_compared():
+    faulty = dataclasses.replace(record(shaft_hz=25.0), name="labelled healthy", state=Fault.HEALTHY)
+    read = read_recording(healthy(), RecordRequest(bearing=BEARING.name), healthy=faulty)
+    assert any("the baseline itself shows a fault (Inner race fault" in caution for caution in read.cautions)
+    assert "itself shows a fault" in read.verdict.comparison.sentence
+    fine = read_recording(record(shaft_hz=25.0), RecordRequest(bearing=BEARING.name), healthy=healthy())
+    assert (fine.baseline.fault, fine.verdict.comparison.risen) == ("", Fault.INNER)
+
+
+@pytest.mark.parametrize(("times", "units"), [(9.80665, "g and m/s2"), (1 / 9.80665, "g and m/s2"), (1000, "g and mg")])
+def test_a_baseline_in_another_unit_than_the_user_states_is_refused(times, units):
+    """The factor of the backgrounds tells, if no file does; other factors, or units of the files, are believed."""
+    stated, ours = ("unit m/s2 given by the user",), faulted_analysis()
+    other = healthy(notes=stated, channels={"x": healthy().channels["x"] / times})
+    with pytest.raises(ConfigurationError, match=f"as if they were in {units}.*--healthy-scale"):
+        baseline_of(ours, other)
+    baseline_of(ours, dataclasses.replace(other, notes=()))
+    baseline_of(ours, healthy(notes=stated, channels={"x": healthy().channels["x"] / times**0.7}))
 
 
 FS_HZ, SIZE = 4096.0, 8192
