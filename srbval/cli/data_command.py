@@ -22,7 +22,7 @@ CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
 POINT = ("state", "radial_kn", "axial_kn", "nominal_rpm")  # of a data set's grid [kN, rpm]
-COLUMNS = ("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status")
+COLUMNS = ("file", "data set", "bearing", "state", "radial kN", "axial kN", "set rpm", "rpm", "Hz", "s", "status")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -93,7 +93,10 @@ def _coverage(recordings: Sequence[RegisteredRecording]) -> Iterator[dict[str, A
 
 
 def _print(result: RegisterListing, coverage: Sequence[dict[str, Any]]) -> None:
-    rows = [(r.file, r.dataset, *r.operating_point, r.fs_hz, r.seconds, r.status) for r in result.recordings]
+    rows = [
+        (r.file, r.dataset, r.bearing, *r.operating_point, r.rpm and round(r.rpm, 1), r.fs_hz, r.seconds, r.status)
+        for r in result.recordings
+    ]
     print_table(COLUMNS, rows)
     _print_reasons(result.recordings)
     if result.left_out:

@@ -29,8 +29,8 @@ from srbval.storage.json_files import to_json
 DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
 COLUMNS = ("line", "calc. Hz", "found Hz ± 95 %", "dev. %", "S/N", "p", "id. %", "detected")
 RECORDS = {"file": "file", "state": "state", "strongest fault": "strongest_fault"}
-RECORDS |= {"probability %": "probability", "alarm": "alarm"}
-ALARMS_MEAN = "alarm: yes, a fault is named; check, something strong is unexplained."
+RECORDS |= {"%": "probability", "line": "line", "Hz": "found_hz", "times noise": "snr", "alarm": "alarm"}
+ALARMS_MEAN = "%: probability of that fault. alarm: yes, a fault is named; check, something strong is unexplained."
 CAGE = "cage"
 MOST_CAUTIONS, LONGEST_FILE = 2, 40
 MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the first alarm
@@ -121,7 +121,9 @@ def _run_many(options: argparse.Namespace) -> int:
             name = printable("/".join(path.parts[-2 if alike[path.name] > 1 else -1 :]), LONGEST_FILE)
             channel = row["channel"] if files[row["file"]] > 1 else ""
             shown.append(
-                row | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
+                row
+                | {"file": f"{name} {channel}", "probability": None if share is None else round(100 * share)}
+                | {"snr": None if row["snr"] is None else f"{row['snr']:,.0f}"}
             )
         print(f"{text_rows(shown, RECORDS)}\n\n{ALARMS_MEAN}")
 

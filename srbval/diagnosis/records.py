@@ -181,9 +181,23 @@ def read_records(
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
     if failed and not read:
         raise only_error(failed)
-    order = list(ALARMS)  # then the most probable fault
-    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), -(summary_of(one)["probability"] or 0.0)))
+    order = list(ALARMS)
+    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), *_seriousness(one)))
     return read, failed
+
+
+def _seriousness(document: dict[str, Any]) -> tuple[float, float]:
+    """Ascending sort key of documents of one verdict: the most probable fault in per cent, then the highest line."""
+    shares, line = document["fault"]["probabilities"], _highest_line(document)
+    share = max((shares.get(part.value) or 0.0 for part in DEFECTS), default=0.0)
+    return -round(100 * share), -line["snr"] if line else 0.0
+
+
+def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
+    """The detected line of the part that is called, or else the highest that is detected."""
+    called = next((part.line for part in DEFECTS if part.value == document["fault"]["called"]), None)
+    found = [line for line in document["lines"] if line["harmonic"] == 1 and line["detected"]]
+    return max(found, key=lambda line: (line["name"] == called, line["snr"]), default=None)
 
 
 def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
@@ -222,18 +236,26 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """One row for a document: verdict, most probable fault by the record alone, its probability, `ALARMS`, features."""
+    """One row for a document: verdict, most probable fault and its probability, its line, `ALARMS`, features.
+
+    `snr` is the height of the line, times the noise. The fault of a record in which nothing is found is None.
+    """
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
     part = max(shares, key=lambda one: shares[one] or 0.0)
     called = next((one.label for one in DEFECTS if one.value == fault["called"]), None)
+    line = _highest_line(document) or dict.fromkeys(("name", "found_hz", "snr"))
+    is_open = shares[part] and fault["verdict"] != Finding.NOTHING_FOUND
     return {
         "file": document["file"],
         "name": document["name"],
         "channel": document["channel"],
         "state": f"{called} fault" if called else fault["verdict"] or document["origin"],
-        "strongest_fault": part if shares[part] else None,
-        "probability": shares[part],
+        "strongest_fault": part if is_open else None,
+        "probability": shares[part] if is_open else None,
+        "line": line["name"],
+        "found_hz": line["found_hz"],
+        "snr": line["snr"],
         "alarm": ALARMS[fault["verdict"]],
         **{name: document["features"][name] for name in SUMMARY_FEATURES},
     }

@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.stats import t
 
-from srbval.bearing import DEFECTS
+from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import SAME_SHARE
 from srbval.errors import ConfigurationError, DataError, UnknownNameError
 from srbval.signal import NORMAL_95
@@ -92,7 +92,7 @@ class Trend:
 
     @property
     def answer(self) -> str:
-        """The first alarm and its certainty, in one sentence."""
+        """The line that has risen most, or else the RMS, since when, and its certainty, in one sentence."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -103,14 +103,23 @@ class Trend:
         chance = f"the chance of any false alarm in the whole history is at most {100 * self.false_alarm:.0f} %"
         if first is None or first.first_alarm is None:
             return f"No alarm in {count} records: no level rose above those of the first {self.baseline}; {chance}."
-        n = first.first_alarm
-        point, since = first.points[n], first.points[n:]
-        name = max(point["risen"], key=lambda one: first.rise_db(point["levels"], one) or 0.0)
-        lasting, where = sum(name in one["risen"] for one in since), f" of {first.channel}" if first.channel else ""
+        risen = [
+            (name != RMS, one.rise_db(point["levels"], name) or 0.0, n, name, one)
+            for one in self.channels
+            for name in one.limits
+            for n, point in enumerate(one.points)
+            if name in point["risen"] and not any(name in later["risen"] for later in one.points[n + 1 :])
+        ]
+        _, rise_db, _, name, one = max(risen, key=lambda each: each[:3])
+        n = next(n for n, point in enumerate(one.points) if name in point["risen"])
+        since, part = one.points[n:], Fault.of_line(name)
+        lasting, where = sum(name in point["risen"] for point in since), f" of {one.channel}" if one.channel else ""
+        start = first.points[first.first_alarm]
+        earlier = f"; first alarm: {start['risen'][0]} at {first.time_text(start)}" if first.first_alarm < n else ""
         return (
-            f"Alarm: {name}{where} first at {first.time_text(point)} (record {n + 1} of {count}), "
-            f"{first.rise_db(point['levels'], name):.1f} dB above the first {self.baseline}, and in {lasting} of the "
-            f"{len(since)} records from then on; {chance}."
+            f"Alarm: {f'{part.label} line ({name})' if part else name}{where} {rise_db:+.1f} dB since "
+            f"{one.time_text(since[0])} (record {n + 1} of {count}), over its limit in {lasting} of {len(since)} "
+            f"records from then on{earlier}; {chance}."
         )
 
 

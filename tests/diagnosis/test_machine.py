@@ -183,7 +183,17 @@ def test_a_growing_defect_is_found_and_a_drop_is_not():
     assert found.alarm.first_alarm is not None
     assert 10 < found.alarm.first_alarm < 18
     assert all("BPFI" in point["risen"] for point in found.alarm.points[18:])
-    assert found.answer.startswith(f"Alarm: BPFI of x first at {found.alarm.first_alarm} (record ")
+    since = next(n for n, point in enumerate(found.alarm.points) if "BPFI" in point["risen"])
+    rise = found.alarm.rise_db(found.alarm.points[-1]["levels"], "BPFI")
+    headline = (
+        f"Alarm: inner race line (BPFI) of x {rise:+.1f} dB since {since} (record {since + 1} of 25), over its limit"
+    )
+    assert found.answer.startswith(headline)
+    growing[5:, 3] *= 3.0  # the RMS rises first, and the line is still what the headline names
+    found = trend(growing, baseline=5)
+    assert "Alarm: inner race line (BPFI) of x " in found.answer
+    assert "; first alarm: RMS at 5; " in found.answer
+    assert trend(np.where(np.arange(4) == 3, growing, levels), baseline=5).answer.startswith("Alarm: RMS of x +9.")
     falling = levels.copy()
     falling[10:, 1] /= np.exp(0.5 * np.arange(RECORDS - 10))
     assert trend(falling, baseline=10).answer.startswith("No alarm in 25 records: ")
@@ -235,7 +245,8 @@ def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
     table, page = tmp_path / "trend.csv", tmp_path / "trend.html"
     command = ["trend", str(folder), *STATED, "--baseline", "6", "--machine-class", "medium-rigid"]
     shown = srbval_text(*command, "--csv", table, "--plot", page, code=3)
-    assert shown.out.startswith("Alarm: BPFI of data first at 2026-11-")
+    assert shown.out.startswith("Alarm: inner race line (BPFI) of data +")
+    assert "dB since 2026-11-" in shown.out
     assert "not read: " in shown.err
     assert all(len(line) <= 80 for line in shown.out.splitlines()[3:] if "  " in line)
     assert len(table.read_text().splitlines()) == 1 + 12
