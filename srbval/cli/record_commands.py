@@ -168,7 +168,8 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     if recording.cage_ratio is not None:
         print(f"cage {recording.cage_ratio:.5f} of the shaft's speed, by its own channel")
     low, high = result.processed.band_hz
-    print("" if whole else f"band {low:g} to {high:g} Hz: {result.band.why}")
+    if not whole:
+        print(f"band {low:g} to {high:g} Hz: {result.band.why}")
     print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)

@@ -121,6 +121,11 @@ def test_a_folder_with_broken_files_goes_on_where_it_stopped(folder, srbval_json
     assert first.startswith(f"{FILES} records: {FAULTY} inner race fault, ")
     assert first.endswith(f"{BROKEN} files could not be read.")
     assert header.split()[0] == "file"
+    assert [title for title in ("line", "Hz", "times noise") if title not in header] == []
+    serious = [(-round(100 * (row["probability"] or 0)), -(row["snr"] or 0)) for row in document["summary"][:FAULTY]]
+    assert serious == sorted(serious)
+    assert all((row["line"], row["found_hz"] > 0) == ("BPFI", True) for row in document["summary"][:FAULTY])
+    assert {row["strongest_fault"] for row in document["summary"] if row["state"] == "nothing found"} <= {None}
     assert all(len(row) <= 80 for row in rows[: len(document["records"])])
     assert all(row.endswith("yes") for row in rows[:FAULTY])
     assert all(f"not read: {folder / name}: " in shown.err for name in failed)

@@ -70,7 +70,7 @@ def statuses(recordings):
     return {Path(r.file).name: r.status for r in recordings}
 
 
-def test_every_recording_is_described(folder, srbval_json):
+def test_every_recording_is_described(folder, srbval_json, srbval_text):
     reported = []
     result = add(folder, progress=lambda *call: reported.append(call))
     found = by_name(result.recordings)
@@ -83,6 +83,8 @@ def test_every_recording_is_described(folder, srbval_json):
     assert (Path(readme.file).name, "not a table of numbers" in (readme.reason or "")) == ("README.md", True)
     assert (result.problems, reported[-1]) == ((), ("Register", 1.0))
     assert listing().recordings == verify().recordings == result.recordings
+    shown = next(line for line in srbval_text("data", "list").out.splitlines() if "105.mat" in line)
+    assert ("skf-6205" in shown, " 1797 " in shown) == (True, True)  # bearing and speed
     document = srbval_json("data", "list")
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])

@@ -100,6 +100,7 @@ def test_shared_records_of_known_state(recordings_dir, monkeypatch):
 
 @pytest.mark.recordings
 @pytest.mark.long_form
+@pytest.mark.timeout(3600)
 def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set(recordings_dir, monkeypatch):
     """No data set and no band, so one is chosen on each record; no wrong part is named, and no healthy record."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
