@@ -11,7 +11,10 @@ mean nor scatter predicts the next record. The scatter of the errors beyond the 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
+from scipy.special import stdtrit
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Row
@@ -19,9 +22,6 @@ from srbval.comparison.comparison import QuantityValue as Value
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _DB = 20 / math.log(10)
 LEAST_RECORDS = 5  # for a bias
@@ -164,7 +164,7 @@ def values_of_model(
     return found
 
 
-def biases(comparisons: "pd.DataFrame", *, used_for: str = "") -> list[Row]:
+def biases(comparisons: pd.DataFrame, *, used_for: str = "") -> list[Row]:
     """Bias of each kind, scene and use among the rows that both sides show.
 
     With `used_for` rows of every use count together, under that name. `bias`, its 95 % half width `ci95` and the
@@ -182,9 +182,7 @@ def biases(comparisons: "pd.DataFrame", *, used_for: str = "") -> list[Row]:
     ]
 
 
-def _bias(kind: str, scene: str, used_for: str, rows: "pd.DataFrame") -> Row:
-    from scipy.special import stdtrit
-
+def _bias(kind: str, scene: str, used_for: str, rows: pd.DataFrame) -> Row:
     errors = rows.groupby("record", sort=False)["error"].mean()
     count, mean = len(errors), float(errors.mean())
     data = math.sqrt(float((rows["data_ci95"] ** 2).mean())) / NORMAL_95

@@ -16,13 +16,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from srbval.bearing import Fault
 from srbval.storage.tables import read_toml
-
-if TYPE_CHECKING:  # models and plans use quantities and need no tables
-    import pandas as pd
 
 BUDGET = Path(__file__).with_name("budget.toml")
 _TABLES = read_toml(BUDGET)
@@ -119,23 +118,19 @@ def comparison_row(
     }
 
 
-def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
+def comparison_frame(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     """Frame of rows as `comparison_row` makes them; an empty frame has the same columns."""
-    import pandas as pd
-
     nothing, found = QuantityValue(value=0.0), list(rows)
     return pd.DataFrame(found or [comparison_row(model=nothing, rig=nothing, error=0.0, parts={})]).iloc[: len(found)]
 
 
-def plain_frame(rows: Iterable[Mapping[str, Any]], columns: Iterable[str] | None = None) -> "pd.DataFrame":
+def plain_frame(rows: Iterable[Mapping[str, Any]], columns: Iterable[str] | None = None) -> pd.DataFrame:
     """Frame of rows with plain values, None for missing ones; `columns` (by default all keys) in their order."""
-    import pandas as pd
-
     frame = pd.DataFrame(list(rows), columns=None if columns is None else list(columns)).astype(object)
     return frame.where(frame.notna(), None)
 
 
-def rows_of(frame: "pd.DataFrame") -> list[Row]:
+def rows_of(frame: pd.DataFrame) -> list[Row]:
     """Rows of a frame as plain values, None for missing ones."""
     return list(frame.astype(object).where(frame.notna(), None).to_dict("records"))
 

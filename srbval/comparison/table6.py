@@ -3,7 +3,9 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO
@@ -16,10 +18,6 @@ from srbval.reading.verdict import sum_rule
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 CASES, PAPER_CASE = "data_manifest/cases", "torino-22240"  # the folder of the shipped cases; the paper's
 PRINTED = ("model_hz", "rig_hz", "model_printed_pct", "rig_printed_pct")  # columns of the paper that rows repeat
@@ -93,9 +91,7 @@ def published_rows(
         )
 
 
-def measured_rows(
-    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: "pd.DataFrame"
-) -> Iterator[Row]:
+def measured_rows(rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: pd.DataFrame) -> Iterator[Row]:
     """Our model compared with each recording at its measured speed; states without a found line are left out.
 
     The cage-ratio comparison converted to the line: 1 % of c is 1 % of BPFO and c / (1 - c) % of BPFI.

@@ -11,9 +11,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from scipy.special import stdtrit
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
@@ -30,9 +32,6 @@ from srbval.scene import Scene, SensorPath, parts_along_sensor
 from srbval.scene.sensor_path import HALF_THIRD_OCTAVE
 from srbval.signal import NORMAL_95
 from srbval.signal.locked import LockedMean
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
 RATIOS = (0.1, 30.0)  # range of cross over load in which the ratio is searched
@@ -57,7 +56,7 @@ class Identified:
     """
 
     path: SensorPath
-    bands: "pd.DataFrame"
+    bands: pd.DataFrame
     band_why: str
     sidebands_db: FloatArray | None = None
 
@@ -91,8 +90,6 @@ def identify(
     The power that a `healthy` record has at the same passage is subtracted. Raises `DataError` for records that cannot
     be used, `ConfigurationError` for a band beyond the record and for a record without a fault.
     """
-    from scipy.special import stdtrit
-
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
         band_hz, why = _held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
@@ -183,9 +180,7 @@ def _band_gains(response: Response, mass_kg: float, bands: Edges, name: str) -> 
     return tuple(gains)
 
 
-def _band_table(path: SensorPath, record_db: FloatArray, ring_db: FloatArray) -> "pd.DataFrame":
-    import pandas as pd
-
+def _band_table(path: SensorPath, record_db: FloatArray, ring_db: FloatArray) -> pd.DataFrame:
     columns = {name: getattr(path, name) or math.nan for name in ("frequency_hz", "load", "cross", "u_db")}
     powers = {"record_db": record_db, "ring_load_db": ring_db[0], "ring_cross_db": ring_db[1]}
     return pd.DataFrame(columns | powers)

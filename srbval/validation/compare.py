@@ -9,9 +9,11 @@ the simulation. Lines and cage ratio are compared in orders of the shaft, each s
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+from scipy.special import stdtrit
 
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import (
@@ -41,9 +43,6 @@ from srbval.comparison.comparison import (
 from srbval.signal import NORMAL_95
 from srbval.validation.case import Case, Tolerance
 from srbval.validation.sides import QUANTITIES, SideReading
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 STATED, REPEATS = "simulation: stated", "simulation: repeats"
 LINES = (RACE_LINE, ROLLER_LINE)
@@ -134,8 +133,6 @@ def ensemble(values: Sequence[QuantityValue]) -> tuple[QuantityValue, float | No
     """
     if len(values) < 2:
         return (values[0] if values else MISSING), None
-    from scipy.special import stdtrit
-
     found = np.array([one.value for one in values])
     half = float(stdtrit(found.size - 1, 0.975) * found.std(ddof=1) / math.sqrt(found.size))
     mean = QuantityValue(
@@ -172,7 +169,7 @@ def tolerance_of(quantity: ComparedQuantity, tolerance: Tolerance) -> float | No
     return tolerance.level_db
 
 
-def table_of(rows: Sequence[Row], tolerance: Tolerance) -> "pd.DataFrame":
+def table_of(rows: Sequence[Row], tolerance: Tolerance) -> pd.DataFrame:
     """Table of a validation, a row for each pair and quantity; ``met`` or ``missed`` by a tolerance."""
     return plain_frame([_table_row(row, tolerance) for row in rows], COLUMNS)
 

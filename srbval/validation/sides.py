@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault
 from srbval.comparison.compared_quantities import COMPARED, RACE_LINE, values_of_model
 from srbval.comparison.comparison import QuantityValue
@@ -178,8 +180,6 @@ def pair_files(
     is nearest. `state` is taken for files that state none. Raises `ConfigurationError` for a file whose state is not
     known and for files without a partner.
     """
-    import pandas as pd
-
     groups = {}
     for side, names in (("simulated", simulated), ("measured", measured)):
         paths = files_of_source(dataclasses.replace(settings[side], file=tuple(names)), Path(), side)

@@ -9,7 +9,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
+
+import pandas as pd
 
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
@@ -21,9 +23,6 @@ from srbval.storage.stored_result import newest_result
 from srbval.validation.case import Case, CasePair, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SIDES = ("simulated", "measured")
 SAME_POINT = 0.01  # relative difference of speeds up to which an outer and an inner race make a sum
@@ -54,8 +53,8 @@ class Validation:
     """
 
     case: Case
-    table: "pd.DataFrame"
-    pairs: "pd.DataFrame"
+    table: pd.DataFrame
+    pairs: pd.DataFrame
     comparisons: tuple[Row, ...]
     sums: tuple[Row, ...]
     failed: tuple[Row, ...]
@@ -262,6 +261,6 @@ def sum_rules(rows: Iterable[Row], rolling_elements: int) -> Iterator[Row]:
             yield sum_rule(pair)
 
 
-def _largest(rows: "pd.DataFrame") -> str:
+def _largest(rows: pd.DataFrame) -> str:
     row = rows.loc[rows["error"].astype(float).abs().idxmax()]
     return f"{row['error']:+.2f} {row['error_unit']} ({row['quantity']})"
