@@ -10,6 +10,7 @@ import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault, load_bearing
+from srbval.models import outputs
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, simulate
@@ -84,4 +85,7 @@ def _rolling(state: Fault) -> Run:
 
 def run_with(state: Fault, acceleration: FloatArray) -> Run:
     """A run of pure rolling with these accelerations of its ring, [n, 3]."""
-    return replace(_rolling(state), acceleration_m_s2=acceleration)
+    run = _rolling(state)
+    out = run.out.copy()
+    out[:, outputs.ACCELERATION] = acceleration
+    return replace(run, out=out)
