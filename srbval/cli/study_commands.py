@@ -140,7 +140,7 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         if getattr(given, "model", None) or (name == VERBS["bench"] and given.quick):
             found, stored = _run_outside(name, given, progress, shown.message)
         else:
-            shown.message(f"about {asked.minutes:g} minutes on two cores, some less for a part, and once to compile")
+            shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")
             found, stored = make_result(name, given, progress, command=own_command())
         if name in VERBS.values():
             with stage(progress, "Draw"):

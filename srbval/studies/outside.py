@@ -7,6 +7,7 @@ if its run works and these errors are within `LIMITS`; a run that works beyond t
 import itertools
 import math
 import statistics
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -76,8 +77,8 @@ def bench(
     own = [(model, name) for name in _offered(model, solvers)] if model else []
     others = USUAL[1:] if model and quick else SOLVERS if model or not solvers else solvers
     bundled = sorted([(USUAL[0], name) for name in others], key=lambda one: one != USUAL)
-    probe = _probed(own[0], scenes[0], steps[0], timed_s, progress) if own else None
-    models = own if probe is None or probe.works else []
+    first = {one["solver"]: _probed(one, timed_s, progress) for one in _cases(scenes[:1], own, steps[:1])}
+    models = [(name, solver) for name, solver in own if first[solver][0].works]
     cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)  # half of the kernels give the first points
     fine = [(USUAL, FINER_BUNDLED), *((one, FINER) for one in models)]
     converged = [row for one, finer in fine for row in _cases(scenes, [one], (finer * max(steps),))]
@@ -89,14 +90,15 @@ def bench(
         usual = {**case, "model": USUAL[0], "solver": USUAL[1]}
         return (whole(case), *(1 + PAIRS) * (_scene(usual, timed_s), _scene(case, timed_s)))
 
-    planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], probe)
+    planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], first)
     once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
     message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
     columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
     load, rows, how = load_average(), list[Row](), dict[str, Any](jobs=1, progress=progress)
     right = records(sweep(pd.DataFrame(converged), whole, measures, task="converged runs", **how))
     references = {(row["scene"], row["model"], row["solver"]): row for row in right}
-    for part in (cases[: 1 + len(models)], cases[1 + len(models) :]):
+    early = len(scenes) * len(steps) * (1 + len(models))
+    for part in (cases[:early], cases[early:]):
         compile_for(*map(whole, part), progress=progress)
         for case in part:
             task = f"{_series(case)} at 1/{case['steps_per_s']} s"
@@ -104,15 +106,16 @@ def bench(
             rows.append(_compared(row, references))
             lines = text_rows(rows, columns).splitlines()
             message("\n".join(lines if len(rows) == 1 else lines[-1:]))
-    if probe is not None and not probe.works:
-        failed = {"status": probe.status, "reason": probe.reason, "ok": False}
-        rows += [row | {"series": _series(row)} | failed for row in _cases(scenes, own, steps)]
+    for row in _cases(scenes, [one for one in own if one not in models], steps):
+        tried = first[row["solver"]][0]
+        rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
     # Nearness is that of the level, which a model without a cage has too.
     fronts = with_fronts([row | {"cage_error": row.get("band_rms_error")} for row in rows])
     rows = [row | {"pareto": one["pareto"]} for row, one in zip(rows, fronts, strict=True)]
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
-    content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": rows}
+    named = [row | {"model": row["model"] or _scene(row, timed_s).model} for row in rows]
+    content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": named}
     return StudyResult(content=content, text=_bench_text(rows, model, columns))
 
 
@@ -210,29 +213,33 @@ def _compared(row: Row, references: Mapping[tuple[str, str, str], Row]) -> Row:
     return own | {f"bundled_{name}": value for name, value in errors(row, usual).items()}
 
 
-def _probed(own: tuple[str, str], scene: str, steps_per_s: int, seconds: float, progress: Progress) -> Attempt:
-    """A first short run of a model; `ConfigurationError` if it is refused, as for a wrong name or unit."""
-    (row,) = _cases([scene], [own], [steps_per_s])
+def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
+    """A first short run of a row, and the time that its process took to start [s].
+
+    Raises `ConfigurationError` if it is refused, as for a wrong name or unit.
+    """
+    began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
     if found.run is None:
         raise ConfigurationError(found.reason)
-    return found
+    return found, time.perf_counter() - began - found.run.wall_s
 
 
-def _planned(scenes: Sequence[Scene], probe: Attempt | None) -> tuple[float, float]:
-    """Expected time of all runs with compiling, and of compiling alone [s]; of a model from outside by its `probe`."""
+def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
+    """Expected time of all runs with compiling, and of compiling alone [s]; `first`: short runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     kernels = {kernel for scene in bundled if not is_compiled(scene) for kernel in kernels_of(scene)}
     compile_s = total_s = COMPILE_S * len(kernels) / min(usable_cores(), max(len(kernels), 1))
-    run = None if probe is None else probe.run
-    own_s = 0.0 if run is None else run.cpu_per_simulated_s * run.scene.solver.step_s  # of a step
     for scene in scenes:
-        step_s = own_s
-        if not is_outside(scene.model):
-            method = METHODS[scene.solver.name]
-            step_s = EVALUATION_S[scene.model][method.implicit] * method.evaluations
-        total_s += (scene.settle_s + scene.duration_s) * step_s / scene.solver.step_s
+        name, whole_s = scene.solver.name, scene.settle_s + scene.duration_s
+        if is_outside(scene.model):
+            run, start_s = first[name][0].run, first[name][1]
+            cost = 0.0 if run is None else run.cpu_per_simulated_s * run.scene.solver.step_s
+            total_s += start_s + whole_s * cost / scene.solver.step_s
+        else:
+            cost = EVALUATION_S[scene.model][METHODS[name].implicit] * METHODS[name].evaluations
+            total_s += whole_s * cost / scene.solver.step_s
     return total_s, compile_s
 
 

@@ -131,7 +131,7 @@ def test_an_fmu_on_the_bench(unit, status, srbval_json, srbval_text):
         assert "'radial_load' is in 'bar'. Known: N, kN, MN" in srbval_text(*words, code=2).err
         return
     own, usual = (
-        next(row for row in srbval_json(*words)["runs"] if row["model"] == name) for name in ("bearing.fmu", "")
+        next(row for row in srbval_json(*words)["runs"] if row["model"] == name) for name in ("bearing.fmu", "full")
     )
     assert (own["status"], own["ok"], usual["ok"]) == (status, status == "ok", True)
     assert ("exit code 9" in own["reason"]) is (status == "died")

@@ -101,7 +101,7 @@ def test_a_failed_model_is_a_row_with_its_reason_and_no_cost(srbval_json):
     assert "no licence" in own["reason"]
     assert not own["pareto"]
     assert own.get("cpu_per_simulated_s") is None
-    assert any(row["ok"] for row in found["runs"] if row["model"] == "")
+    assert any(row["ok"] for row in found["runs"] if row["model"] == "full")
 
 
 def test_the_map_finds_the_largest_step_of_the_model_itself(srbval_json, srbval_text):
