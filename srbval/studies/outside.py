@@ -4,6 +4,7 @@ The errors of a row's step are those against the same model's run at a finer ste
 if its run works and these errors are within `LIMITS`; a run that works beyond them is ``inaccurate``.
 """
 
+import importlib
 import itertools
 import math
 import statistics
@@ -31,9 +32,6 @@ from srbval.report.figures.style import Drawn, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
-from srbval.studies.speed_accuracy.study import EVALUATION_S, with_fronts
-from srbval.studies.speed_accuracy.study import errors as solver_errors
-from srbval.studies.stability import study as stability_study
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
@@ -44,7 +42,10 @@ STEPS_PER_S, TIMED_S, COMPARED_S = (40960, 61440, 122880), 0.2, 1.0  # simulated
 QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S = (61440,), 0.05, 0.3
 PAIRS = 2  # of timed runs, after one that does not count
 FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
-COMPILE_S = 15.0  # processor time to compile a kernel; for the planned time alone
+# For the planned time alone: processor time to compile a kernel, and to evaluate a model's equations of motion.
+COMPILE_S, EVALUATION_S = 15.0, {"full": 4e-6, "slices": 1e-5}
+STABILITY_STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
+PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
 COST = ("wall_per_simulated_s", "cpu_per_simulated_s")
 UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
@@ -109,9 +110,7 @@ def bench(
     for row in _cases(scenes, [one for one in own if one not in models], steps):
         tried = first[row["solver"]][0]
         rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
-    # Nearness is that of the level, which a model without a cage has too.
-    fronts = with_fronts([row | {"cage_error": row.get("band_rms_error")} for row in rows])
-    rows = [row | {"pareto": one["pareto"]} for row, one in zip(rows, fronts, strict=True)]
+    rows = [row | {"pareto": on_front(row, rows)} for row in rows]
     machine = this_machine() | {"load_before": load, "load_after": load_average()}
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
     named = [row | {"model": row["model"] or _scene(row, timed_s).model} for row in rows]
@@ -132,11 +131,10 @@ def stability(
     check_names(scenes, ())
     rpm, offered = rpm or (RPM[1:2] if quick else RPM), _offered(model, solvers)
     groups = grid(scene=list(scenes), solver=list(offered), rpm=list(rpm)).assign(model=model)
-    steps = pd.Series(stability_study.STEPS_PER_S, name="steps_per_s")
+    steps = pd.Series(STABILITY_STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
-        least_s, settle = stability_study.LEAST_S, stability_study.SETTLE_PASSAGES
-        return lasting_passages(_scene(case, least_s), stability_study.PASSAGES, least_s=least_s, settle=settle)
+        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
 
     fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
     right = {(row["scene"], row["solver"], row["rpm"]): row for row in records(fine)}
@@ -158,18 +156,14 @@ def stability(
 
 def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
     """Chart or map of a study's content; a model's map shows the stored lines of the default and the paper's solver."""
-    from srbval.studies.speed_accuracy.page import chart
-    from srbval.studies.stability.page import limits_plot
-
+    rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
+    if "limits" in content and "series" in rows and stored is not None:
+        known = pd.DataFrame(stored.content["limits"])
+        beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
+        rows = pd.concat([rows, known[beside].assign(series=known["solver"])], ignore_index=True)
     with figure_style():
-        if name == "speed_accuracy":
-            return chart(pd.DataFrame(content["runs"]))
-        limits, stored = pd.DataFrame(content["limits"]), newest_result("stability")
-        if "series" in limits and stored is not None:
-            known = pd.DataFrame(stored.content["limits"])
-            beside = known["scene"].isin(limits["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
-            limits = pd.concat([limits, known[beside].assign(series=known["solver"])], ignore_index=True)
-        return limits_plot(limits)
+        drawn: Drawn = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
+        return drawn
 
 
 def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
@@ -188,9 +182,20 @@ def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of the step as for the bundled solvers, and that of BPFO, which follows the cage [%]; None if unknown."""
-    found = solver_errors(own, right)
-    return found | {"line_error_pct": None if found["cage_error"] is None else 100 * found["cage_error"]}
+    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
+    cage, band = (own[n] / right[n] if own[n] and right[n] else None for n in ("cage_ratio", "band_rms_m_s2"))
+    off = {"cage_error": cage, "band_rms_error": band}
+    found: Row = {name: None if ratio is None else abs(ratio - 1) for name, ratio in off.items()}
+    found["line_error_pct"] = None if cage is None else 100 * abs(cage - 1)
+    return found | {"band_rms_error_db": None if band is None else 20 * math.log10(band)}
+
+
+def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
+    """True if the row is ok, and no other ok row of its scene is as cheap and as near, by the level."""
+    keys = ("cpu_per_simulated_s", "band_rms_error")
+    good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
+    own = tuple(row.get(key) for key in keys)
+    return own in good and not any(a <= own[0] and b <= own[1] for a, b in good if (a, b) != own)
 
 
 def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
@@ -238,7 +243,7 @@ def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]
             cost = 0.0 if run is None else run.cpu_per_simulated_s * run.scene.solver.step_s
             total_s += start_s + whole_s * cost / scene.solver.step_s
         else:
-            cost = EVALUATION_S[scene.model][METHODS[name].implicit] * METHODS[name].evaluations
+            cost = EVALUATION_S[scene.model] * METHODS[name].evaluations
             total_s += whole_s * cost / scene.solver.step_s
     return total_s, compile_s
 

@@ -17,7 +17,7 @@ SIZE_INCHES = (7.6, 3.2)
 LIMITS = ("largest_stable_dt_s", "predicted_elastic_limit_dt_s", "predicted_limit_dt_s")
 
 
-def limits_plot(limits: pd.DataFrame) -> Drawn:
+def chart(limits: pd.DataFrame) -> Drawn:
     """Largest stable step over speed by scene, a cross at the top if none is; dashed: predicted without friction.
 
     Rows may have a name of their own, `series`, in place of the solver's.
@@ -48,7 +48,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     values = {"cells": len(cells), "stable": stable, "finest": max(steps), "coarsest": min(steps)}
     yield prose.paragraph("intro", **values, **content["tolerances"])
     yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
-    yield prose.figure("stability-chart", panel(limits_plot)(limits), badge=Badge.SIMULATED, **values)
+    yield prose.figure("stability-chart", panel(chart)(limits), badge=Badge.SIMULATED, **values)
     speeds: dict[str, Title] = {name: (name, "1/s", ".0f") for name in by_speed.columns[2:]}
     yield prose.table("stability-limits", by_speed, {"scene": "Scene", "solver": "Solver"} | speeds)
 
