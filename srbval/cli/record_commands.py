@@ -104,7 +104,17 @@ def _severity(options: argparse.Namespace, features: Mapping[str, Any]) -> tuple
 def _run_many(options: argparse.Namespace) -> int:
     if given := [f"--{name}" for name in SINGLE_ONLY if getattr(options, name)]:
         raise ConfigurationError(f"{' and '.join(given)}: for one file at a time; a folder or more files are given.")
-    documents, failed, other = read_many(options)
+    try:
+        documents, failed, other = read_many(options)
+    except DataError:
+        if not options.one_machine:
+            raise
+        machine = {"machine": records.pooled(requests_of(options))}  # each too short by itself
+        return answer(
+            options,
+            machine | {"records": [], "summary": [], "failed": [], "left_out": []},
+            str(machine["machine"]["sentence"]),
+        )
     machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
     rows = [records.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
@@ -133,12 +143,17 @@ def _run_many(options: argparse.Namespace) -> int:
     return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
+def requests_of(options: argparse.Namespace, *, one_band: bool = False) -> list[RecordRequest]:
+    """Requests for all files, those in folders included."""
+    request = request_of(options, one_band=one_band)
+    return [replace(request, file=file) for file in files_of(options.files)]
+
+
 def read_many(
     options: argparse.Namespace, *, one_band: bool = False
 ) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    request = request_of(options, one_band=one_band)
-    requests = [replace(request, file=file) for file in files_of(options.files)]
+    requests = requests_of(options, one_band=one_band)
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
     return documents, *records.without_other_files(failed, options.files, documents)

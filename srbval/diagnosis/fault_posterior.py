@@ -103,9 +103,9 @@ def most_probable(probabilities: Mapping[str, float]) -> str:
 
 
 def share_of(state: str, probabilities: Mapping[str, float]) -> float:
-    """Probability of a class or, if it has parts, that all of them are faulty, whatever else is."""
+    """Probability of a class or, if it has parts, that all of them are faulty, whatever else is; at most `MOST`."""
     parts = set(state.split("+"))
-    return sum(share for name, share in probabilities.items() if parts <= set(name.split("+")))
+    return min(MOST, sum(share for name, share in probabilities.items() if parts <= set(name.split("+"))))
 
 
 def decide(probabilities: Mapping[str, float]) -> str:

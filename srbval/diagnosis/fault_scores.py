@@ -4,15 +4,15 @@ Combs are searched after cepstrum prewhitening in all parts of the whole band to
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.reading.analyse import Analysis
 from srbval.reading.families import HARMONICS, OWN_SIDEBANDS, SLIP_SPREAD, families_of, is_placebo_order
 from srbval.reading.pipeline import whitened_bands
+from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import ShaftSpeed
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
@@ -76,12 +76,18 @@ class FaultScores:
         return None if found_hz is None else found_hz / self.shaft_hz
 
 
-def fault_scores(analysis: Analysis) -> FaultScores:
-    """Score an analysed record about the speed that its analysis found."""
+def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
+    """Score a record about the speed that its analysis found; `more` records of the machine are pooled with it.
+
+    The spectra of those are averaged at equal orders of their own speeds.
+    """
     speed, bearing = analysis.speed, analysis.bearing
-    spectrum = CombSpectrum.of(
-        whitened_bands(analysis.processed, bearing, speed), LOWEST_ORDER * speed.value_hz, HARMONICS
-    )
+    every = [analysis.processed]
+    for one in more:
+        rate_hz = one.processed.squared_fs_hz * speed.value_hz / one.speed.value_hz
+        every.append(replace(one.processed, squared_fs_hz=rate_hz))
+    bands = [whitened_bands(one, bearing, speed) for one in every]
+    spectrum = CombSpectrum.of(bands, LOWEST_ORDER * speed.value_hz, HARMONICS)
     relative = bearing.largest_slip + speed.ci95_hz / speed.value_hz
     typical = spectrum.typical(relative)
     first, second = _combs(spectrum, analysis, relative, typical), dict[str, Comb]()
@@ -105,7 +111,7 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
     return Comb(excess=excess - typical, found_hz=found_hz, depth=depth, explained_by=explained_by)
 
 
-def _combs(spectrum: CombSpectrum, analysis: Analysis, relative: float, typical: float) -> dict[str, Comb]:
+def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
     """Combs of all faults about their kinematic frequencies, and the strongest one that is no fault's and no shaft's.
 
     That is one at an order of the bearing that means nothing, or at the lower fundamental of a fault's comb.
@@ -131,11 +137,12 @@ def _lower(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> 
     A roller strikes both races once a turn, so the comb at half of its line is its own.
     """
     found_hz = float(spectrum.frequency_hz[at])
-    near_hz = max(spectrum.bin_hz / 2, MAINS_SPREAD * found_hz)
+    near_hz = max(spectrum.bin_hz / 10, MAINS_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
         number = round(found_hz / mains_hz)
         if 1 <= number <= MAINS_HARMONICS and abs(found_hz - number * mains_hz) <= near_hz:
             return f"{number} times the mains frequency of {mains_hz:g} Hz", None
+    near_hz = max(spectrum.bin_hz / 2, near_hz)
     turns = max(2, round(found_hz / speed.value_hz))
     for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):
         lower = spectrum.highest(found_hz / number, near_hz)

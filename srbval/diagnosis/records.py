@@ -16,27 +16,33 @@ from srbval.diagnosis.fault_posterior import (
     decide,
     faults_of,
     label_of,
+    log_likelihood,
     most_probable,
     of_one_machine,
     probabilities,
     share_of,
     stands_out,
 )
+from srbval.diagnosis.fault_scores import fault_scores
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, features_of
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, WHOLE_BAND, process
+from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
+from srbval.signal.envelope import END_PERIODS
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
+LEAST_POOLED = 2.0  # turns of a record that is pooled with others, for its noise to be read between the lines
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
@@ -276,8 +282,43 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if not faults:
         return entry | {"sentence": "One machine: no measured record can be used."}
     together = of_one_machine([fault["log_likelihood"] for fault in faults])
+    return entry | _of_machine(together, [fault["cage_excess"] for fault in faults], f"{len(faults)} records together")
+
+
+def pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
+    """Entry of JSON documents for records of one bearing, each too short to be read by itself: their mean spectra.
+
+    Raises what loading them raises, and `DataError` if one has fewer than `LEAST_POOLED` turns or all have fewer than
+    `LEAST_REVOLUTIONS` together.
+    """
+    found, turns = list[SpeedSearch](), 0.0
+    for request in requests:
+        recording = load_registered(request.file, request.settings, request.band_hz)
+        bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
+        if (speed := recording.speed) is None:
+            raise ConfigurationError(f"{recording.name}: no shaft speed is stated; give it with --rpm.")
+        low_hz, high_hz = (share * recording.fs_hz for share in WHOLE_BAND)
+        processed = process(recording, band_hz=(low_hz, high_hz), ends_s=END_PERIODS / (high_hz - low_hz))
+        if (own := processed.seconds * speed.value_hz) < LEAST_POOLED:
+            raise DataError(f"{recording.name}: {own:.2g} turns of the shaft; {LEAST_POOLED:g} are needed to pool it.")
+        found.append(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))
+        turns += own
+    if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
+        raise ConfigurationError(
+            "--one-machine: the records are of several bearings or sampling rates; give those of one."
+        )
+    if turns < LEAST_REVOLUTIONS:
+        raise DataError(f"{len(found)} records of {turns:.3g} turns together; {LEAST_REVOLUTIONS} are needed.")
+    scores = fault_scores(found[0], found[1:])
+    together = log_likelihood([scores], {}, stands=False)
+    how = f"{len(found)} short records, {turns:.0f} turns in all, by their mean spectrum"
+    return {"records": len(found)} | _of_machine(together, [scores.cage.excess], how)
+
+
+def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how: str) -> dict[str, Any]:
+    """State, probabilities and sentence of a machine from its log likelihood ratios."""
     shares = probabilities(together)
-    state, cage = decide(shares), [fault["cage_excess"] for fault in faults]
+    state = decide(shares)
     parts = faults_of(state)
     best = state if parts else most_probable(shares)
     answer = f"{label_of(state)} fault" if parts else f"{label_of(state)}, no fault named"
@@ -285,9 +326,9 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
         answer = state
     shown = sum(excess is not None and stands_out(excess) for excess in cage)
     share = f"{label_of(best)} {100 * share_of(best, shares):.0f} %"
-    said = f"One machine: {answer} ({share} by {len(faults)} records together)."
+    said = f"One machine: {answer} ({share} by {how})."
     said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
-    return entry | {
+    return {
         "state": state,
         "called": parts[0] if parts else None,
         "parts_called": parts,

@@ -123,8 +123,10 @@ class Processed:
         return f"{low:g} to {high:g} Hz, {FILTER_IN_WORDS}; {self.end_s:.3g} s dropped at each end"
 
 
-def process(recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED) -> Processed:
-    """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends.
+def process(
+    recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED, ends_s: float | None = None
+) -> Processed:
+    """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends (`ends_s`).
 
     It equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within 1e-5 of
     the largest value. `ConfigurationError` for an unknown channel or impossible band, `DataError` for a poor signal.
@@ -132,7 +134,7 @@ def process(recording: Recording, *, band_hz: tuple[float, float], tracking: Tra
     signal = one_signal(recording)
     whole = normalise(signal)
     square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz)
-    ends = end_s(band_hz)
+    ends = end_s(band_hz) if ends_s is None else ends_s
     return Processed(
         whole=whole,
         squared=tracking.resample(drop_ends(square, rate, ends), rate, ends),
@@ -274,7 +276,7 @@ def whitened_bands(
     low, high = (share * processed.fs_hz for share in WHOLE_BAND)
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE
     edges = np.linspace(low, high, 1 + max(1, min(most, math.floor((high - low) / needed_hz)))).tolist()
-    white, ends, found = prewhitened(processed.whole), end_s((low, high)), []
+    white, ends, found = prewhitened(processed.whole), min(processed.end_s, end_s((low, high))), []
     for band_hz in itertools.pairwise(edges):
         square, rate = squared_envelope_one_pass(white, processed.fs_hz, band_hz)
         square = np.minimum(square, CLIP * float(np.median(square)))

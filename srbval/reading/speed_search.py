@@ -285,7 +285,7 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
     The interval reaches to the farthest comb that rises by `RIVAL_SHARE` of the best; None if that is beyond `SMEAR`.
     """
     bare = replace(record, masks_hz=np.empty((0, 2)))
-    combs = CombSpectrum.of([bare], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
+    combs = CombSpectrum.of([[bare]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
     score, hz = combs.score[inside], combs.frequency_hz[inside]
     if not score.size or (highest := float(score.max())) < LEAST_COMB:
@@ -308,7 +308,7 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
         return None
     parts = [replace(processed, squared=processed.squared[n * size : (n + 1) * size]) for n in range(DRIFT_PARTS)]
     lowest_hz = min(family.kinematic_hz for family in families_of(bearing, speed.value_hz)) / 2
-    combs = [CombSpectrum.of([periodogram_of(one, bearing, speed)], lowest_hz, HARMONICS) for one in parts]
+    combs = [CombSpectrum.of([[periodogram_of(one, bearing, speed)]], lowest_hz, HARMONICS) for one in parts]
     reach, paths = round(LARGEST_STEP / combs[0].step), []
     for family in families_of(bearing, speed.value_hz)[: len(DEFECTS)]:
         inside = np.abs(combs[0].frequency_hz / family.kinematic_hz - 1) <= SEARCH_SHARE

@@ -21,7 +21,7 @@ class CombSpectrum:
     """`score` [n] of a comb of `harmonics` lines at each `frequency_hz` [n], evenly over the logarithm by `step`.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
-    are these logarithms at `line_hz` [m], and `depth` [m] is the greatest modulation by a line there in any record.
+    are these logarithms at `line_hz` [m], and `depth` [m] is the greatest modulation by a line there in any band.
     """
 
     line_hz: FloatArray
@@ -33,14 +33,24 @@ class CombSpectrum:
     bin_hz: float
 
     @classmethod
-    def of(cls, records: Sequence[Periodogram], lowest_hz: float, harmonics: int) -> CombSpectrum:
-        """Combs from `lowest_hz` over the mean of `records`."""
-        limit_hz = min(record.limit_hz for record in records)
-        step = 1 / (_OVERSAMPLING * records[0].seconds * limit_hz)
+    def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
+        """Combs from `lowest_hz` over the mean of all `bands` of all records, as many of each.
+
+        The scatter of the mean of n records is that of one over the root of n, so that the logarithms are as many times
+        further from those of noise. Their depths are those of the mean power over the noise.
+        """
+        first, count = bands[0], len(bands)
+        limit_hz = min(one.limit_hz for record in bands for one in record)
+        step = 1 / (_OVERSAMPLING * first[0].seconds * limit_hz)
         hz = np.exp(np.arange(math.log(lowest_hz), math.log(limit_hz), step))
-        lines = np.log1p(np.mean([record.snr_at(hz) for record in records], axis=0))
-        depth = np.max([2 * np.sqrt(one.power_at(hz)) / (one.samples.size * abs(one.mean)) for one in records], axis=0)
-        kept = {"line_hz": hz, "depth": depth, "harmonics": harmonics, "step": step, "bin_hz": records[0].bin_hz}
+        snr = np.array([[one.snr_at(hz) for one in record] for record in bands])
+        lines = np.log1p(snr.mean(axis=(0, 1)))
+        square = np.array([[one.power_at(hz) * (2 / one.samples.size / one.mean) ** 2 for one in r] for r in bands])
+        if count > 1:
+            lines = MASKED + math.sqrt(count) * (lines - np.median(lines))
+            square *= np.maximum(0, 1 - 1 / np.maximum(snr.mean(axis=0), 1))
+        depth = np.sqrt(square.mean(axis=0).max(axis=0))
+        kept = {"line_hz": hz, "depth": depth, "harmonics": harmonics, "step": step, "bin_hz": first[0].bin_hz}
         return cls(lines=lines, score=_summed(lines, harmonics, step), **kept)
 
     @property

@@ -25,7 +25,7 @@ from srbval.studies.reading.records import BACKGROUNDS, MACHINE_HZ, RATE_HZ
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.diagnosis.test_fault_posterior import scores
 from tests.reading.test_lines import periodogram, squared_envelope
-from tests.reading.test_shaft_speed import BEARING, add_impacts, outer_race, record
+from tests.reading.test_shaft_speed import BEARING, FS_HZ, add_impacts, outer_race, record
 
 NOTHING = BaselineComparison(sentence="There is no healthy record to compare.")
 UNLIKE = Baseline(analysis=healthy_analysis(), conditions=("339 rpm instead of 859 rpm",))
@@ -288,3 +288,22 @@ def test_no_recording_is_called_two_things(recordings_dir, monkeypatch):
         recording, bearing = known.load()
         analysis = analyse(recording, bearing=bearing)
         assert_no_contradiction(analysis, fault_verdict(analysis, all_channels=True))
+
+
+@pytest.mark.parametrize(("name", "part"), [("bpfo", "outer"), ("bpfi", "inner"), (None, None)])
+def test_records_too_short_to_be_read_are_pooled_each_at_its_own_speed(name, part, tmp_path, srbval_json, srbval_text):
+    """Forty snapshots of 0.12 s, three turns each, of a shaft that turns 10 % slower in the last half."""
+    rng, length, own = np.random.default_rng(2), int(0.12 * FS_HZ), []
+    for number in range(40):
+        hz = 25.0 if number < 20 else 22.5
+        signal = rng.normal(0, 0.3, length)
+        if name is not None:
+            at = np.arange(rng.uniform(0, 0.005), 0.115, 1 / (getattr(BEARING.orders, name) * hz))
+            add_impacts(signal, at + rng.normal(0, 2e-5, at.size), np.full(at.size, 2.0))
+        own.append(tmp_path / f"acc{number:02}.npz")
+        np.savez(own[-1], x=signal, fs_hz=FS_HZ, rpm=60 * hz, unit="m/s2")
+    given = ["analyse", tmp_path, "--bearing", BEARING.name, "--one-machine"]
+    machine = srbval_json(*given)["machine"]
+    assert (machine["called"], machine["records"]) == (part, 40)
+    assert "40 short records" in srbval_text(*given).out
+    assert "Record at least" in srbval_text(*given[:-1], code=3).err or "longer recording" in srbval_text(*given[:-1], code=3).err

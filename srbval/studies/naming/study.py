@@ -93,7 +93,6 @@ def name_graded(row: Row) -> Row:
     assert verdict.diagnosis is not None, "the records are measured"
     shares = verdict.diagnosis.probabilities
     first = max(CLASSES[1:], key=lambda name: shares[name])
-    public = {"BPFO": Fault.OUTER, "BPFI": Fault.INNER, "BSF": Fault.ROLLER}.get(row["peer_first"])
     return {
         "record": row["record"],
         "state": state,
@@ -103,18 +102,27 @@ def name_graded(row: Row) -> Row:
         "outcome": outcome_of(state, verdict.part),
         "ranked_first": first,
         "probability": shares[first],
-        "public_outcome": outcome_of(state, public),
+        "public_outcome": public_outcome(state, row["peer_first"]),
     }
+
+
+def public_outcome(state: Fault, line: str) -> str:
+    """Outcome of the public tool's first line, BPFO, BPFI, BSF or FTF; it ranks none first in few records."""
+    right = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI", Fault.ROLLER: "BSF"}.get(state)
+    if line == "none":
+        return "none" if right else "healthy"
+    return "healthy_called" if right is None else "right" if line == right else "wrong"
 
 
 def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
     """Table of the benchmark by grade and part, and its records; raises `DataError` if none is in `folders`."""
     with GRADED.open(encoding="utf-8") as file:
-        stated = {row["sha256"]: row for row in csv.DictReader(line for line in file if not line.startswith("#"))}
+        listed = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    stated = {row["sha256"]: row for row in listed}
     paths = sorted(path for folder in folders for path in Path(folder).rglob("*.mat"))
     found = {row["record"]: row | {"path": str(path)} for path in paths if (row := stated.get(file_sha256(path)))}
     if not found:
-        raise DataError(f"{', '.join(folders)}: none of the {len(stated)} records of the benchmark is there.")
+        raise DataError(f"{', '.join(folders)}: none of the {len(listed)} records of the benchmark is there.")
     rows = []
     for _, row in in_processes(name_graded, list(found.values()), jobs=jobs):
         rows.append(row)
@@ -133,7 +141,7 @@ def graded(folders: Iterable[str], jobs: int | None, progress: Progress) -> Row:
         | {f"public_{key}": sum(row["public_outcome"] == key for row in own) for key in KEYS if key != "none"}
         for (grade, part), own in sorted(groups.items())
     ]
-    return {"missing": sorted(row["record"] for row in stated.values() if row["record"] not in found)} | {
+    return {"missing": sorted(row["record"] for row in listed if row["record"] not in found)} | {
         "table": table,
         "records": rows,
     }
