@@ -114,13 +114,11 @@ def load_healthy(path: str, settings: RecordingSettings, scale: float | None = N
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     """Analyse `healthy` in the band of `analysis`; raises what `analyse` raises.
 
-    Raises `ConfigurationError` if both are the same record or seem to be in different units, `DataError` if a scale is
-    missing.
+    Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
     """
     ours, processed = analysis.recording, analysis.processed
     if _is_same(healthy, ours):
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
-    _require_one_unit(ours, healthy)
     if processed.band_hz[1] >= healthy.fs_hz / 2:
         raise ConfigurationError(
             f"{healthy.name}: sampled at {healthy.fs_hz:g} Hz the healthy record does not hold the band to "
@@ -155,9 +153,10 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     return Baseline(analysis=found, conditions=tuple(conditions), remarks=tuple(remarks))
 
 
-def _require_one_unit(ours: Recording, healthy: Recording) -> None:
+def require_one_unit(ours: Recording, healthy: Recording) -> None:
     """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ by a factor of units."""
-    stated = any(note.startswith("unit ") for one in (ours, healthy) for note in one.notes)
+    notes = (*ours.notes, *healthy.notes)
+    stated = any(note.startswith("unit ") and note.endswith("given by the user") for note in notes)
     if not (stated and ours.unit == healthy.unit and ours.fs_hz == healthy.fs_hz):
         return
     spectra = []

@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFECTS, load_bearing
-from srbval.diagnosis.baseline import Baseline, baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.baseline import (
+    Baseline,
+    baseline_of,
+    load_healthy,
+    on_background,
+    registered_baseline,
+    require_one_unit,
+)
 from srbval.diagnosis.fault_posterior import (
     UNDECIDED,
     decide,
@@ -28,9 +35,10 @@ from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.analyse import Analysis, ShortRecordError, analyse, bearing_of
 from srbval.reading.features import ACCELERATION, features_of
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, WHOLE_BAND, process
+from srbval.reading.snapshots import snapshot_of
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
@@ -153,6 +161,8 @@ def read_recording(
     except DataError as unreadable:  # an unreadable register must not hide what the file itself shows
         own, cautions = None, (f"no healthy baseline: {unreadable}",)
     if own is not None and not request.background:
+        if healthy is not None:
+            require_one_unit(recording, healthy)
         baseline = baseline_of(analysis, own)
         judged = fault_verdict(baseline.analysis) if healthy is not None else None
         if judged is not None and judged.finding is Finding.NAMED:
@@ -344,11 +354,22 @@ def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     try:
         names = open_channels(Path(request.file), registered_settings(request.file, request.settings, request.band_hz))
         own = [replace(request, settings=replace(request.settings, channel=name)) for name in names] or [request]
-        documents: list[dict[str, Any]] = to_json([read_record(one) for one in own])
+        documents: list[dict[str, Any]] = to_json([_reading_or_snapshot(one) for one in own])
     except SrbvalError as error:
         kind = type(error) if isinstance(error, ConfigurationError | NoRecordingError) else DataError
         return FailedFile(file=request.file, error=kind(str(error)))
     return documents
+
+
+def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, Any]:
+    """Reading of a file or, of a record that is too short and only compared with others, its levels."""
+    try:
+        return read_record(request)
+    except ShortRecordError:
+        if not request.one_band:
+            raise
+    recording = load_registered(request.file, request.settings, request.band_hz)
+    return snapshot_of(recording, bearing_of(recording, request.bearing), request.band_hz)
 
 
 def _content(request: RecordRequest, register: str) -> str:

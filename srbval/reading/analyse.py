@@ -25,11 +25,15 @@ from srbval.reading.pipeline import (
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.reading.verdict import closure_of, describe_lines
 from srbval.recordings import Origin, Recording, ShaftSpeed
-from srbval.signal import NORMAL_95
+from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
 
 if TYPE_CHECKING:
     import pandas
+
+
+class ShortRecordError(DataError):
+    """Record with too few revolutions to search for lines."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -180,14 +184,16 @@ def _clearest(
     """Search for the lines in the band in which they are clearest, and that band."""
     readings = []
     for band in bands:
-        processed = process(recording, band_hz=band.band_hz, tracking=tracking)
-        revolutions = round(processed.seconds * known_speed.value_hz, 1)
+        ends_s = end_s(band.band_hz)
+        left_s = max(0.0, recording.seconds - 2 * ends_s)
+        revolutions = round(left_s * known_speed.value_hz, 1)
         if revolutions < LEAST_REVOLUTIONS:
-            raise DataError(
-                f"{recording.name} lasts {processed.seconds:.3g} s without its ends, {revolutions:g} revolutions; "
+            raise ShortRecordError(
+                f"{recording.name} lasts {left_s:.3g} s without its ends, {revolutions:g} revolutions; "
                 f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record at least "
-                f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * processed.end_s:.3g} s."
+                f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * ends_s:.3g} s."
             )
+        processed = process(recording, band_hz=band.band_hz, tracking=tracking)
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
         readings.append((replace(found, lines=lines), band))

@@ -12,7 +12,7 @@ import scipy.signal
 
 from srbval import ConfigurationError, Origin, Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
 from srbval.bearing import Fault, load_bearing
-from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background
+from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background, require_one_unit
 from srbval.diagnosis.fault_scores import OTHER, fault_scores
 from srbval.diagnosis.records import RecordRequest, read_recording
 from srbval.reading import pipeline
@@ -71,12 +71,12 @@ def test_a_baseline_that_shows_a_fault_itself_is_named_and_not_compared():
 @pytest.mark.parametrize(("times", "units"), [(9.80665, "g and m/s2"), (1 / 9.80665, "g and m/s2"), (1000, "g and mg")])
 def test_a_baseline_in_another_unit_than_the_user_states_is_refused(times, units):
     """The factor of the backgrounds tells, if no file does; other factors, or units of the files, are believed."""
-    stated, ours = ("unit m/s2 given by the user",), faulted_analysis()
+    stated, ours = ("unit m/s2 given by the user",), record(shaft_hz=25.0)
     other = healthy(notes=stated, channels={"x": healthy().channels["x"] / times})
     with pytest.raises(ConfigurationError, match=f"as if they were in {units}.*--healthy-scale"):
-        baseline_of(ours, other)
-    baseline_of(ours, dataclasses.replace(other, notes=()))
-    baseline_of(ours, healthy(notes=stated, channels={"x": healthy().channels["x"] / times**0.7}))
+        require_one_unit(ours, other)
+    require_one_unit(ours, dataclasses.replace(other, notes=("unit by its data set",)))
+    require_one_unit(ours, healthy(notes=stated, channels={"x": healthy().channels["x"] / times**0.7}))
 
 
 FS_HZ, SIZE = 4096.0, 8192

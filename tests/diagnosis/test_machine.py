@@ -129,7 +129,7 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
     assert ratio(healthy, *stated) == pytest.approx(true, rel=DIGITS)
 
 
-HISTORIES, RECORDS, BASELINE = 600, 25, 6
+HISTORIES, RECORDS, BASELINE, SNAPSHOT = 600, 25, 6, 1200
 STATED = ["--fs", f"{FS_HZ:g}", "--rpm", "1500", "--unit", "m/s2", "--bearing", "skf-6205", "--band", "2000", "5000"]
 
 
@@ -263,6 +263,22 @@ def test_a_history_from_files_to_a_page(tmp_path, srbval_json, srbval_text):
     last = channel["points"][-1]
     wanted = f"zone {last['zone']} of ISO 20816-3, medium-rigid: velocity {last['velocity_rms_mm_s']:.2f} mm/s RMS"
     assert f"\n{wanted}, 10 to 1000 Hz\n" in said
+
+
+def test_snapshots_of_a_tenth_of_a_second_are_pooled_for_lines(tmp_path, srbval_json, srbval_text):
+    """Each is too short to search for lines, and is still refused as a record of its own."""
+    quiet, faulty = (record(shaft_hz=25.0, seed=3, fault=fault).channels["x"] for fault in (False, True))
+    for number, start in enumerate(range(0, quiet.size, SNAPSHOT)):
+        growth = max(0.0, number - 15) / 3
+        samples = quiet + growth * (faulty - quiet)
+        np.save(tmp_path / f"snap{number:03}.npy", samples[start : start + SNAPSHOT])
+    command = ["trend", tmp_path, *STATED[:-3]]
+    assert srbval_text(*command).out.startswith("Alarm: inner race line (BPFI) of data +")
+    found = srbval_json(*command)["trend"]
+    assert found["time_from"].endswith("; 30 snapshots, pooled for lines")
+    assert len(found["channels"][0]["points"]) == 12
+    said = srbval_text("analyse", tmp_path / "snap000.npy", *STATED[:-3], code=3).err
+    assert "revolutions; at least 8 are needed" in said
 
 
 def test_zones_rise_with_the_velocity_and_the_class():
