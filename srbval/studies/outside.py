@@ -160,7 +160,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
     if "limits" in content and "series" in rows and stored is not None:
         known = pd.DataFrame(stored.content["limits"])
         beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
-        rows = pd.concat([rows, known[beside].assign(series=known["solver"])], ignore_index=True)
+        rows = pd.concat([known[beside].assign(series=known["solver"]), rows], ignore_index=True)
     with figure_style():
         drawn: Drawn = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
         return drawn

@@ -28,7 +28,16 @@ def chart(limits: pd.DataFrame) -> Drawn:
     for axes, name in zip(figure.subplots(1, len(names), sharey=True, squeeze=False)[0], names, strict=True):
         for series, line in limits[limits["scene"] == name].groupby("series", sort=False):
             mark, colour = looks[str(series)]
-            axes.plot(line["rpm"], 1 / line["largest_stable_dt_s"], f"{mark}-", color=colour, ms=4, lw=1, label=series)
+            axes.plot(
+                line["rpm"],
+                1 / line["largest_stable_dt_s"],
+                f"{mark}-",
+                color=colour,
+                ms=5,
+                mfc="none",
+                lw=1,
+                label=series,
+            )
             axes.plot(line["rpm"], 1 / line["predicted_elastic_limit_dt_s"], "--", color=colour, lw=0.7)
             none = line["rpm"][line["largest_stable_dt_s"].isna()]
             axes.plot(none, 0.98 + 0 * none, "x", color=colour, ms=5, transform=axes.get_xaxis_transform())
