@@ -24,7 +24,7 @@ SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "erro
 
 
 def report(options: argparse.Namespace) -> int:
-    """Gather, analyse, compare, write; prints where the files are.
+    """Gather, analyse, compare, write; prints the finding and where the files are.
 
     Exit code 1 where a tolerance is missed, 3 where some of the recordings could not be read or analysed.
     """
@@ -40,17 +40,19 @@ def report(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         files, found = (_own if options.files else _main)(options, folder, progress)
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
+    told = [] if options.files else [found["headline"]["text"]]
     failed = found.get("failed", ())
     code = DataError.exit_code if failed else 0 if options.files or found["headline"]["holds"] else 1
     document = summary | {"wall_s": time.perf_counter() - started} | found
     for one in failed:
         print(f"srbval: not in the report: {one['file']}: {one['reason']}", file=sys.stderr)
-    return answer(options, document, "\n".join(summary.values()), code=code)
+    return answer(options, document, "\n".join([*told, *summary.values()]), code=code)
 
 
 def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
+        from srbval.report.sections.answer import finding
         from srbval.studies.harness import pages
     found, files = make_report(
         folder,
@@ -61,7 +63,8 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         command=own_command(),
         progress=progress,
     )
-    return files, {"headline": to_json(found.data["headline"]), "table6": found.data["table6"]}
+    headline = to_json(found.data["headline"])
+    return files, {"headline": {"text": finding(headline["verdicts"])} | headline, "table6": found.data["table6"]}
 
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:

@@ -188,7 +188,8 @@ class Figure:
     """A picture (SVG) that ``draw(folder, id)`` writes with its data (CSV), and the text that replaces it (`alt`).
 
     `label` ("Figure 11a") starts the caption, a `synthetic` stand-in is marked above it. A figure that is not `wide`
-    does not take the whole width of the text. Raises ValueError without alt text or caption.
+    does not take the whole width of the text; a small picture of another figure names it (`small_of`, an id). Raises
+    ValueError without alt text or caption.
     """
 
     id: str
@@ -199,6 +200,7 @@ class Figure:
     label: str = ""
     badge: Badge | None = None
     wide: bool = True
+    small_of: str = ""
     explore: Explore | None = None
 
     def __post_init__(self) -> None:
@@ -212,7 +214,7 @@ class Figure:
 
 @dataclass(frozen=True, kw_only=True)
 class FigureGrid:
-    """Panels (a), (b), ... side by side in `columns`, 1 to 3, with one caption for the whole."""
+    """Panels (a), (b), ... side by side in `columns`, 1 to 4, with one caption for the whole."""
 
     figures: tuple[Figure, ...]
     columns: int = 2
@@ -225,12 +227,17 @@ Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | Table | 
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictBox:
-    """The answer in plain words, first on the page: a tone, one sentence, a picture, a few points."""
+    """The answer in plain words, first on the page: a tone, a kicker, one or two sentences, a picture, a few points.
+
+    `blocks` follow below, callouts beside the first one if there is room.
+    """
 
     tone: Tone
     headline: str
+    kicker: str = "Verdict"
     points: tuple[str, ...] = ()
     figure: Figure | None = None
+    blocks: tuple[Block, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,12 +279,16 @@ class Report:
                 raise ValueError(f"report id {name!r} is used twice.")
             seen.add(name)
 
+    def _blocks(self) -> Iterator[Block | None]:
+        yield from (self.verdict.figure, *self.verdict.blocks)
+        for section in self.sections:
+            yield from section.blocks
+
     def figures(self) -> Iterator[Figure]:
-        """The verdict's figure, then those of the sections in their order, those in grids included."""
-        for block in (self.verdict.figure, *(block for section in self.sections for block in section.blocks)):
+        """The verdict's figures, then those of the sections in their order, those in grids included."""
+        for block in self._blocks():
             yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 
     def tables(self) -> Iterator[Table]:
-        """All tables, section by section."""
-        for section in self.sections:
-            yield from (block for block in section.blocks if isinstance(block, Table))
+        """All tables in their order."""
+        yield from (block for block in self._blocks() if isinstance(block, Table))

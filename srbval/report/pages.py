@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.report.blocks import Block, Paragraph, Section, Tone
+from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
 
@@ -23,7 +23,8 @@ class StoredResults(dict[str, StoredResult]):
 class Page:
     """A section of the report that is made of stored `results` alone; `place` orders the sections, see `assemble`.
 
-    `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it.
+    `data` gives further keys of ``report.json``; lists under a key that is already there are joined to it. `tile` is
+    the short answer for the first screen, None without a result.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Page:
     results: tuple[str, ...]
     section: Callable[[StoredResults], Section]
     data: Callable[[StoredResults], Mapping[str, Any]] = lambda _: {}
+    tile: Callable[[StoredResults], Callout | None] = lambda _: None
 
 
 def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
@@ -53,10 +55,12 @@ def study_page(
     place: float,
     blocks: Callable[[Prose, Mapping[str, Any]], Iterable[Block]],
     data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
+    tile: Callable[[Prose, Mapping[str, Any]], Callout] | None = None,
 ) -> Page:
     """Page of the study in `package`: its stored result's origin, then `blocks` of the folder's ``texts.md`` and it.
 
-    Without a result the section names the command that computes it. `data` makes keys of ``report.json`` from it.
+    Without a result the section names the command that computes it. `data` makes keys of ``report.json`` from it,
+    `tile` its short answer on the first screen.
     """
     name, prose = package.rpartition(".")[2], Prose(package)
 
@@ -67,7 +71,10 @@ def study_page(
     def own_data(results: StoredResults) -> Mapping[str, Any]:
         return data(results[name].content) if name in results else {}
 
-    return Page(name=name, place=place, results=(name,), section=section, data=own_data)
+    def own_tile(results: StoredResults) -> Callout | None:
+        return tile(prose, results[name].content) if tile and name in results else None
+
+    return Page(name=name, place=place, results=(name,), section=section, data=own_data, tile=own_tile)
 
 
 def first_line(results: StoredResults, name: str) -> Block:
@@ -78,18 +85,16 @@ def first_line(results: StoredResults, name: str) -> Block:
 
 
 def origin_of(result: StoredResult) -> Paragraph:
-    """Origin of a stored result: kind, date, machine, revision, command, data sets, and why it is stale."""
+    """Origin of a stored result: kind, date, machine, command, data sets, and why it is stale."""
     origin, facts = result.origin, ("name", "records", "revision", "date")
     sets = [
         ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))
         for one in result.content.get("data_sets", ())
     ]
-    cores = origin.get("usable_cores")
     text = STORED.text(
         result.kind.value,
-        made_utc=result.made_utc,
-        machine=f"{origin.get('processor') or 'an unknown processor'}{f' ({cores} usable cores)' if cores else ''}",
-        revision=origin["git_revision"] or "unknown (installed copy)",
+        made_utc=result.made_utc[:16].replace("T", " "),
+        machine=origin.get("processor") or "an unknown processor",
         command=str(origin["command"] or "unknown command").replace("`", "'"),
         data_sets="; ".join(sets) or "not stated",
     )

@@ -17,7 +17,15 @@ from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
 MOST_OPEN = 3  # sections of a page that shows all of them open; a longer page folds its sections
-MARKUP = {"caption", "headline", "items", "notes", "points", "text"}  # fields whose text may hold inline markup
+MARKUP = {
+    "caption",
+    "headline",
+    "items",
+    "kicker",
+    "notes",
+    "points",
+    "text",
+}  # fields whose text may hold inline markup
 
 _TOKEN = re.compile(r"\\(?P<escaped>[*`\\])|\*\*(?P<strong>[^*]+)\*\*|`(?P<code>[^`]+)`", re.DOTALL)
 # C0 and C1 controls but tab and newline, lone surrogates, direction overrides, non-characters.

@@ -89,6 +89,7 @@ class Prose:
         id: str = "",
         badge: str | None = None,
         wide: bool = True,
+        small_of: str = "",
         explore: Explore | None = None,
         **values: Any,
     ) -> Figure:
@@ -100,16 +101,17 @@ class Prose:
             badge=source,
             synthetic=source is blocks.Badge.STAND_IN,
             wide=wide,
+            small_of=small_of,
             explore=explore,
             label=self._optional(f"{name}.label", values),
             caption=self.text(f"{name}.caption", **values),
             alt=self.text(f"{name}.alt", **values),
         )
 
-    def grid(self, name: str, figures: Iterable[Figure], label: str = "", **values: Any) -> FigureGrid:
-        """At most two panels a row with the text `name` as their common caption."""
+    def grid(self, name: str, figures: Iterable[Figure], label: str = "", most: int = 2, **values: Any) -> FigureGrid:
+        """At most `most` panels a row with the text `name` as their common caption."""
         shown = tuple(figures)
-        return FigureGrid(figures=shown, columns=min(2, len(shown)), label=label, caption=self.text(name, **values))
+        return FigureGrid(figures=shown, columns=min(most, len(shown)), label=label, caption=self.text(name, **values))
 
     def table(
         self,

@@ -59,8 +59,8 @@ def test_the_page_names_the_cheapest_model_that_is_enough():
     assert [row["enough"] for row in rows] == [None, True, True]
     assert least(rows) == "line"
     (line,) = question_table(rows).to_dict("records")
-    assert (line["kinematic"], line["line"], line["least"]) == ("cannot answer", "3 [3, 3] %", "line")
-    assert line["line_note"] == "at most 3"
+    assert (line["kinematic"], line["line"], line["least"]) == ("", "3 [3, 3] %", "line")
+    assert line["line_note"] == "≤ 3"
 
 
 @pytest.mark.long_form

@@ -7,9 +7,7 @@ import pandas as pd
 import pytest
 
 from srbval.progress import silent
-from srbval.report.blocks import Paragraph, Table
-from srbval.report.prose import Prose
-from srbval.studies.reading import page, records, study
+from srbval.studies.reading import records, study
 
 THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
 VARIANCE_SCATTER = 0.05  # of 20,000 samples, with a wide margin
@@ -31,19 +29,11 @@ def test_the_stated_probability_allows_for_another_bearing_and_no_fault_is_named
     assert study.healthy(study.HEALTHY[1])["named"] == 0
 
 
-def test_rows_become_a_page(monkeypatch):
-    """Every cell, background and healthy record has its row; the tables show what the rows contain."""
+def test_every_cell_background_and_healthy_record_has_its_row(monkeypatch):
     monkeypatch.setattr(study, "in_processes", lambda function, items, **_: ((one, function(one)) for one in items))
     monkeypatch.setattr(study, "row_of", fake_row)
     content = study.run(pd.Series({"jobs": 1}), silent).content
     assert [len(rows) for rows in content.values()] == [len(records.BACKGROUNDS) + len(study.HEALTHY), len(study.CELLS)]
-    first, lengths, without = page.blocks(Prose("srbval.studies.reading"), content)
-    assert isinstance(first, Paragraph)
-    assert "a fault is named in 0" in first.text
-    assert isinstance(lengths, Table)
-    assert isinstance(without, Table)
-    assert [row[4].value for row in lengths.rows] == [0.9] * 16
-    assert [row[0].value for row in without.rows] == [*records.BACKGROUNDS, *study.HEALTHY]
 
 
 def fake_row(task: study.Task) -> study.Row:

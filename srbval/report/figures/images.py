@@ -1,15 +1,66 @@
-"""The wavelet transform over time and frequency as an image (the kind of Figure 14)."""
+"""The wavelet transform over time and frequency as an image (the kind of Figure 14), and figures in small."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.report.figures.style import HALF, INK, Drawn, new_axes, panel, rounded, row_above, title_panel
+from srbval.report.figures.style import (
+    HALF,
+    INK,
+    ORIGINS,
+    Drawn,
+    extreme_indices,
+    new_axes,
+    new_figure,
+    panel,
+    plotted,
+    rounded,
+    row_above,
+    title_panel,
+)
 from srbval.report.findings.records import RecordView
 from srbval.signal import Scalogram
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
+SMALL, SMALL_BINS = (3.4, 1.45), 220  # inches of a small picture, stretches of its curves
+
+
+@panel
+def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> Drawn:
+    """A figure in small, model left and rig right on the same axes, without numbers.
+
+    Scalograms of `images` if there are any, spectra up to `end_hz` if it is not 0, else signals in time. `top` is the
+    end of the axis or of the colours.
+    """
+    figure, columns = new_figure(SMALL), list[tuple[str, FloatArray, FloatArray]]()
+    for place, (axes, record) in enumerate(zip(figure.subplots(1, 2), sides, strict=True)):
+        word, colour, light = ORIGINS[record.origin]
+        if images:
+            x, shown = _on_log_grid(images[place].frequency_hz, images[place].amplitude)
+            axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top, cmap="viridis")
+            y = shown.mean(axis=1)
+        elif end_hz:
+            x, y = plotted(record.frequency_hz, record.amplitude, end_hz, SMALL_BINS)
+            axes.plot(x, y, color=colour, lw=0.7)
+            axes.set(xlim=(0, end_hz), ylim=(0, top))
+        else:
+            kept = extreme_indices(record.acceleration, SMALL_BINS)
+            x, y = record.time_s[kept], record.envelope[kept]
+            axes.plot(x, record.acceleration[kept], color=light, lw=0.5)
+            axes.plot(x, y, color=colour, lw=0.9)
+            axes.set(ylim=(-top, top))
+        axes.grid(False)
+        axes.set(xticks=[], yticks=[])
+        axes.set_title("model" if word == "Simulated" else "rig", color=colour, fontsize=10)
+        columns.append((word.lower(), x, y))
+    return figure, {
+        "side": np.repeat([side for side, *_ in columns], [len(x) for _, x, _ in columns]),
+        "x": np.concatenate([x for _, x, _ in columns]),
+        "y": rounded(np.concatenate([y for *_, y in columns])),
+    }
 
 
 @panel

@@ -107,7 +107,6 @@ def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: s
     record, healthy = view.record, view.healthy
     figure, axes = new_axes(BRIEF if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)
-    _name_peaks(axes, view.others, [cursor.frequency_hz for cursor in view.cursors if not cursor.sideband])
     style.title_panel(axes, record.origin, letter, title, pad=9.0)
     if not brief:
         legend_above(axes, points=ORDER_LABEL_POINTS)
@@ -151,17 +150,6 @@ def _draw_names(axes: Any, view: SpectrumView) -> None:
         if not cursor.sideband or not cursor.name[0].isdigit():
             look = {"fontsize": 5.5 if cursor.sideband else 6.5, "color": GREEN, "zorder": 6}
             axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, **UPRIGHT, **look)
-
-
-def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:
-    """Names of tall peaks, upright above them, moved away from a close peak, line or axis."""
-    places = [0.0, *marked_hz, *(at_hz for _, at_hz, _ in others)]
-    near = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]
-    for label, at_hz, height in others:
-        close = [place for place in places if 0 < abs(place - at_hz) < near]
-        shift = 0 if not close else 3.5 if close[0] < at_hz else -3.5
-        place = {"xy": (at_hz, height), "xytext": (shift, 2), "textcoords": "offset points"}
-        axes.annotate(label, **place, **UPRIGHT, fontsize=6, color=INK, zorder=8)
 
 
 def _draw_cursors(axes: Any, view: SpectrumView) -> None:

@@ -48,6 +48,10 @@ class Findings:
     results: StoredResults
     provenance: Mapping[str, Any]
 
+    def sides_of(self, state: Fault) -> tuple[list[RecordView], list[Scalogram]]:
+        """Arrays of the model and of the rig that the figures of a state show."""
+        return [side[state] for side in self.views.values()], [side[state] for side in self.scalograms.values()]
+
     def frame(self, key: str) -> "pd.DataFrame":
         """Rows of a key of ``report.json`` as a frame whose columns are the keys of a row."""
         return plain_frame(to_json(list(self.data[key])))

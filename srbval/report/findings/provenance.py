@@ -11,6 +11,7 @@ from srbval import __version__
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.hierarchy import level_of
 from srbval.models.run import Run
+from srbval.processes.about_machine import processor_name
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RIG_EXCERPTS
@@ -30,7 +31,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
         "git_revision": git_revision(),
         "python": platform.python_version(),
         "packages": {name: metadata.version(name) for name in PACKAGES},
-        "machine": {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()},
+        "machine": {"system": platform.system(), "processor": processor_name(), "cores": os.cpu_count()},
         "seeds": sorted({run.scene.seed for run in runs}),
         "recordings": {Path(entry.file).name: entry.sha256 for entry in entries},
     } | (
@@ -53,6 +54,7 @@ def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
         "step_s": None if own_solver else scene.solver.step_s,
         "status": run.status.value,
         "reason": run.reason,
+        "cpu_per_simulated_s": run.cpu_per_simulated_s,
         "cage_ratio": run.cage_ratio,
         "energy_imbalance": run.energy_imbalance,
         "numerics": None if run.step_error is None else run.step_error.to_dict(),

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,7 +15,6 @@ from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
 from srbval.recordings import Origin
 from srbval.report.blocks import Badge
-from srbval.report.figures.style import BINS_SHOWN, plotted
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
 
@@ -28,9 +26,7 @@ OWN_UNIT, NORMALISED = "m/s²", "std. dev."
 # The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
 LEAST_HZ, LEAST_ORDER = 1.0, 0.3
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # end of a spectrum: times the marked line, or the inner race's if none is
-# Peaks taller than the share TALL of the tallest are named. Peaks within the share SAME of their frequency and two bins
-# are one peak. At most MOST_TIMES shaft, line or cage: every frequency is near to some higher multiple.
-TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
+LINE_SHARE = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
 
 
 def badge_of(analysis: Analysis) -> Badge:
@@ -139,8 +135,7 @@ class Cursor(NamedTuple):
 class SpectrumView:
     """The envelope spectrum of `record` up to `end_hz`, over that of `healthy` if given.
 
-    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found, `others` further tall
-    peaks (see `tall_peaks`).
+    `cursors` are the expected lines, `peaks` the frequency [Hz] and amplitude of the lines found.
     """
 
     record: RecordView
@@ -148,7 +143,6 @@ class SpectrumView:
     cursors: tuple[Cursor, ...]
     peaks: tuple[tuple[float, float], ...]
     end_hz: float
-    others: tuple[tuple[str, float, float], ...] = ()
 
 
 def highest_of(record: RecordView, end_hz: float) -> float:
@@ -218,51 +212,21 @@ def fault_cursors(
     return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
 
 
-def tall_peaks(
-    frequency_hz: FloatArray,
-    amplitude: FloatArray,
-    end_hz: float,
-    *,
-    shaft_hz: float,
-    orders: Mapping[str, float],
-    marked_hz: Sequence[float],
-) -> tuple[tuple[str, float, float], ...]:
-    """Names, frequencies and amplitudes of the tall peaks of a spectrum [n] up to `end_hz` that are not marked.
-
-    A name is a small multiple of one of `orders` [shaft orders], a race line with a distance, or the peak's order.
-    """
-    frequency, height = plotted(frequency_hz, amplitude, end_hz, BINS_SHOWN)
-    inner = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
-    inner = inner[height[inner] > TALL * height[inner].max(initial=0.0)]
-    known = [
-        (f"{n}x{name}" if n > 1 else name, n * one) for name, one in orders.items() for n in range(1, MOST_TIMES + 1)
-    ]
-    found: list[tuple[str, float, float]] = []
-    for at_hz, own in sorted(zip(frequency[inner].tolist(), height[inner].tolist(), strict=True), key=lambda x: -x[1]):
-        same = SAME * at_hz + 2 * float(frequency_hz[1] - frequency_hz[0])
-        if any(abs(at_hz - hz) < same for hz in (*marked_hz, *(hz for _, hz, _ in found))):
-            continue
-        order = at_hz / shaft_hz
-        name, nearest = min(known, key=lambda one: (round(abs(order - one[1]) / (same / shaft_hz)), len(one[0])))
-        if abs(order - nearest) * shaft_hz > same:
-            lines = [one for one in known if "BP" in one[0] and abs(order - one[1]) < 1]
-            name, nearest = min(lines, key=lambda one: abs(order - one[1]), default=("", 0.0))
-            name += f"{order - nearest:+.2f}fr" if name else f"{order:.2f}fr"
-        found.append((name, at_hz, own))
-    return tuple(found)
-
-
 def envelope_scalogram(shown: RecordView) -> Scalogram:
     """Wavelet transform of the envelope shown."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
 
 
-def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
-    """Sidebands of BPFI `at_one` and `at_two` shaft speeds, mean of both sides, as shares of it; None if not read."""
-    line_hz, shaft_hz = analysis.line("BPFI").found_hz, analysis.speed.value_hz
-    if line_hz is None:
-        return None
-    spectrum = analysis.processed.spectrum
-    line, *sides = (spectrum.height_at(line_hz + times * shaft_hz) for times in (0, -1, 1, -2, 2))
-    return {"at_one": (sides[0] + sides[1]) / 2 / line, "at_two": (sides[2] + sides[3]) / 2 / line}
+def kurtosis(signal: FloatArray) -> float:
+    """Fourth moment about the mean over the square of the second, 3 for Gaussian noise."""
+    centred = np.asarray(signal) - np.mean(signal)
+    return float(np.mean(centred**4) / np.mean(centred**2) ** 2)
+
+
+def line_share(image: Scalogram, line_hz: float) -> float:
+    """Share of a scalogram's power in the third octave about a line, 0 outside its range of frequencies."""
+    power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
+    frequency = np.asarray(image.frequency_hz)
+    near = (frequency >= line_hz / LINE_SHARE) & (frequency <= line_hz * LINE_SHARE)
+    return float(power[near].sum() / power.sum())

@@ -11,16 +11,23 @@ from srbval.bearing import Fault
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
 from srbval.comparison.compared_quantities import RACE_LINE, biases
-from srbval.comparison.comparison import Row, comparison_frame, deviation_pct, rows_of
+from srbval.comparison.comparison import (
+    VERDICT,
+    Row,
+    comparison_frame,
+    deviation_pct,
+    rows_of,
+    verdict_on_error,
+)
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import measured_rows, published_rows, published_speeds, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
-from srbval.models.run import Run
+from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import sideband_shares
-from srbval.signal import NORMAL_95
+from srbval.report.findings.records import RecordView, kurtosis, line_share
+from srbval.signal import NORMAL_95, Scalogram
 from srbval.validation.compare import LINES, PAIR_KEYS
 
 if TYPE_CHECKING:
@@ -44,25 +51,25 @@ def compared_rows(
     model_runs = {state: side.run for state, side in models.items()}
     paper, rig = (found.analyses[side] for side in ("paper", "rig"))
     stored = found.results.content("inputs")
-    healthy = runs["paper-healthy"]
-    radial_n, share = healthy.scene.load.radial_n, healthy.roller_load_share
-    spring_n = math.hypot(*(healthy.displacement_m.mean(axis=0))) * healthy.scene.housing.stiffness_n_m
-    load_path = {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
-    lines = [*published_rows(printed, paper, runs), *measured_rows(rig, model_runs, comparisons)]
+    measured = [row | rig_scene_line(row, stored, rig) for row in measured_rows(rig, model_runs, comparisons)]
+    lines = [*published_rows(printed, paper, runs), *measured]
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(found.cage_readings, stored), cage_means(found.cage_readings)
+    ratios, change = list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf)), trend(means, rows)
+    levels, amplitudes = rows_of(comparisons), found.results.content("amplitudes").get("rows", ())
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
         "headline": {"holds": holds(rows), "verdicts": rows},
         "verdicts": rows,
         "cage_readings": found.cage_readings,
-        "cage_ratios": list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf)),
-        "trend": trend(means, rows),
+        "cage_ratios": ratios,
+        "trend": change,
+        "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
         "joint_tests": list(joint_tests(found.cage_readings, stored)),
         "table6": [keys | row for row in lines],  # a value that a row does not have is None
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
-        "comparisons": rows_of(comparisons),
+        "comparisons": levels,
         "pairs": pairs,
         "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
         "published_speeds": list(published_speed_rows()),
@@ -73,13 +80,87 @@ def compared_rows(
         "register_unreadable": register.unreadable or None,
         "bias": biases(every, used_for="withheld"),
         "sensitivity": list(found.known.values()),
-        "sidebands": {name: sideband_shares(found.analyses[name][Fault.INNER]) for name in ("model", "rig")},
-        "load_path": load_path,
-        "point_passing": point_passing(healthy),
+        "pictures": [row for state in models for row in picture_rows(state, *found.sides_of(state), levels)],
+        "verdict_power": stored.get("power", []),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
         "cautions": cautions(pairs),
     }
+
+
+def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Analysis]) -> Row:
+    """Line of a defect at its recording's speed in the scene ``rig``: mean and 95 % half width over stored draws."""
+    fault, variants = Fault(row["defect"]), stored.get("variants", ())
+    analysis = rig[fault]
+    found = [
+        np.asarray(one["drawn"])
+        for variant in variants
+        for one in variant["records"]
+        if (variant["scene"], one["state"], one["nominal_rpm"]) == ("rig", fault, analysis.recording.nominal_rpm)
+    ]
+    names = ("rig_scene_hz", "rig_scene_ci95_hz", "rig_scene_deviation_pct")
+    if not found:
+        return dict.fromkeys(names)
+    elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
+    hz = [shaft_hz * (fault.passing_order(elements, one) or math.nan) for one in found[0].tolist()]
+    low, _, high = np.quantile(hz, MIDDLE)
+    mean = float(np.mean(hz))
+    return dict(zip(names, (mean, float(high - low) / 2, 100 * (mean / row["kinematic_hz"] - 1)), strict=True))
+
+
+def picture_rows(
+    state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
+) -> Iterator[Row]:
+    """Numbers by which the pictures of both sides of a pair are alike or not; `levels` are the pair's comparisons."""
+    views = tuple(views)
+    about = {"state": state.value, "kind": "acceleration"}
+    yield about | alike_row("kurtosis", *(kurtosis(one.analysis.processed.filtered) for one in views))
+    for row in levels:
+        known = row["error_unit"] == "dB" and row["error"] is not None and not math.isnan(row["error"])
+        if known and row["state"] == state:
+            yield about | alike_row(row["quantity"], row["model"], row["rig"], "dB") | {"kind": "spectrum"}
+    if state.line:
+        lines = (one.analysis.line_of(state).kinematic_hz for one in views)
+        powers = (line_share(image, hz) for image, hz in zip(images, lines, strict=True))
+        yield about | alike_row(f"share of power at {state.line}", *powers) | {"kind": "scalogram"}
+
+
+def alike_row(what: str, model: float, rig: float, unit: str = "") -> Row:
+    """One number of both sides; `alike` if at most `limit` apart: in dB of levels, else a share of the rig's."""
+    limit = VERDICT.level_db if unit == "dB" else VERDICT.share_pct / 100 * abs(rig)
+    return {"what": what, "unit": unit, "model": model, "rig": rig, "limit": limit, "alike": abs(model - rig) <= limit}
+
+
+def near_cage_rows(stated: Sequence[Row], ratios: Iterable[Row], change: Row) -> Iterator[Row]:
+    """For each endpoint of the cage ratio: the rig's value, and errors and verdicts of both scenes."""
+    rig = {f"{one['nominal_rpm']:g} rpm": one for one in ratios if one["of"] == "mean"}
+    known = {name: (one["ratio"], (one["high"] - one["low"]) / 2, "") for name, one in rig.items()}
+    known[change["endpoint"]] = change["rig_pct"], change["rig_ci95_pct"], "%"
+    for endpoint in dict.fromkeys(one["endpoint"] for one in stated):
+        value, ci95, unit = known.get(endpoint, (None, None, ""))
+        row = {"quantity": f"cage ratio, {endpoint}", "rig": value, "rig_ci95": ci95, "unit": unit, "error_unit": "%"}
+        for one in stated:
+            if one["endpoint"] == endpoint:
+                names = (f"{one['scene']}_{what}" for what in ("error", "u", "verdict"))
+                row |= dict(zip(names, (one["error_pct"], one["u_pct"], one["verdict"]), strict=True))
+        yield row
+
+
+def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> Iterator[Row]:
+    """Errors of levels over the first harmonic: of the paper's scene, and of the scene ``rig`` where they are known."""
+    own = {(one["record"], one["quantity"]): one for one in amplitudes if one["kind"] == "harmonic pattern"}
+    for one in sorted(comparisons, key=lambda one: list(Fault).index(one["state"])):
+        if one["error_unit"] != "dB" or one["error"] is None or math.isnan(one["error"]):
+            continue
+        record = Path(one["record"]).stem
+        row = {"quantity": one["quantity"], "record": record, "unit": "dB", "error_unit": "dB", "rig": one["rig"]}
+        row |= {"paper_error": one["error"], "paper_u": one["uncertainty"], "paper_verdict": one["verdict"]}
+        row |= {"rig_ci95": one["rig_ci95"]}
+        if other := own.get((record, one["kind"])):
+            error, u = other["error"], other["uncertainty"]
+            seen = "fitted" if other["used_for"] == "fit" else verdict_on_error(error, u, VERDICT.level_db).value
+            row |= {"rig_error": error, "rig_u": u, "rig_verdict": seen}
+        yield row
 
 
 def compared(rows: Iterable[Row]) -> "pd.DataFrame":
@@ -154,15 +235,4 @@ def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
         "model_pct": own and rig + own["error_pct"],
         "u_pct": own and own["u_pct"],
         "verdict": own and own["verdict"],
-    }
-
-
-def point_passing(run: Run) -> dict[str, float]:
-    """Frequencies at which rollers pass the points of the raceways in a run, numerical [Hz]."""
-    points, shaft_hz = run.scene.contact.points_per_circle, run.scene.shaft_hz
-    return {
-        "points_per_circle": points,
-        "shaft_rpm": 60 * shaft_hz,
-        "outer_hz": points * run.cage_ratio * shaft_hz,
-        "inner_hz": points * (1 - run.cage_ratio) * shaft_hz,
     }

@@ -1,110 +1,187 @@
-"""The answer on the cage speed, and its reasons."""
+"""The first screen: the answer, Table 6, the figures in a strip, three tiles, and what is stored."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from srbval.comparison.comparison import TOLERANCE, Verdict
-from srbval.report.blocks import Badge, Section, Tone, VerdictBox
-from srbval.report.figures.comparison import cage_ratio_plot
+from srbval import __version__
+from srbval.bearing import Fault
+from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
+from srbval.report.blocks import Badge, Callout, Figure, Table, Tone, VerdictBox
+from srbval.report.figures.images import thumbnail
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import first_line
+from srbval.report.findings.records import highest_of
+from srbval.report.pages import Page
 from srbval.report.prose import Prose
+from srbval.report.sections.figures import FIGURES, HEAD_ROOM, SPECTRUM_HZ, picture_verdict, scales
+from srbval.storage.stored_result import StoredResult
+from srbval.sweep.scenes import PAPER
 
 TEXTS = Prose("srbval.report", "texts/answer.md")
 # Tones of verdicts with a tolerance, the worst first.
 ANSWER_TONE = {Verdict.MISSED: Tone.BAD, Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD}
-SCENES = {"paper": "paper's scene", "rig": "the rig's own scene"}
+SCENES = {"paper": "the paper's scene", "rig": "the rig's scene"}
+SHOWN = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
+# Of the rows of Table 6: where a line, its half width and its deviation from kinematics are, by the source of the rig.
+PRINTED, OWN = ("published", "measured")
+ROWS = (
+    (PRINTED, Badge.PUBLISHED, "kinematic_hz", "", ""),
+    (PRINTED, Badge.PUBLISHED, "paper_model_hz", "", "paper_model_recomputed_pct"),
+    (PRINTED, Badge.PUBLISHED, "paper_rig_hz", "", "paper_rig_recomputed_pct"),
+    (PRINTED, Badge.SIMULATED, "model_hz", "", "model_deviation_pct"),
+    (OWN, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz", "rig_scene_deviation_pct"),
+    (OWN, Badge.MEASURED, "rig_hz", "rig_ci95_hz", "rig_deviation_pct"),
+)
 Row = Mapping[str, Any]
 
 
-def verdict_box(findings: Findings) -> VerdictBox:
-    """The first thing on the page: the verdicts in a sentence and the cage ratios in a picture."""
-    data, stated = findings.data, stated_verdicts(findings)
-    ratios = findings.frame("cage_ratios")
-    speeds = list(dict.fromkeys(f"{rpm:g}" for rpm in ratios["nominal_rpm"]))
-    summaries = ratios[ratios["of"] != "record"].to_dict("records")
-    values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
-    plot, trend, ends = cage_ratio_plot(data["cage_ratios"]), data["trend"], (f"{speeds[0]} rpm", f"{speeds[-1]} rpm")
-    low, high = trend["between_records_ci95_pct"]
-    between = {"between_pct": trend["between_records_pct"], "low_pct": low, "high_pct": high}
-    records = TEXTS.text("records", records=len(data["cage_readings"]), **between)
+def verdict_box(findings: Findings, data: Row, pages: Sequence[Page]) -> VerdictBox:
+    """The first thing on the page; `data` is the content of ``report.json``, with the keys of the `pages`."""
+    stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
+    tiles += filter(None, (page.tile(findings.results) for page in pages))
+    origin = {
+        "machine": data["provenance"]["machine"]["processor"],
+        "version": __version__,
+        "runs": len(findings.runs),
+        "readings": len(data["pairs"]) + len(findings.analyses["paper"]),
+        "stored": stored_sentence(findings.results.values()),
+        "records": used_sentence(data["comparisons"], data["cage_readings"]),
+    }
     return VerdictBox(
         tone=tone_of(row["verdict"] for row in stated),
-        headline=headline(stated, trend["endpoint"], *ends),
-        points=(trend_sentence(trend, *ends), records, TEXTS.text("below")),
-        figure=TEXTS.figure("cage-ratios", plot, wide=False, speeds=" and ".join(speeds), values=values),
+        kicker=finding(stated),
+        headline=f"{near_sentence(data)} {missing_sentence(data)}",
+        blocks=(_table6(data), *tiles, _strip(findings), TEXTS.paragraph("origin", **origin)),
     )
 
 
-def stated_verdicts(findings: Findings) -> list[Row]:
-    """Verdicts on the scenes `paper` and `rig`."""
-    rows: list[Row] = findings.frame("verdicts").to_dict("records")
-    return rows
-
-
-def tone_of(answers: Iterator[str]) -> Tone:
+def tone_of(answers: Iterable[str]) -> Tone:
     """Tone of the worst answer; a warning if there is none."""
     found = set(answers)
     return next((tone for answer, tone in ANSWER_TONE.items() if answer in found), Tone.WARNING)
 
 
-def headline(stated: Sequence[Row], trend_endpoint: str, slowest: str, fastest: str) -> str:
-    """The answer in one sentence: each scene at the fastest speed, and its change to the slowest speed."""
-    if not stated:
-        return TEXTS.text("headline-unknown")
-    answers = []
-    for scene in sorted({row["scene"] for row in stated}):
-        of = {row["endpoint"]: row for row in stated if row["scene"] == scene}
-        parts = [f"{of[fastest]['verdict']} at {fastest} {_error(of[fastest])}"] if fastest in of else []
-        if trend_endpoint != fastest and trend_endpoint in of:
-            parts.append(f"change to {slowest} {of[trend_endpoint]['verdict']} {_error(of[trend_endpoint])}")
-        answers.append(f"{SCENES.get(scene, scene)} {', '.join(parts)}")
-    return TEXTS.text("headline", limit_pct=TOLERANCE.limit_pct, answers="; ".join(answers))
+def finding(stated: Sequence[Row]) -> str:
+    """First line of the report: where a stated tolerance is missed, which is no failure of the program."""
+    missed = []
+    for scene, name in SCENES.items():
+        own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
+        missed += [f"{name} ({', '.join(map(endpoint_words, own))})"] if own else []
+    name = "finding" if missed else "not-missed" if stated else "not-known"
+    return TEXTS.text(name, limit_pct=TOLERANCE.limit_pct, missed=" and in ".join(missed))
 
 
-def trend_sentence(trend: Row, slowest: str, fastest: str) -> str:
-    """Sentence on the change of the cage ratio with speed: of the rig, and of the model if it is known."""
-    model = "" if trend["model_pct"] is None else TEXTS.text("trend-of-model", **trend)
-    return TEXTS.text("trend", **trend, slowest=slowest, fastest=fastest, model=model)
+def endpoint_words(endpoint: str) -> str:
+    """Name of an endpoint of the cage ratio in words, such as "from 877 rpm to 353 rpm"."""
+    later, less, first = endpoint.partition(" less ")
+    return f"from {first} to {later} rpm" if less and first.endswith("rpm") else f"at {endpoint}"
 
 
-def cage_ratio_section(findings: Findings) -> Section:
-    """Reasons, verdicts with their power, readings."""
-    stated = stated_verdicts(findings)
-    readings, tolerance = findings.frame("cage_readings"), vars(TOLERANCE) | {"rest": 1 - TOLERANCE.risk}
-    shown = readings.assign(
-        ratio_ci95=1.96 * readings["reading_u"],
-        ratio_badge=Badge.MEASURED,
-        tachometer=1.96 * readings["speed_u"],
-        band=[f"{low:g} to {high:g}" for low, high in readings["band_hz"]],
+def near_sentence(data: Row) -> str:
+    """Errors of both lines at the rig's measured speed, and of the cage speed in the rig's scene."""
+    rows = [row for row in data["table6"] if row["rig_source"] == OWN]
+    parts = [
+        f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
+        f"({Fault(row['defect']).label}, {row['line']}: {row['verdict']})"
+        for row in rows
+    ]
+    rig = next((row for row in data["verdicts"] if row["scene"] == "rig"), None)
+    more = TEXTS.text("near-rig", **rig, error=interval(rig["error_pct"], rig["u_pct"])) if rig else ""
+    return TEXTS.text("near", lines=" and ".join(parts), more=more)
+
+
+def interval(error: float, u: float | None) -> str:
+    """An error with its uncertainty, in per cent."""
+    return f"{error:+.2f} %, uncertainty unknown" if u is None else f"{error:+.2f} ± {u:.2f} %"
+
+
+def missing_sentence(data: Row) -> str:
+    """What the model does not reproduce, with its number: the change with speed, vibration levels."""
+    trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
+    found = []
+    if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):
+        found.append(TEXTS.text("missing-trend", **trend))
+    if levels and levels["within"] < levels["of"]:
+        found.append(TEXTS.text("missing-levels", **levels, near_db=VERDICT.near_db))
+    return TEXTS.text("missing", found=" and ".join(found)) if found else TEXTS.text("nothing-missing")
+
+
+def _table6(data: Row) -> Table:
+    """The paper's Table 6 with sources as rows; deviations from kinematics beneath."""
+    of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
+    shown = []
+    for name, (source, badge, value, ci95, deviation) in zip(TEXTS.items("sources"), ROWS, strict=True):
+        speeds = [f"{of[source, fault]['shaft_rpm']:.4g}" for fault in (Fault.OUTER, Fault.INNER)]
+        at = f"at {' and '.join(dict.fromkeys(speeds))} rpm"
+        found: dict[str, Any] = {"source": name, "source_badge": badge, "source_note": at}
+        for fault in (Fault.OUTER, Fault.INNER):
+            row, half = of[source, fault], of[source, fault].get(ci95)
+            found |= {fault.value: row[value], f"{fault}_ci95": half}
+            if deviation and row[deviation] is not None:
+                about = f" ± {100 * half / row['kinematic_hz']:.2f}" if half else ""
+                found[f"{fault}_note"] = f"{row[deviation]:+.2f}{about} %"
+        shown.append(found)
+    read = max(row["model_ci95_hz"] for (source, _), row in of.items() if source == PRINTED)
+    return TEXTS.table(
+        "table-6-sources", shown, more_notes=[shaft_sentence(data["closure"], of[PRINTED, Fault.INNER])], read_hz=read
     )
-    verdicts = list(_verdict_rows(stated, findings))
-    return TEXTS.section(
-        first_line(findings.results, "inputs"),
-        TEXTS.listing("reasons", **tolerance),
-        TEXTS.table("verdicts", verdicts, more_notes=reversed_notes(stated), **tolerance),
-        TEXTS.table("cage-readings", shown),
-    )
 
 
-def reversed_notes(stated: Sequence[Row]) -> tuple[str, ...]:
-    """A note for each verdict that one input alone, over its range, turns from met to missed."""
-    return tuple(
-        TEXTS.text("reversed", scene=row["scene"], endpoint=row["endpoint"], inputs=", ".join(row["reversed_by"]))
-        for row in stated
-        if row["reversed_by"]
-    )
+def shaft_sentence(sums: Iterable[Row], inner: Row) -> str:
+    """Conclusion on the inner race of the paper's rig: slip keeps the sum of both lines, another speed does not."""
+    row = next(one for one in sums if one["source"] == "paper's rig")
+    as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
+    speed = "slower" if row["difference_pct"] < 0 else "faster"
+    words = {"speed": speed, "printed_pct": inner["paper_rig_printed_pct"], "limit_pct": TOLERANCE.limit_pct}
+    return TEXTS.text("as-slip" if as_slip else "other-speed", **row, **words)
 
 
-def _verdict_rows(stated: Sequence[Row], findings: Findings) -> Iterator[dict[str, Any]]:
-    rigs = findings.results.content("inputs").get("power", ())
-    power = {(row["endpoint"], row["planted_pct"]): row["missed"] for row in rigs}
-    for row in stated:
-        found = power.get((row["endpoint"], 2 * TOLERANCE.limit_pct)) if row["scene"] == "rig" else None
-        changed = [name.replace("line_contact.", "") for name in row["changed_by"]]
-        more = {"power": found, "changed": ", ".join(changed) or "none", "verdict_tone": ANSWER_TONE[row["verdict"]]}
-        yield {**row, **more}
+def speed_tile(runs: Iterable[Row]) -> Callout:
+    """Cost of a simulated second on this machine beside the paper's."""
+    run = next(one for one in runs if one["id"] == "paper-outer")
+    words = {"steps_per_s": 1 / run["step_s"], "paper_s": PAPER.wall_s / PAPER.simulated_s, "paper": PAPER}
+    return TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
 
 
-def _error(row: Row) -> str:
-    return f"({row['error_pct']:+.2f} ± {row['u_pct']:.2f} %)"
+def _strip(findings: Findings) -> Any:
+    """Small pictures of Figures 11 to 14, model and rig, alike or not by a number."""
+    shown: list[Figure] = []
+    for name, state in SHOWN.items():
+        kind, (sides, images) = FIGURES[name[:2]][0], findings.sides_of(state)
+        spectrum_top = HEAD_ROOM * max(highest_of(one, SPECTRUM_HZ) for one in sides)
+        tops = scales(sides, images) | {"spectrum": spectrum_top}
+        top = tops[{"acceleration": "limit", "scalogram": "brightest"}.get(kind, kind)]
+        plot = thumbnail(sides, images if kind == "scalogram" else [], SPECTRUM_HZ * (kind == "spectrum"), top)
+        words = {"number": name[:2], "kind": kind, "state": state.label}
+        words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
+        shown.append(TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
+    return TEXTS.grid("strip", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
+
+
+def stored_sentence(results: Iterable[StoredResult]) -> str:
+    """Names of the stored results by the day and the machine that computed them."""
+    groups: dict[str, list[str]] = {}
+    for one in results:
+        where = f"{one.made_utc[:10]}, {one.origin.get('processor') or 'an unknown processor'}"
+        groups.setdefault(where, []).append(one.path.stem.replace("_", " "))
+    return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
+
+
+def used_sentence(comparisons: Iterable[Row], readings: Iterable[Any]) -> str:
+    """Use of the rig's records: fitted, seen before, blind."""
+    every = {Path(one.record).stem for one in readings}
+    uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
+    for one in comparisons:
+        if one["used_for"] in uses:
+            uses[one["used_for"]].add(Path(one["record"]).stem)
+    seen = every - uses["fit"] - uses["blind"]
+    parts = [
+        TEXTS.text(f"used-{name}", records=", ".join(sorted(map(short, found)))) if found else TEXTS.text(f"no-{name}")
+        for name, found in uses.items()
+    ]
+    return "; ".join([*parts, TEXTS.text("used-withheld", count=len(seen))])
+
+
+def short(record: str) -> str:
+    """Name of a record of the rig in words."""
+    return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

@@ -1,6 +1,6 @@
-"""Figures 11 to 14: the model and the rig, each pair on identical axes."""
+"""Figures 11 to 14: the model and the rig, each pair on identical axes, and whether both sides are alike."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,104 +9,136 @@ from srbval.bearing import Fault
 from srbval.report.blocks import Explore, Figure, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
-from srbval.report.findings import records
+from srbval.report.figures.style import Drawing
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import RecordView, badge_of, side_of
+from srbval.report.findings.records import (
+    Cursor,
+    RecordView,
+    SpectrumView,
+    badge_of,
+    fault_cursors,
+    highest_of,
+    side_of,
+)
 from srbval.report.prose import Prose
+from srbval.signal import Scalogram
 from srbval.signal.spectrum import SCALOGRAM_HZ
 
 TEXTS = Prose("srbval.report", "texts/figures.md")
 
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
-SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
 LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
+FIGURES = {  # of the paper: kind and states
+    "11": ("acceleration", tuple(LETTERS)),
+    "12": ("spectrum", (Fault.OUTER,)),
+    "13": ("spectrum", (Fault.INNER,)),
+    "14": ("scalogram", (Fault.OUTER, Fault.INNER)),
+}
+SIDES = ("model", "rig")
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
 HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
-Side = Mapping[Fault, RecordView]
+Row = Mapping[str, Any]
 
 
 def figures_section(findings: Findings) -> Section:
-    """The sixteen panels, and what the sidebands of the inner race show."""
-    sides = findings.views
-    model, rig = sides["model"], sides["rig"]
-    places = [
-        (*one, state) for state, letters in LETTERS.items() for one in zip(("model", "rig"), letters, strict=True)
-    ]
-    burst = HEAD_ROOM * max(float(abs(one.acceleration).max()) for side in sides.values() for one in side.values())
-    pixels = [image.amplitude.ravel() for side in findings.scalograms.values() for image in side.values()]
-    brightest = float(np.quantile(np.concatenate(pixels), COLOUR_QUANTILE))
-    times, images = list[Figure](), list[Figure]()
-    for side, letter, state in places:
-        record, image = sides[side][state], findings.scalograms[side][state]
-        title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
-        period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
-        plot = acceleration_panel(record, limit=burst, letter=letter, title=title, period=period)
-        times.append(TEXTS.figure("acceleration", plot, **_words(f"11{letter}", record, state)))
-        plot = scalogram_panel(record, image, state, top=brightest, letter=letter, title=title)
-        words = _words(f"14{letter}", record, state) | dict(zip(("low_hz", "high_hz"), SCALOGRAM_HZ, strict=True))
-        images.append(TEXTS.figure("scalogram", plot, **words))
-    spectra = []
-    for number, state in SPECTRUM_FIGURES.items():
-        panels = [_spectrum_panel(f"{number}a", state, model, rig), _spectrum_panel(f"{number}b", state, rig, model)]
-        spectra.append(TEXTS.grid(f"grid-{number}", panels, f"Figure {number}", state=state.label))
-    shares = {side_of(sides[name][Fault.INNER].analysis): share for name, share in findings.data["sidebands"].items()}
-    return TEXTS.section(
-        TEXTS.paragraph("intro", model_band=_band(model), rig_band=_band(rig)),
-        TEXTS.grid("grid-11", times, "Figure 11", window_ms=1e3 * (records.WINDOW_S[1] - records.WINDOW_S[0])),
-        *spectra,
-        TEXTS.paragraph(
-            "sidebands",
-            shares=sidebands_sentence(shares),
-            height_mm=1e3 * findings.runs["paper-inner"].scene.defect.height_m,
-        ),
-        TEXTS.grid("grid-14", images, "Figure 14"),
-    )
+    """The sixteen panels, each figure with a sentence on its sides."""
+    pictures = findings.data["pictures"]
+    views, images = findings.views, findings.scalograms
+    of_all = [[one for side in arrays.values() for one in side.values()] for arrays in (views, images)]
+    scale = scales(*of_all)
+    panels: dict[str, list[Figure]] = {number: [] for number in FIGURES}
+    for state, letters in LETTERS.items():
+        spectra = {side: _spectrum(views[side], state) for side in SIDES}
+        top = LABEL_ROOM * max(highest_of(one.record, SPECTRUM_HZ) for one in spectra.values())
+        for place, side in enumerate(SIDES):
+            record, letter = views[side][state], (letters[place], "ab"[place])
+            plots = drawings(spectra[side], images[side][state], state, scale | {"top": top}, letter)
+            for number, (kind, states) in FIGURES.items():
+                if state not in states and kind != "scalogram":
+                    continue
+                label = f"{number}{letter[kind == 'spectrum']}"
+                words = panel_words(f"fig{label}", f"Figure {label}", record, state) | reach(SPECTRUM_HZ)
+                if kind == "spectrum":
+                    curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
+                    words["explore"] = explore_spectrum(spectra[side], "Envelope amplitude, std. dev.", curves)
+                panels[number].append(TEXTS.figure(kind, plots[kind], **words, line=state.line))
+    sentences = {"12": fifth_harmonic_sentence(pictures), "13": inner_sidebands_sentence(pictures)}
+    grids = []
+    for number, figures in panels.items():
+        words = {"alike": figure_sentence(pictures, number), "sentence": sentences.get(number, "")}
+        grids.append(TEXTS.grid(f"grid-{number}", figures, f"Figure {number}", **words))
+    bands = {side: views[side][Fault.OUTER].analysis.processed.band_hz for side in SIDES}
+    shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
+    return TEXTS.section(TEXTS.paragraph("intro", **shown_bands), *grids)
 
 
-def sidebands_sentence(shares: Mapping[str, Mapping[str, float] | None]) -> str:
-    """Shares of the sidebands at one and two shaft speeds for each side, if its line was read."""
-    return "; ".join(
-        f"{side}: {share['at_one']:.2f} at one shaft speed, {share['at_two']:.2f} at two"
-        if share
-        else f"{side}: line not read"
-        for side, share in shares.items()
-    )
-
-
-def _band(side: Side) -> str:
-    low, high = side[Fault.OUTER].analysis.processed.band_hz
-    return f"{low:g} to {high:g}"
-
-
-def _spectrum_panel(letter: str, state: Fault, side: Side, other: Side) -> Figure:
+def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
+    """Envelope spectrum over the healthy one of the same side; harmonics of the line of `state`, two sidebands each."""
     record, line = side[state], state.line
-    assert line is not None, "only the defects of races have a spectrum figure"
-    shaft_hz, orders = record.shaft_hz, record.analysis.bearing.orders
-    line_hz = record.analysis.line(line).kinematic_hz
-    cursors = records.fault_cursors(
-        line, line_hz, SPECTRUM_HZ, sideband_hz=shaft_hz, sidebands=2 if state.sidebands else 0
-    )
-    found = tuple((hz, height) for n, hz, height in record.peaks if n.startswith(line))
-    others = records.tall_peaks(
-        record.frequency_hz,
-        record.amplitude,
-        SPECTRUM_HZ,
-        shaft_hz=shaft_hz,
-        marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for hz, _ in found)],
-        orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
-    )
-    view = records.SpectrumView(
-        record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ, others=others
-    )
-    top = LABEL_ROOM * max(records.highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
+    cursors: tuple[Cursor, ...] = ()
+    if line:
+        line_hz, sidebands = record.analysis.line(line).kinematic_hz, 2 if state.sidebands else 0
+        cursors = fault_cursors(line, line_hz, SPECTRUM_HZ, sideband_hz=record.shaft_hz, sidebands=sidebands)
+    found = tuple((hz, height) for name, hz, height in record.peaks if line and name.startswith(line))
+    return SpectrumView(record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
+
+
+def scales(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
+    """Ends of the shared axes: `limit` of signals in time, `brightest` of the colours of scalograms."""
+    highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
+    pixels = np.concatenate([one.amplitude.ravel() for one in images])
+    return {"limit": HEAD_ROOM * highest, "brightest": float(np.quantile(pixels, COLOUR_QUANTILE))}
+
+
+def drawings(
+    view: SpectrumView, image: Scalogram, state: Fault, scale: Mapping[str, float], letters: tuple[str, str] = ("", "")
+) -> dict[str, Drawing]:
+    """Drawings of one record by kind; `letters` of the panels in time and of the spectrum."""
+    record, (letter, of_spectrum) = view.record, letters
     title = f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
-    plot = spectrum_panel(view, top=top, letter=letter[-1], title=title, brief=True)
-    curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
-    words = _words(letter, record, state) | {"explore": explore_spectrum(view, "Envelope amplitude, std. dev.", curves)}
-    return TEXTS.figure("spectrum", plot, **words, line=line, end_hz=SPECTRUM_HZ)
+    line = record.analysis.line_of(state) if state.line else None
+    period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
+    head: dict[str, Any] = {"letter": letter, "title": title}
+    return {
+        "acceleration": acceleration_panel(record, limit=scale["limit"], period=period, **head),
+        "spectrum": spectrum_panel(view, top=scale["top"], letter=of_spectrum, title=title, brief=True),
+        "scalogram": scalogram_panel(record, image, state, top=scale["brightest"], **head),
+    }
 
 
-def explore_spectrum(view: records.SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
+def figure_sentence(pictures: Iterable[Row], number: str) -> str:
+    """Sentence on a figure: for each of its states whether both sides are alike."""
+    kind, of = FIGURES[number]
+    return "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in of)
+
+
+def picture_verdict(pictures: Iterable[Row], kind: str, state: Fault) -> str:
+    """Whether both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
+    rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
+    found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
+    if found is None:
+        return TEXTS.text("not-compared")
+    unit = f" {found['unit']}" if found["unit"] else ""
+    return TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
+
+
+def fifth_harmonic_sentence(pictures: Iterable[Row]) -> str:
+    """Conclusion on the fifth harmonic of BPFO, which the paper's model lacks."""
+    row = next((one for one in pictures if one["what"] == "5xBPFO"), None)
+    if row is None:
+        return TEXTS.text("fifth-unread")
+    return TEXTS.text("fifth-weak" if row["model"] < row["rig"] - row["limit"] else "fifth-there", **row)
+
+
+def inner_sidebands_sentence(pictures: Iterable[Row]) -> str:
+    """Conclusion on the modulation of the inner race's line once a turn of the shaft."""
+    row = next((one for one in pictures if one["what"] == "BPFI sidebands"), None)
+    if row is None:
+        return TEXTS.text("sidebands-unread")
+    return TEXTS.text("sidebands-weak" if row["model"] < row["rig"] - row["limit"] else "sidebands-there", **row)
+
+
+def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
     """Chart of an envelope spectrum for scripts; `curves` names the columns of its data file."""
     return Explore(
         x="frequency_hz",
@@ -118,12 +150,12 @@ def explore_spectrum(view: records.SpectrumView, y_label: str, curves: Mapping[s
     )
 
 
-def _words(letter: str, record: RecordView, state: Fault) -> dict[str, Any]:
-    return panel_words(f"fig{letter}", f"Figure {letter}", record, state)
+def reach(end_hz: float) -> dict[str, float]:
+    """Ends of the axes that the texts of panels name."""
+    return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
 
 
 def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict[str, Any]:
     """Id, badge and the words of a panel's caption and alt text."""
-    what = "healthy bearing" if state is Fault.HEALTHY else f"{state.label} defect"
-    who = f"{side_of(record.analysis)}, {what}, {60 * record.shaft_hz:.2f} rpm"
+    who = f"{side_of(record.analysis)}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
     return {"id": name, "label": label, "badge": badge_of(record.analysis), "who": who}

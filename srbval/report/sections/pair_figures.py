@@ -1,24 +1,17 @@
 """Figures of a pair: waveform, envelope spectrum and scalogram, simulated left and measured right on the same axes.
 
-They are drawn as soon as a pair is read, and only the files are kept. Each kind of figure has one number by which both
+They are drawn as soon as a pair is read, and only the files are kept. Each kind of figure has numbers by which both
 sides are called alike or not.
 """
 
-import math
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from srbval.bearing import Fault
-from srbval.comparison.comparison import VERDICT, Row
 from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.figures import style
-from srbval.report.figures.images import scalogram_panel
-from srbval.report.figures.plot import HEAD_ROOM
-from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.figures.style import Drawing, Drawn, new_axes, panel
 from srbval.report.findings.records import (
     WINDOW_TURNS,
@@ -30,16 +23,14 @@ from srbval.report.findings.records import (
     spectrum_end_hz,
     spectrum_view,
 )
+from srbval.report.findings.rows import picture_rows
 from srbval.report.prose import Prose
-from srbval.report.sections.figures import COLOUR_QUANTILE, LABEL_ROOM, panel_words
+from srbval.report.sections.figures import LABEL_ROOM, drawings, panel_words, picture_verdict, reach, scales
 from srbval.report.sections.figures import TEXTS as FIGURES
-from srbval.signal import Scalogram
-from srbval.signal.spectrum import SCALOGRAM_HZ
 from srbval.validation.sides import SideReading
 from srbval.validation.validate import SIDES, PairReading
 
 TEXTS = Prose("srbval.report", "texts/pairs.md")
-LINE_SHARE = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
 BARS = 40  # rows in the picture of errors
 VERDICT_LOOK = {
     "differs": (style.VERMILION, "s"),
@@ -66,30 +57,22 @@ def drawn_now(draw: Drawing, folder: Path, name: str) -> Drawing:
 def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     """The three rows of panels of a pair, drawn into `folder`; panels of the sides that there are."""
     state, views = one.state, [_view(one.sides[side]) for side in SIDES if side in one.sides]
-    images = [envelope_scalogram(view) for view in views]
-    titles = [f"{state.label}, {60 * view.shaft_hz:.4g} rpm" for view in views]
-    limit = HEAD_ROOM * max(float(max(np.abs(view.acceleration).max(), view.envelope.max())) for view in views)
-    spectra = _spectra(views, state)
+    images, spectra = [envelope_scalogram(view) for view in views], _spectra(views, state)
     top = LABEL_ROOM * max(highest_of(one.record, one.end_hz) for one in spectra)
-    brightest = float(np.quantile(np.concatenate([one.amplitude.ravel() for one in images]), COLOUR_QUANTILE))
     kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
-    for view, image, spectrum, title in zip(views, images, spectra, titles, strict=True):
-        line = view.analysis.line_of(state) if state.line else None
-        period = (f"1/{line.name}", 1 / line.kinematic_hz) if line else None
-        plots = {
-            "acceleration": acceleration_panel(view, limit=limit, title=title, period=period),
-            "spectrum": spectrum_panel(spectrum, top=top, title=title, brief=True),
-            "scalogram": scalogram_panel(view, image, state, top=brightest, title=title),
-        }
-        reach: dict[str, Any] = dict(
-            zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, spectrum.end_hz), strict=True)
-        )
-        for kind, plot in plots.items():
+    scale = scales(views, images) | {"top": top}
+    for view, image, spectrum in zip(views, images, spectra, strict=True):
+        for kind, plot in drawings(spectrum, image, state, scale).items():
             name = f"pair-{one.number}-{kind}-{view.origin.value}"
             words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
-            kinds[kind].append(FIGURES.figure(kind, drawn_now(plot, folder, name), **words, **reach))
-    sentences = dict(zip(kinds, _sentences(views, images, state, one.rows), strict=True))
-    return tuple(TEXTS.grid(f"grid-{kind}", figures, alike=sentences[kind]) for kind, figures in kinds.items())
+            more: dict[str, Any] = reach(spectrum.end_hz)
+            kinds[kind].append(FIGURES.figure(kind, drawn_now(plot, folder, name), **words, **more))
+    if len(views) < 2:
+        alike = dict.fromkeys(kinds, TEXTS.text("one-side"))
+    else:
+        rows = list(picture_rows(state, views, images, one.rows))
+        alike = {kind: picture_verdict(rows, kind, state) for kind in kinds}
+    return tuple(TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
 
 
 def _view(side: SideReading) -> RecordView:
@@ -105,56 +88,6 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
     lines = [view.analysis.line_of(state) if state.line else None for view in views]
     order = min(spectrum_end_hz(v.analysis, line) / v.shaft_hz for v, line in zip(views, lines, strict=True))
     return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
-
-
-def _sentences(
-    views: Sequence[RecordView], images: Sequence[Scalogram], state: Fault, rows: Sequence[Row]
-) -> Iterator[str]:
-    """One sentence a row of panels: whether both sides are alike, and by which number."""
-    if len(views) < 2:
-        yield from [TEXTS.text("one-side")] * 3
-        return
-    yield alike_sentence(
-        "kurtosis of the band-passed signal", *(kurtosis(view.analysis.processed.filtered) for view in views)
-    )
-    line = next((row for row in rows if row["quantity"] == state.line and not math.isnan(row["error"])), None)
-    yield spectrum_sentence(line, [row for row in rows if row["error_unit"] == "dB"])
-    if state.line is None:
-        yield TEXTS.text("no-line")
-        return
-    shares = (
-        line_share(image, view.analysis.line_of(state).kinematic_hz) for image, view in zip(images, views, strict=True)
-    )
-    yield alike_sentence(f"share of the wavelet power in the third octave about {state.line}", *shares)
-
-
-def kurtosis(signal: Any) -> float:
-    """Fourth moment about the mean over the square of the second, 3 for Gaussian noise."""
-    centred = np.asarray(signal) - np.mean(signal)
-    return float(np.mean(centred**4) / np.mean(centred**2) ** 2)
-
-
-def line_share(image: Scalogram, line_hz: float) -> float:
-    """Share of a scalogram's power in the third octave about a line, 0 outside its range of frequencies."""
-    power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
-    frequency = np.asarray(image.frequency_hz)
-    near = (frequency >= line_hz / LINE_SHARE) & (frequency <= line_hz * LINE_SHARE)
-    return float(power[near].sum() / power.sum())
-
-
-def alike_sentence(what: str, simulated: float, measured: float) -> str:
-    """Sentence on one number of both sides: alike if they differ by at most `share_pct` of the budget."""
-    word = "alike" if abs(simulated - measured) <= VERDICT.share_pct / 100 * abs(measured) else "not alike"
-    return TEXTS.text("alike", word=word, what=what, simulated=simulated, measured=measured, pct=VERDICT.share_pct)
-
-
-def spectrum_sentence(line: Row | None, levels: Sequence[Row]) -> str:
-    """Sentence on the places and the levels of the lines."""
-    if line is None:
-        return TEXTS.text("line-missing")
-    known = [abs(row["error"]) for row in levels if not math.isnan(row["error"])]
-    within = sum(error <= VERDICT.level_db for error in known)
-    return TEXTS.text("spectrum-alike", **line, within=within, known=len(known), level_db=VERDICT.level_db)
 
 
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> Drawn:

@@ -1,4 +1,4 @@
-"""Page of the study of amplitudes: counts, errors of the locked third octaves, the level of each record."""
+"""Page of the study of amplitudes: counts, errors of the locked third octaves, the open problem."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -7,9 +7,9 @@ from typing import Any
 import pandas as pd
 
 from srbval.comparison.comparison import VERDICT
-from srbval.report.blocks import Block, Section
+from srbval.report.blocks import Block
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Drawn, legend_above, new_axes, panel
-from srbval.report.pages import StoredResults, origin_of, study_page
+from srbval.report.pages import StoredResults, study_page
 from srbval.report.prose import Prose
 
 LOCKED, OUTCOME = "locked level", "prediction_outcome"
@@ -54,23 +54,9 @@ def draw_errors(rows: Rows) -> Drawn:
 
 def _blocks(prose: Prose, content: Mapping[str, Any]) -> Iterable[Block]:
     locked = [one for one in content["rows"] if one["kind"] == LOCKED]
+    yield prose.figure("amplitude-errors", draw_errors(locked), near_db=VERDICT.near_db, **content["mounting"])
     yield prose.paragraph("counts", near_db=VERDICT.near_db, **content["counts"])
-    yield prose.figure("amplitude-errors", draw_errors(locked), near_db=VERDICT.near_db)
-    yield prose.table("amplitude-levels", [one | {"record": short(one["record"])} for one in content["tests"]])
-    yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked), **content["mounting"])
-
-
-STUDY = study_page(__package__, 44.2, _blocks)
-
-
-def section(results: StoredResults) -> Section:
-    """Section of the study, and the outcome of the predictions that were stored before three records were read."""
-    found, outcome = STUDY.section(results), results.get(OUTCOME)
-    if outcome is None:
-        return found
-    counts = ", ".join(f"{one['kind']} {one['within']} of {one['of']}" for one in outcome.content["counts"])
-    said = Prose(__package__).paragraph("predicted", counts=counts, near_db=VERDICT.near_db, near_pct=VERDICT.near_pct)
-    return replace(found, blocks=(*found.blocks, origin_of(outcome), said))
+    yield prose.paragraph("open", conclusion=unexplained(content["tests"], locked))
 
 
 def data(results: StoredResults) -> Mapping[str, Any]:
@@ -84,4 +70,4 @@ def data(results: StoredResults) -> Mapping[str, Any]:
     }
 
 
-PAGE = replace(STUDY, results=("amplitudes", OUTCOME), section=section, data=data)
+PAGE = replace(study_page(__package__, 40, _blocks), results=("amplitudes", OUTCOME), data=data)

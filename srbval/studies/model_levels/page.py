@@ -6,12 +6,14 @@ from typing import Any
 import pandas as pd
 
 from srbval.plan.questions import MEANING, Question
-from srbval.report.blocks import Block, Tone
+from srbval.report.blocks import Block, Callout, Tone
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 from srbval.report.tables import Title
 
-SHOWN = ("paper", "rig")
+SHOWN = {"paper": "paper's scene", "rig": "rig's scene"}
+ASKED = ("lines", "harmonics", "sidebands", "noise-floor", "slip", "power", "amplitude", "levels")  # in the tables
+TOLD = ("power", "levels")  # of the tile, beside fault lines
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
@@ -19,7 +21,7 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     scenes = max(row["scenes"] for row in content["bounds"])
     yield prose.paragraph("intro", scenes=scenes, percent=100 * scenes / (scenes + 1))
     for base in SHOWN:
-        about, rows = content["bases"][base], [row for row in content["ladder"] if row["base"] == base]
+        about, rows = content["bases"][base], [one for question in ASKED for one in _asked(content, base, question)]
         columns: dict[str, Title] = {"question": "Question"}
         columns |= {model: (model, f"{about['pace'][model]:.2g} s/s") for model in about["models"]}
         columns["least"] = "Least model"
@@ -45,18 +47,37 @@ def least(rows: Sequence[Mapping[str, Any]]) -> str | None:
     return str(min(enough, key=lambda row: row["wall_per_simulated_s"])["model"]) if enough else None
 
 
+def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
+    """The cheapest model that answers where the fault lines are, and which one levels and power need."""
+    lines, pace = least(_asked(content, "paper", "lines")) or "none", content["bases"]["paper"]["pace"]
+    rest = []
+    for question in TOLD:
+        asked, found = MEANING[Question(question)], []
+        for base, scene in SHOWN.items():
+            model = least(_asked(content, base, question))
+            time = f", {content['bases'][base]['pace'][model]:.2g} s" if model else ""
+            found.append(f"{model or 'none'} ({scene}{time})")
+        rest.append(f"{asked.title.capitalize()} within {asked.tolerance:g} {asked.unit}: {', '.join(found)}")
+    words = {"lines": lines, "time": f"{pace[lines]:.1g} s" if lines in pace else "no time", "rest": ". ".join(rest)}
+    return prose.callout("tile", tone=Tone.NEUTRAL, **words, tolerance=MEANING[Question.LINES].tolerance)
+
+
+def _asked(content: Mapping[str, Any], base: str, question: str) -> list[Mapping[str, Any]]:
+    return [row for row in content["ladder"] if (row["base"], row["question"]) == (base, question)]
+
+
 def _shown(row: Mapping[str, Any]) -> tuple[str, str]:
     """Median error with its interval, and below it the largest error or the number of scenes without an answer."""
     if row["enough"] is None:
-        return "cannot answer", ""
+        return "", ""
     asked, sizes = MEANING[Question(row["question"])], (row["median_pct"], *row["ci95_pct"], row["error_pct"])
     middle, low, high, largest = ("-" if one is None else _digits(asked.shown(one)) for one in sizes)
-    silent = f"no answer on {row['silent']} of {row['scenes']} scenes"
-    return f"{middle} [{low}, {high}] {asked.unit}", silent if row["silent"] else f"at most {largest}"
+    silent = f"no answer: {row['silent']} of {row['scenes']}"
+    return f"{middle} [{low}, {high}] {asked.unit}", silent if row["silent"] else f"≤ {largest}"
 
 
 def _digits(value: float) -> str:
-    return "over 1000" if value > 1000 else f"{value:.3g}" if value >= 100 else f"{value:.2g}"
+    return "10³+" if value > 1000 else f"{value:.3g}" if value >= 99 else f"{value:.2g}"
 
 
-PAGE = study_page(__package__, 50, blocks, data=lambda content: {"ladder": content["ladder"]})
+PAGE = study_page(__package__, 70, blocks, lambda content: {"ladder": content["ladder"]}, tile)

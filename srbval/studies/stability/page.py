@@ -1,20 +1,24 @@
 """The largest step that each solver can take, over speed and scene, and the paper's two claims, as last stored."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 from typing import Any
 
 import pandas as pd
 
-from srbval.report.blocks import Badge, Block, Listing
+from srbval.report.blocks import Badge, Block, Callout, Listing, Tone
 from srbval.report.figures.style import SERIES, Drawn, new_figure, panel
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
-from srbval.report.tables import Title
-from srbval.studies.stability.study import steps_by_speed
 
-SIZE_INCHES = (7.6, 3.2)
+SIZE_INCHES = (7.6, 3.0)
 LIMITS = ("largest_stable_dt_s", "predicted_elastic_limit_dt_s", "predicted_limit_dt_s")
+SCENES = {
+    "play0-outer": "paper's scene, rollers touching",
+    "interference-outer": "paper's scene, rollers as printed",
+    "rig-outer": "rig's scene",
+}
+RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # of the tile: the paper's speed, the default solver, the paper's
 
 
 def chart(limits: pd.DataFrame) -> Drawn:
@@ -43,25 +47,56 @@ def chart(limits: pd.DataFrame) -> Drawn:
             axes.plot(none, 0.98 + 0 * none, "x", color=colour, ms=5, transform=axes.get_xaxis_transform())
         axes.set(xscale="log", yscale="log", xlabel="Shaft speed, rpm")
         axes.xaxis.set_minor_formatter("")
-        axes.set_title(name, fontsize=8.5)
-    figure.axes[0].set_ylabel("Steps per second")
-    figure.axes[0].legend(frameon=False, fontsize=7)
+        axes.set_title(SCENES.get(name, name), fontsize=7.5)
+    figure.axes[0].set_ylabel("Least steps per second")
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=7, frameon=False, fontsize=7)
     return figure, {key: limits[key].to_list() for key in ("scene", "series", "rpm", *LIMITS)}
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """What counts as stable, the claims, the limits in a figure and a table."""
-    limits = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float))
-    cells, steps, by_speed = content["cells"], content["steps_per_s"], steps_by_speed(content["limits"])
-    stable = sum(cell["stable"] for cell in cells)
-    values = {"cells": len(cells), "stable": stable, "finest": max(steps), "coarsest": min(steps)}
+    """What counts as stable, the map, the claims."""
+    limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
+    values = {
+        "cells": len(cells),
+        "stable": sum(cell["stable"] for cell in cells),
+        "finest": max(content["steps_per_s"]),
+    }
     yield prose.paragraph("intro", **values, **content["tolerances"])
-    yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
     yield prose.figure("stability-chart", panel(chart)(limits), badge=Badge.SIMULATED, **values)
-    speeds: dict[str, Title] = {name: (name, "1/s", ".0f") for name in by_speed.columns[2:]}
-    yield prose.table("stability-limits", by_speed, {"scene": "Scene", "solver": "Solver"} | speeds)
+    yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
+
+
+def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
+    """The largest steps of the default and of the paper's solver at the paper's speed."""
+    steps = {
+        name: {solver: longest(content["limits"], name, solver) for solver in (DEFAULT, PAPERS)} for name in SCENES
+    }
+    paper = [min(steps[name][solver] for name in list(SCENES)[:2]) for solver in (DEFAULT, PAPERS)]
+    words = {
+        "rpm": RPM,
+        "default": DEFAULT,
+        "ode4": PAPERS,
+        "default_paper": step(paper[0]),
+        "ode4_paper": step(paper[1]),
+    }
+    words |= {
+        f"{name}_rig": step(steps["rig-outer"][solver]) for name, solver in (("default", DEFAULT), ("ode4", PAPERS))
+    }
+    return prose.callout("tile", tone=Tone.NEUTRAL, **words, finest=max(content["steps_per_s"]))
+
+
+def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> float:
+    """Largest stable step [s] at `RPM`, 0 if no step that was tried is stable."""
+    own = [one for one in limits if (one["scene"], one["solver"], one["rpm"]) == (scene, solver, RPM)]
+    return max((one["largest_stable_dt_s"] or 0.0 for one in own), default=0.0)
+
+
+def step(seconds: float) -> str:
+    """A step as a fraction of a second."""
+    return f"1/{1 / seconds:.0f} s" if seconds else "none"
 
 
 PAGE = study_page(
-    __package__, 48, blocks, data=lambda content: {"stability": content["cells"], "limits": content["limits"]}
+    __package__, 60, blocks, lambda content: {"stability": content["cells"], "limits": content["limits"]}, tile
 )
