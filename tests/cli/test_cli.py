@@ -221,11 +221,12 @@ def test_a_ball_is_a_rolling_element(two_channels, srbval_json):
 
 @pytest.mark.parametrize(("verdict", "code"), [(Verdict.MET, 0), (Verdict.NOT_RESOLVED, 0), (Verdict.MISSED, 1)])
 def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, monkeypatch, srbval_json):
-    rows = [{"endpoint": "e", "verdict": verdict.value}]
+    rows = [{"endpoint": "e", "scene": "rig", "verdict": verdict.value}]
     findings = SimpleNamespace(data={"table6": (), "headline": {"holds": holds(rows), "verdicts": rows}})
     monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
     said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
     assert said["holds"] is (code == 0)
+    assert ("A finding about the model, not a failure of the program" in said["text"]) is (code == 1)
     assert said["verdicts"][0]["verdict"] == verdict
 
 

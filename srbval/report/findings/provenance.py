@@ -11,7 +11,7 @@ from srbval import __version__
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.hierarchy import level_of
 from srbval.models.run import Run
-from srbval.processes.about_machine import processor_name
+from srbval.processes.machine import processor_name
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RIG_EXCERPTS

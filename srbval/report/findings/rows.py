@@ -112,16 +112,16 @@ def picture_rows(
     state: Fault, views: Iterable[RecordView], images: Sequence[Scalogram], levels: Iterable[Row]
 ) -> Iterator[Row]:
     """Numbers by which the pictures of both sides of a pair are alike or not; `levels` are the pair's comparisons."""
-    views = tuple(views)
+    model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
-    yield about | alike_row("kurtosis", *(kurtosis(one.analysis.processed.filtered) for one in views))
+    yield about | alike_row("kurtosis", kurtosis(model.processed.filtered), kurtosis(rig.processed.filtered))
     for row in levels:
         known = row["error_unit"] == "dB" and row["error"] is not None and not math.isnan(row["error"])
         if known and row["state"] == state:
             yield about | alike_row(row["quantity"], row["model"], row["rig"], "dB") | {"kind": "spectrum"}
     if state.line:
-        lines = (one.analysis.line_of(state).kinematic_hz for one in views)
-        powers = (line_share(image, hz) for image, hz in zip(images, lines, strict=True))
+        first, second = (one.line_of(state).kinematic_hz for one in (model, rig))
+        powers = line_share(images[0], first), line_share(images[1], second)
         yield about | alike_row(f"share of power at {state.line}", *powers) | {"kind": "scalogram"}
 
 

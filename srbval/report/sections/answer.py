@@ -152,7 +152,7 @@ def _strip(findings: Findings) -> Any:
         tops = scales(sides, images) | {"spectrum": spectrum_top}
         top = tops[{"acceleration": "limit", "scalogram": "brightest"}.get(kind, kind)]
         plot = thumbnail(sides, images if kind == "scalogram" else [], SPECTRUM_HZ * (kind == "spectrum"), top)
-        words = {"number": name[:2], "kind": kind, "state": state.label}
+        words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
         shown.append(TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
     return TEXTS.grid("strip", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)

@@ -44,8 +44,8 @@ def figures_section(findings: Findings) -> Section:
     """The sixteen panels, each figure with a sentence on its sides."""
     pictures = findings.data["pictures"]
     views, images = findings.views, findings.scalograms
-    of_all = [[one for side in arrays.values() for one in side.values()] for arrays in (views, images)]
-    scale = scales(*of_all)
+    every = (side[state] for side in views.values() for state in side)
+    scale = scales(every, (side[state] for side in images.values() for state in side))
     panels: dict[str, list[Figure]] = {number: [] for number in FIGURES}
     for state, letters in LETTERS.items():
         spectra = {side: _spectrum(views[side], state) for side in SIDES}
