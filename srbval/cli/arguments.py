@@ -7,12 +7,14 @@ import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, NoReturn
 
 from srbval import __version__
 from srbval.cli.output import export_file
 from srbval.errors import ConfigurationError, nearest
 from srbval.models.outside.names import COMMAND
+from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import parse_quantity
 
 Table = Mapping[str, Any]
@@ -50,9 +52,9 @@ class Parser(argparse.ArgumentParser):
 
     def add_command(self, commands: Any, name: str, table: Table, groups: Table) -> None:
         """Add a command or an action below this parser, with its own actions; each takes ``--json``, ``--export``."""
-        added: Parser = commands.add_parser(
-            name, help=table["help"], description=table["help"], takes_rest=table.get("rest", False)
-        )
+        example = f"example: {table['example']}" if "example" in table else None
+        about = {"help": table["help"], "description": table["help"], "epilog": example}
+        added: Parser = commands.add_parser(name, **about, takes_rest=table.get("rest", False))
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
@@ -64,7 +66,8 @@ class Parser(argparse.ArgumentParser):
         added.add_argument("--export", "--csv", default=default or None, **table_file)
         for group in (*table.get("groups", ()), ""):
             arguments = groups[group] if group else table.get("arguments", {})
-            to = added.add_mutually_exclusive_group() if group in ALTERNATIVES else added
+            to = added.add_argument_group(group) if group else added
+            to = to.add_mutually_exclusive_group() if group in ALTERNATIVES else to
             for names, settings in arguments.items():
                 several = {"metavar": tuple(settings["metavar"])} if settings.get("nargs") in (2, 3) else {}
                 to.add_argument(*names.split(), **settings | several)
@@ -159,6 +162,16 @@ def _tolerance(text: str) -> float:
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 
 
+def _record(name: str) -> str:
+    """A file; a recording that comes with the program is found by its name alone, in any folder."""
+    if Path(name).exists() or Path(name).name != name:
+        return name
+    from srbval.recordings.registry import RIG_EXCERPTS  # loads what is heavy
+
+    shipped = shipped_folder(RIG_EXCERPTS) / name
+    return str(shipped) if shipped.is_file() else name
+
+
 ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given
 TYPES = {
     "table": export_file,
@@ -171,5 +184,6 @@ TYPES = {
     "seed": _between(int, 0, 2**62),
     "step": _step,
     "command": COMMAND.__add__,
+    "record": _record,
     "tolerance": _tolerance,
 }

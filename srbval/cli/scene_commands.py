@@ -123,7 +123,8 @@ def _row(name: str, value: Any) -> tuple[str, str, str]:
     for part in name.split():
         end = next((end for end in UNITS if part.endswith(end)), "")
         words, unit = words.replace(end, "", 1) if end else words, UNITS.get(end, unit)
-    return words.replace("_", " "), f"{value:.5g}" if isinstance(value, float) else str(value), unit
+    words = words.replace("_", " ").replace("roller load share", "share of the load that rollers carry")
+    return words, f"{value:.5g}" if isinstance(value, float) else str(value), unit
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:

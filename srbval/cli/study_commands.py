@@ -120,12 +120,13 @@ def study(options: argparse.Namespace) -> int:
 
 def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     asked = load_study(name)
-    parser = Parser(prog=command, description=asked.question)
-    asked.add_options(parser)
+    parser = Parser(prog=command, description=asked.question, epilog=f"example: {command} --jobs 2")
+    asked.add_options(parser.add_argument_group("study"))
     picture = f"srbval-{command.rpartition(' ')[2]}.svg"
     if name in VERBS.values():
+        group = parser.add_argument_group("model")
         for option, settings in OUTSIDE.items():
-            parser.add_argument(option, dest="model", **settings)
+            group.add_argument(option, dest="model", **settings)
         parser.add_argument("--plot", metavar="OUT.svg", help=f"the picture (default: {picture})")
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"

@@ -74,10 +74,11 @@ def write_csv(path: Path, *, fault: bool) -> None:
 
 
 @pytest.fixture
-def files(tmp_path, monkeypatch):
-    """Create the files that the pages name."""
+def files(tmp_path, monkeypatch, request):
+    """Create the files that the pages name; the README's recordings are found by their names alone."""
     monkeypatch.chdir(tmp_path)
-    shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
+    if request.node.callspec.params["page"] != README.name:
+        shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
     elements = next(block for block in blocks("guide/your_bearing.md", "toml") if "[elements]" in block)
     Path("my_bearing.toml").write_text(elements, encoding="utf-8")
     write_csv(Path("drive_end.csv"), fault=True)
