@@ -60,7 +60,7 @@ class Study:
     parts: tuple[str, ...] = ()
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
-    def add_options(self, parser: "argparse.ArgumentParser | argparse._ArgumentGroup") -> None:
+    def add_options(self, parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
         """Add its options to a parser, or to a group of one, that knows the types of `srbval.cli.arguments`."""
         for names, settings in self.options.items():
             parser.add_argument(*names.split(), **settings)
