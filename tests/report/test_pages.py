@@ -152,7 +152,7 @@ SETS = [{"name": "Ottawa", "records": 60, "revision": "2", "date": "2023-05-01"}
     ("more", "words"),
     [
         ({}, "**Stored evidence** of"),
-        ({"evidence_kind": "recorded", "data_sets": SETS}, "come with the program: Ottawa, 60 records, 2, 2023-05-01; HUST."),
+        ({"evidence_kind": "recorded", "data_sets": SETS}, "program: Ottawa, 60 records, 2, 2023-05-01; HUST."),
         ({"computed_once": "a prediction"}, "**Stored document** of"),
     ],
 )
