@@ -133,7 +133,10 @@ def test_the_answer_is_the_first_screen_and_the_rest_is_folded(chromium, with_ri
     """On a telephone and in the order in which the page is read aloud; a link opens what it leads to, paper all."""
     with Visit(chromium, with_rig.files["html"], viewport={"width": 390, "height": 844}) as visit:
         page = visit.page
-        tops = [page.locator(what).bounding_box()["y"] for what in ("h1", "#verdict", "#table-6-sources", "#small-11c", "#table-6")]
+        tops = [
+            page.locator(what).bounding_box()["y"]
+            for what in ("h1", "#verdict", "#table-6-sources", "#small-11c", "#table-6")
+        ]
         assert tops == sorted(tops)
         assert not page.locator("nav").is_visible()  # on so narrow a page it would only repeat the folded titles
         assert page.locator("details.fold[open]").count() == 0
