@@ -130,11 +130,6 @@ def plain_frame(rows: Iterable[Mapping[str, Any]], columns: Iterable[str] | None
     return frame.where(frame.notna(), None)
 
 
-def rows_of(frame: pd.DataFrame) -> list[Row]:
-    """Rows of a frame as plain values, None for missing ones."""
-    return list(frame.astype(object).where(frame.notna(), None).to_dict("records"))
-
-
 def deviation_pct(value: float, reference: float) -> float:
     """Deviation of `value` from `reference` [%]."""
     return 100 * (value / reference - 1)

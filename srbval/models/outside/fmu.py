@@ -29,7 +29,7 @@ from srbval.models.outside.signals import NUMBERS, VECTORS
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, paper_scene
 from srbval.storage.installation import MissingLibraryError
-from srbval.storage.tables import SI_SUFFIX, UNITS, read_toml
+from srbval.storage.tables import SI_SUFFIX, UNITS, flattened, read_toml
 
 SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
 SUFFIXES |= {suffix: UNITS[dimension] for dimension, suffix in SI_SUFFIX.items()}
@@ -67,7 +67,7 @@ def load_fmu(path: Path) -> Any:
     if description.coSimulation is None:
         raise ConfigurationError(f"{path}: there is no co-simulation in it; export it as a co-simulation FMU.")
     known = {variable.name: variable for variable in description.modelVariables}
-    keys = tuple(_flat(scene_dict(paper_scene())))
+    keys = tuple(dict(flattened(scene_dict(paper_scene()))))
     where = path.with_suffix(".toml")
     given, read = (
         [_variable(f"{where} [{part}]", key, entry, known, allowed) for key, entry in table.get(part, {}).items()]
@@ -77,7 +77,7 @@ def load_fmu(path: Path) -> Any:
         raise ConfigurationError(f"{where} [signals]: no acceleration, which is acceleration_m_s2 or x and y of it.")
 
     def simulate(scene: Scene) -> Any:
-        values, step_s = _flat(scene_dict(scene)), scene.solver.step_s
+        values, step_s = dict(flattened(scene_dict(scene))), scene.solver.step_s
         steps = round((scene.settle_s + scene.duration_s) / step_s)
         found = fmpy.simulate_fmu(
             str(path),
@@ -120,11 +120,3 @@ def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowe
         said = f"is in {unit!r}" if unit else "has no unit in the FMU's description; state it here"
         raise ConfigurationError(f"{place} {key}: {name!r} {said}. Known: {', '.join(units)}.")
     return FmuVariable(key, name, units.get(unit, 1.0), codes)
-
-
-def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Values of a table by dotted key."""
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        found |= _flat(value, f"{before}{key}.") if isinstance(value, Mapping) else {f"{before}{key}": value}
-    return found

@@ -16,7 +16,6 @@ from srbval.comparison.comparison import (
     Row,
     comparison_frame,
     deviation_pct,
-    rows_of,
     verdict_on_error,
 )
 from srbval.comparison.counterpart import AnalysedRun
@@ -28,6 +27,7 @@ from srbval.recordings.registry import RegisterListing
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import RecordView, kurtosis, line_share
 from srbval.signal import NORMAL_95, Scalogram
+from srbval.sweep.sweep import records
 from srbval.validation.compare import LINES, PAIR_KEYS
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def compared_rows(
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(found.cage_readings, stored), cage_means(found.cage_readings)
     ratios, change = list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf)), trend(means, rows)
-    levels, amplitudes = rows_of(comparisons), found.results.content("amplitudes").get("rows", ())
+    levels, amplitudes = records(comparisons), found.results.content("amplitudes").get("rows", ())
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
