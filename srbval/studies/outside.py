@@ -273,10 +273,9 @@ def _scene(case: Case, seconds: float) -> Scene:
 
 
 def _bench_text(rows: Sequence[Row], model: str | None, columns: Mapping[str, str]) -> str:
-    """All rows of the model, those on the fronts, and the ratio of cost to the default solver's."""
-    usual = [row for row in rows if not model or row["pareto"] or (row["model"], row["solver"]) == USUAL]
+    """All rows, and of the model the ratio of cost to the default solver's and the reasons of its failures."""
     own = [row for row in rows if model and row["model"] == model]
-    shown = [dict.fromkeys(SHOWN.values()) | row for row in rows if row in usual or row in own]
+    shown = [dict.fromkeys(SHOWN.values()) | row for row in rows]
     ratios = [
         f"{row['series']} takes {row['cpu_ratio']:.3g} times ({low:.3g} to {high:.3g}) the CPU of "
         f"{USUAL[1]} at the same step, 1/{row['steps_per_s']} s."
