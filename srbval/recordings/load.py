@@ -40,7 +40,7 @@ def load_recording(
     """Load one measured file, simulated run or stand-in.
 
     The options answer what the file leaves open and override its own statements: `channel` by name, sampling rate [Hz],
-    `unit` of the samples in the file (see `reading.UNITS`), mean shaft speed [rpm] and, if that is a set point, its
+    `unit` of the samples in the file (see `units.UNITS`), mean shaft speed [rpm] and, if that is a set point, its
     tolerance [%]; `settings` contain these and all others. The settings of the register are not used, see
     `registry.load_registered`. Raises `DataError` for anything that cannot be read or is ambiguous,
     `ConfigurationError` for an impossible option.
@@ -126,11 +126,16 @@ def read_file(path: Path) -> Reading:
 
 
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
+    reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         raise LeftOpenError(path, (*questions, *open_for_analysis(reading)))
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
-    same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}
+    same = {
+        key: c
+        for key, c in reading.channels.items()
+        if (len(c.samples), c.fs_hz, c.recording_unit) == kind and not c.problem
+    }
     left = [printable(key) for key in reading.channels if key not in same][:NAMED_CHANNELS]
     notes = (f"left out, of another length, rate or unit: {', '.join(left)}",) if left else ()
     band_hz = main.band_hz

@@ -1,7 +1,6 @@
 """Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,6 @@ from srbval.errors import DataError
 
 Value = NDArray[Any] | str
 TEXT = "text"  # format of text tables
-RATE_NAME = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")  # lower case
 MAX_CODES = 64
 LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
 LONGEST_NAME = 80
@@ -43,6 +41,15 @@ class RawFile:
     full_scale: bool = False
     unusable: Mapping[str, str] = field(default_factory=dict)
 
+    def _value(self, name: str) -> Value | float | None:
+        """The variable or attribute called `name`, if there is none that of another case."""
+        for held in (self.variables, self.attributes):
+            if name in held:
+                return held[name]
+        names = {key.lower(): key for key in (*self.attributes, *self.variables)} if name else {}
+        key = names.get(name.lower(), "")
+        return self.variables.get(key, self.attributes.get(key))
+
     def check_usable(self, name: str) -> None:
         """Refuse (`DataError`) a variable that is `unusable`."""
         if name in self.unusable:
@@ -56,7 +63,7 @@ class RawFile:
     def number(self, name: str) -> float | None:
         """The scalar called `name` (a one-element array, or a text that is a number), or None."""
         self.check_usable(name)
-        value = self.variables.get(name, self.attributes.get(name))
+        value = self._value(name)
         if isinstance(value, np.ndarray):
             value = value.flat[0].item() if value.size == 1 else None
         try:
@@ -68,7 +75,7 @@ class RawFile:
     def text(self, name: str) -> str | None:
         """The text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is read as one."""
         self.check_usable(name)
-        value = self.variables.get(name, self.attributes.get(name))
+        value = self._value(name)
         if isinstance(value, np.ndarray) and value.dtype == np.uint16 and 0 < value.size <= MAX_CODES:
             return "".join(chr(code) for code in value.ravel(order="F"))
         return value if isinstance(value, str) else None

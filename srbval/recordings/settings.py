@@ -7,6 +7,7 @@ import dataclasses
 import difflib
 import math
 import os
+import re
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -18,10 +19,28 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_mean
 from srbval.recordings.raw import printable
-from srbval.recordings.reading import DERIVATIVES, N_PER_KN, UNITS, Channel, Reading, split_unit
+from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, without_settling
+from srbval.recordings.simulated import (
+    as_accelerations,
+    as_rotation,
+    at_rate,
+    mean_hz,
+    to_differentiate,
+    without_settling,
+)
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
+from srbval.recordings.times import PLAUSIBLE_HZ, filled
+from srbval.recordings.units import (
+    COUNTS,
+    DERIVATIVES,
+    DIFFERENTIATED,
+    FINE,
+    UNITS,
+    UNKNOWN,
+    known_unit,
+    split_unit,
+)
 from srbval.storage.files import read_limited
 from srbval.storage.tables import build
 
@@ -39,7 +58,8 @@ ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a c
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS, NEAREST = 16, 5
-VOLTAGES = ("V", "mV")
+LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
+VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
 NOTED = (
     ("unit", "unit"),
@@ -112,7 +132,9 @@ class RecordingSettings:
         if self.derivative not in (None, *DERIVATIVES.values()):
             raise ConfigurationError(f"derivative {self.derivative} must be 1, of a velocity, or 2, of a position.")
         if self.unit is not None and self.unit not in UNITS:
-            raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
+            if (known := known_unit(self.unit)) not in UNITS:
+                raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
+            object.__setattr__(self, "unit", known)
         if self.band_hz is not None and not 0 < self.band_hz[0] < self.band_hz[1] < math.inf:
             edges = "{:g} to {:g} Hz".format(*self.band_hz)
             raise ConfigurationError(f"band {edges}: the second edge must be above the first, both above 0.")
@@ -160,6 +182,14 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.against(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
+    if time is not None and time.places is not None and time.missing:
+        cautions.append(time.missing_caution())
+        size, places = changed.main.samples.size, time.places
+        whole = {
+            name: dataclasses.replace(c, samples=filled(c.samples, places)) if c.samples.size == size else c
+            for name, c in changed.channels.items()
+        }
+        changed = dataclasses.replace(changed, channels=whole)
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
     changed = _prepared(path, changed, settings, rotations)
     if "tacho" in rotations:
@@ -187,7 +217,7 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
         # the time base of the file's own speed signal is discarded with its rate
         return {"fs_hz": settings.fs_hz, "speed_signal": None}
     problem = "; ".join(filter(None, (reading.rate_problem, time.problem if time else None)))
-    if fs_hz is None and time is not None and not problem:
+    if fs_hz is None and time is not None and time.rates_hz and not problem:
         fs_hz = time.rates_hz[0]
     if fs_hz is None and reading.channel is not None:
         fs_hz = reading.main.fs_hz
@@ -205,6 +235,7 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
         raise DataError(f"{path}: derivative {wanted} of samples in {unit}; it must be {fitting}. State --unit.")
+    derivatives = to_differentiate(reading, wanted)
     times_s = time.times_s if time is not None and settings.resample_hz else None
     is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz
     if times_s is None:
@@ -218,32 +249,29 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
         cage_hz, notes = mean_hz(path, reading.channels[cage], times_s), (*reading.notes, f"cage speed from {cage}")
         reading = dataclasses.replace(reading, cage_hz=cage_hz, notes=notes)
     if settings.resample_hz and is_other_rate:
-        reading = at_rate(path, reading, times_s, settings.resample_hz)
+        reading = at_rate(path, reading, times_s, settings.resample_hz, derivatives)
     if shaft is not None:
         reading = with_tachometer(reading, reading.channels[shaft], pulses_per_rev=None, rpm=settings.rpm)
     vibrations = {name: channel for name, channel in reading.channels.items() if name not in turning}
-    return as_accelerations(dataclasses.replace(reading, channels=vibrations))
+    return as_accelerations(dataclasses.replace(reading, channels=vibrations), derivatives)
 
 
 def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity if they fit, state and bearing."""
-    stated = {key: getattr(settings, key) for key in ("unit", "state", "bearing", "band_hz")}
+    stated = {key: getattr(settings, key) for key in ("state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
-    without_unit = {key: value for key, value in given.items() if key != "unit"}
-    channels = {
-        name: dataclasses.replace(c, **without_unit if c.rotates else given) for name, c in reading.channels.items()
-    }
-    for unit, order in DERIVATIVES.items():
-        if order == settings.derivative:
-            channels = {n: dataclasses.replace(c, unit=unit) if c.unit is None else c for n, c in channels.items()}
-    caution = (
-        "its samples are whole numbers of a converter, and no --scale says what they are in {}: levels "
-        "are not known, and not compared with another record's"
-    )
+    channels = {}
+    for name, c in reading.channels.items():
+        unit = {} if c.rotates else _unit_given(path, name, c, settings)
+        channels[name] = dataclasses.replace(c, **given | unit)
     for name, c in channels.items():
         if c.scale_missing:
-            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution.format(c.unit)))
+            caution = (
+                f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
+                "are not known, and not compared with another record's"
+            )
+            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution))
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
@@ -257,6 +285,25 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
         factor = c.factor * UNITS[c.unit or ""][1] * MV_PER_V / per_g
         channels[name] = dataclasses.replace(c, unit="g", factor=factor)
     return channels
+
+
+def _unit_given(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
+    """Changes of a channel by the user's unit, with a caution or a problem if the file states another one."""
+    unit, own = settings.unit, channel.unit
+    if unit is None and own is None and settings.derivative is not None:
+        unit = DIFFERENTIATED[settings.derivative]
+    if unit is None or unit == own:
+        return {}
+    said = f"the file states {own} for {printable(name)}, --unit {unit}"
+    if own == COUNTS and not settings.scale:
+        return {"unit": unit, "whole_numbers": True}
+    if own not in (None, UNKNOWN) and unit != UNKNOWN and not settings.scale:
+        if UNITS[unit][0] != channel.recording_unit and not channel.scale_missing:
+            remedy = f"leave --unit out, or add the factor from the samples to {unit}, --scale F"
+            return {"problem": channel.problem or f"{path}: {said} contradicts it: {remedy}."}
+        return {"unit": unit, "cautions": (*channel.cautions, f"{said} is used")}
+    whole = channel.whole_numbers and not (unit in FINE and bool((channel.samples % 1 == 0).all()))
+    return {"unit": unit, "whole_numbers": whole and not settings.scale}
 
 
 def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
@@ -288,20 +335,41 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
         questions.append(OpenQuestion(f"which of {len(names)} channels", *options))
     main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
     if reading.fs_hz is None and not all(c.fs_hz for c in main):
-        because = f" ({reading.rate_problem})" if reading.rate_problem else ""
-        if (time := reading.time) is None or not time.uneven:
-            questions.append(OpenQuestion(f"no sampling rate{because}", "--fs HZ", "--fs 25600"))
-        elif time.times_s is not None:
-            questions.append(OpenQuestion(f"no even times{because}", "--resample HZ", "--resample 20480"))
-        else:
-            again = "export them again, rising, with all their digits and their unit, as in 'time [s]'"
-            questions.append(OpenQuestion(f"no even times{because}", again, ""))
-    if any(c.unit is None for c in main):
-        units = " | ".join(unit for unit in UNITS if unit.isascii() and "^" not in unit)
-        questions.append(OpenQuestion("no unit", f"--unit {units}", "--unit g"))
+        questions.append(_rate_question(reading))
+    if unstated := [c for c in main if c.unit is None]:
+        text = next((c.unknown_unit for c in unstated if c.unknown_unit), None)
+        because = f" (the file states {text!r}, which is not known)" if text else ""
+        questions.append(
+            OpenQuestion(f"no unit{because}", f"--unit {' | '.join(UNITS)}", f"--unit {_likely_unit(main[0])}")
+        )
     if reading.speed_problem is not None:
         questions.append(OpenQuestion(f"{reading.speed_problem} State the speed", "--rpm R", "--rpm 1480"))
     return tuple(questions)
+
+
+def _rate_question(reading: Reading) -> OpenQuestion:
+    """The question for the rate; its example is a rate that the times allow."""
+    because, time = f" ({reading.rate_problem})" if reading.rate_problem else "", reading.time
+    if time is None or not time.uneven:
+        likely = 25600.0 if time is None else time.likely_hz or next(iter(_plausible(time.rates_hz)), 25600.0)
+        return OpenQuestion(f"no sampling rate{because}", "--fs HZ", f"--fs {likely:.6g}")
+    if time.times_s is not None:
+        likely = (time.times_s.size - 1) / float(time.times_s[-1] - time.times_s[0])
+        return OpenQuestion(f"no even times{because}", "--resample HZ", f"--resample {likely:.4g}")
+    again = "export them again, rising, with all their digits and their unit, as in 'time [s]'"
+    return OpenQuestion(f"no even times{because}", again, "")
+
+
+def _plausible(rates_hz: Iterable[float]) -> list[float]:
+    return [rate for rate in rates_hz if PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1]]
+
+
+def _likely_unit(channel: Channel) -> str:
+    """A unit for the example of a question, which nothing in the file contradicts: by the name of the channel."""
+    if channel.whole_numbers or channel.unknown_unit:
+        return UNKNOWN
+    name = (channel.variable or "").lower()
+    return next((unit for words, unit in LIKELY_UNITS.items() if re.search(words, name)), "g")
 
 
 def open_for_analysis(reading: Reading) -> tuple[OpenQuestion, ...]:

@@ -1,6 +1,7 @@
 """Signals as solvers write them: settling cut, even times made, accelerations derived, rotations read."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,18 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.generic import MIN_SAMPLES
-from srbval.recordings.reading import DERIVATIVES, REVOLUTIONS, SPEED_HZ, UNITS, Channel, Reading
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import Origin
+from srbval.recordings.units import (
+    ACCELERATION,
+    DERIVATIVES,
+    REVOLUTIONS,
+    SI_FACTORS,
+    SPEED_HZ,
+    UNITS,
+    known_unit,
+    split_unit,
+)
 
 PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: all below the first is kept, nothing above the second
 STOPPED_DB = 80.0
@@ -23,8 +35,6 @@ MOST_SAMPLES = 8  # times as many as were written
 CLOSE = 0.01  # of a new step: values within it are averaged, or the rounding of two of them would become a slope
 LARGE_ERROR = 0.01  # of the RMS in the band
 MIRRORED = 4096  # samples of the mirror image that continues a signal at either end
-# Ends of names that state the unit of a rotation, in programs whose names have no brackets.
-SUFFIXES = {"_rad_s": "rad/s", "_rad": "rad", "_deg": "deg", "_rev": "rev", "_rpm": "rpm", "_hz": "Hz"}
 
 
 def without_settling(path: Path, reading: Reading, times_s: FloatArray, skip_s: float) -> Reading:
@@ -52,11 +62,11 @@ def _with_times(reading: Reading, times_s: FloatArray) -> list[str]:
 def as_rotation(path: Path, channel: Channel) -> Channel:
     """The channel in Hz if it is a speed, else its angle in revolutions without jumps.
 
-    `DataError` if neither its unit nor the end of its name (`SUFFIXES`) is that of an angle or a speed.
+    `DataError` if neither its unit nor the end of its name is that of an angle or a speed.
     """
     name = channel.variable or ""
-    stated = next((unit for end, unit in SUFFIXES.items() if name.lower().endswith(end)), "")
-    unit = channel.unit if channel.rotates else stated
+    behind = known_unit(split_unit(name)[1] or name.rpartition("_")[2])
+    unit = channel.unit if channel.rotates else behind
     if unit in SPEED_HZ:
         return replace(channel, samples=channel.samples * SPEED_HZ[unit], unit="Hz")
     if unit in REVOLUTIONS:
@@ -76,7 +86,7 @@ def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
     return abs(float(np.polynomial.polynomial.polyfit(times_s - np.mean(times_s), rotation.samples, 1)[1]))
 
 
-def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float) -> Reading:
+def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float, derivatives: Mapping[str, int]) -> Reading:
     """Resample all channels with these times to `fs_hz`, with the estimated error of the channel to analyse.
 
     The error is the difference between cubic and quintic splines, as a share of the RMS in the band, after the
@@ -86,7 +96,7 @@ def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float) -> 
     cautions, channels = _check_steps(path, times_s, fs_hz, band_hz), dict(reading.channels)
     for name in _with_times(reading, times_s):
         channels[name] = replace(channels[name], samples=resampled(times_s, channels[name].samples, fs_hz), fs_hz=None)
-    changed, order = replace(reading, channels=channels, fs_hz=fs_hz), DERIVATIVES.get(main.recording_unit, 0)
+    changed, order = replace(reading, channels=channels, fs_hz=fs_hz), derivatives.get(main.recording_unit, 0)
     cubic = differentiated(changed.main.samples, fs_hz, order)
     quintic = differentiated(resampled(times_s, main.samples, fs_hz, QUINTIC), fs_hz, order)
     error = _share_in_band(quintic - cubic, cubic, fs_hz, band_hz or (0.0, PASSED * fs_hz))
@@ -158,14 +168,22 @@ def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz:
     return float(off / whole) if whole else 0.0
 
 
-def as_accelerations(reading: Reading) -> Reading:
+def to_differentiate(reading: Reading, derivative: int | None) -> Mapping[str, int]:
+    """Orders of derivatives by unit: velocities and positions of a simulation, and those that the user names, become
+    accelerations; a measured one stays as it is.
+    """
+    return DERIVATIVES if derivative is not None or reading.origin is Origin.SIMULATED else {}
+
+
+def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:
     """Replace positions and velocities with as many samples as the channel to analyse by their accelerations."""
     count, changed, said = reading.main.samples.size, dict(reading.channels), set()
     for name, c in reading.channels.items():
-        order = DERIVATIVES.get(c.recording_unit, 0)
+        order = derivatives.get(c.recording_unit, 0)
         if order and reading.fs_hz and c.samples.size == count:
             samples = differentiated(c.samples, reading.fs_hz, order)
-            changed[name] = replace(c, samples=samples, unit="m/s2", factor=c.factor * UNITS[c.unit or ""][1])
+            factor = c.factor * UNITS[c.unit or ""][1] * SI_FACTORS[c.recording_unit]
+            changed[name] = replace(c, samples=samples, unit=ACCELERATION, factor=factor)
             said.add(f"acceleration: derivative {order} of {c.unit}")
     return replace(reading, channels=changed, notes=(*reading.notes, *sorted(said)))
 

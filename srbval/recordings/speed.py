@@ -7,8 +7,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-from srbval.recordings.reading import REVOLUTIONS, SPEED_HZ, Channel, Reading
+from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
+from srbval.recordings.units import REVOLUTIONS, SPEED_HZ
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96

@@ -305,7 +305,7 @@ CASES = {
     "missing": (str, "no such file"),
     "empty": (Path.touch, "the file is empty"),
     "text": (lambda path: path.write_text("this is no recording\nat all\n"), "text file"),
-    "one endless line": (lambda path: path.write_text("1," * 2_000_000), "not a table of numbers"),
+    "one endless line": (lambda path: path.write_text("x," * 2_000_000), "not a table of numbers"),
     "no kind": (lambda path: path.write_bytes(b"XK\x03\x04" + bytes(999)), "not a known recording format. Accepted: "),
     "pipe": (os.mkfifo, "not a regular file"),
     "nan": (nan, r"acc_m_s2: sample 1234 of 4096 is nan"),

@@ -133,11 +133,11 @@ def test_steps_that_do_not_carry_the_band(tmp_path, times, settings, said):
 @pytest.mark.parametrize(
     ("unit", "per_m", "stated"),
     [
-        ("m", 1.0, {}),
+        ("m", 1.0, {"origin": Origin.SIMULATED}),
         ("mm", 1e3, {"derivative": 2}),
-        ("um", 1e6, {}),
-        ("m/s", 1.0, {}),
-        ("mm/s", 1e3, {}),
+        ("um", 1e6, {"origin": Origin.SIMULATED}),
+        ("m/s", 1.0, {"origin": Origin.SIMULATED}),
+        ("mm/s", 1e3, {"derivative": 1}),
         ("", 1.0, {"derivative": 2}),
         ("", 1.0, {"derivative": 1}),
         ("", 1e3, {"derivative": 2, "unit": "mm"}),
@@ -165,7 +165,7 @@ def test_noise_above_every_band_is_not_amplified():
 
 @pytest.mark.parametrize(
     ("unit", "derivative", "said"),
-    [("m/s2", 1, "in m/s2; it must be 1 for m/s or 2 for m"), ("mm", 1, "samples in m;"), ("m/s", 2, "in m/s;")],
+    [("m/s2", 1, "in m/s2; it must be 1 for mm/s or 2 for um"), ("mm", 1, "samples in um;"), ("m/s", 2, "in mm/s;")],
 )
 def test_a_derivative_that_contradicts_the_unit(tmp_path, unit, derivative, said):
     with pytest.raises(DataError, match=said):

@@ -26,7 +26,10 @@ def read(tmp_path, lines):
     if not isinstance(lines, bytes):
         lines = (lines if isinstance(lines, str) else "\n".join(lines) + "\n").encode()
     path.write_bytes(lines)
-    return dict(load_text(path).variables)
+    found = load_text(path)
+    for name in found.unusable:  # which the others do not need
+        found.check_usable(name)
+    return dict(found.variables)
 
 
 def changed(at, *lines):
@@ -40,10 +43,10 @@ REFUSED = [
     (changed(0, "0.12x, 0.3"), "line 1 is not a row of numbers, and '0.12x' not a column name"),
     (["a,a", *TABLE], "line 1 names more than one column 'a'"),
     (changed(7, "0.1"), r"1 line\(s\) do not have 2 fields as line 1 has, the first is line 8\."),
-    (changed(0, "0.1"), r"399 line\(s\) do not have 1 fields as line 1 has, the first is line 2\."),
+    (changed(0, "0.1"), r"1 line\(s\) of numbers above the table and unlike it, the first is line 1\."),
     (changed(7, "0.1,0.2,0.3", "0.1,0.2,", "0.3"), r"3 line\(s\) do not have 2 fields .* first is line 8\."),
-    (changed(5, "NaN,0.1", "0.1,inf"), r"2 line\(s\) with a field that is not finite \('NaN'\).* line 6\."),
-    (changed(5, "0.1,0.2 V"), r"not finite \('0\.2 V'\).* line 6\."),
+    (changed(5, "NaN,0.1", "0.1,inf"), r"1 line\(s\) with a field that is not finite \('NaN'\) in col_1, .* line 6\."),
+    (changed(5, "0.1,0.2 V"), r"not finite \('0\.2 V'\) in col_2.* line 6\."),
     (changed(5, "0.1,0.2 # later"), r"1 line\(s\) with a # after its beginning, the first is line 6\."),
     (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers behind a # among the samples.* line 6"),
     (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
@@ -68,7 +71,8 @@ def test_what_is_refused(tmp_path, lines, said):
     with pytest.raises(DataError, match=said):
         read(tmp_path, lines)
     (entry,) = add(tmp_path).recordings
-    assert entry.status is FileStatus.UNREADABLE  # a damaged table is a damaged recording, a readme is none
+    damaged = entry.status is FileStatus.UNREADABLE  # a damaged table is a damaged recording, a readme is none
+    assert damaged or any("not finite" in note for note in load_text(tmp_path / "table.csv").unusable.values())
 
 
 @pytest.mark.parametrize(
@@ -87,26 +91,6 @@ def test_what_is_harmless(tmp_path, lines):
     found = read(tmp_path, lines)
     assert list(found) == ["a", "b"]
     np.testing.assert_array_equal([found["a"], found["b"]], [X, Y])
-
-
-@pytest.mark.parametrize("separator", [";", "\t", "  "])
-@pytest.mark.parametrize("header", [True, False])
-def test_decimal_commas(tmp_path, separator, header):
-    rows = [row.replace(";", separator) for row in SEMICOLONS]
-    found = read(tmp_path, [separator.join("ab")] * header + rows)
-    np.testing.assert_array_equal(list(found.values()), [X, Y])
-    assert load_text(tmp_path / "table.csv").notes == ("decimal commas read as decimal points",)
-
-
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16-le", "utf-16-be"])
-@pytest.mark.parametrize("header", ["Beschleunigung [m/s²],b\r\n", ""])
-def test_byte_order_marks(tmp_path, encoding, header):
-    marks = {"utf-16-le": codecs.BOM_UTF16_LE, "utf-16-be": codecs.BOM_UTF16_BE}
-    text = header + "\r\n".join(TABLE)
-    (tmp_path / "t.csv").write_bytes(marks.get(encoding, b"") + text.encode(encoding))
-    recording = load_recording(tmp_path / "t.csv", channel="b" if header else "col_2", fs_hz=1e4, unit="g")
-    assert list(recording.channels) == (["Beschleunigung [m/s²]", "b"] if header else ["col_1", "col_2"])
-    np.testing.assert_allclose(recording.channels["b" if header else "col_2"], Y * 9.80665)
 
 
 def test_line_ends_of_old(tmp_path):
@@ -177,6 +161,7 @@ def test_single_precision_times_are_even(tmp_path):
         # names that contradict each other, and rates in another unit
         ({"fs": 8000.0, "sr": 9000.0}, r"\(fs = 8000 and sr = 9000 contradict each other\): --fs HZ"),
         ({"fs": 8000.0, "sr": 9000.0, "t": GRID + JITTER}, "fs = 8000 and sr = 9000 contradict each other"),
+        ({"t": GRID.round(3)}, r"too coarse for a rate: \d+ of 4095 steps are zero; on average 20475 Hz\): --fs HZ"),
         ({"fs": -1.0}, r"\(fs = -1 is not within 500 to 5e\+06, perhaps in another unit\)"),
         ({"fs": 20.48}, r"\(fs = 20\.48 is not within 500 to 5e\+06, perhaps in another unit\)"),
     ],
@@ -196,13 +181,12 @@ def test_speeds_that_contradict_each_other(tmp_path):
     ("times", "said"),
     [
         (GRID + JITTER, r"\d{4} otherwise uneven of 4095 steps, the worst off by 3\.\d+ %"),
-        (GRID + 3 / 20480 * (SAMPLE >= 1000) + 500 / 20480 * (SAMPLE >= 3000), r"2 gaps .*, the worst off by 5e\+04 %"),
+        (GRID + 5e3 / 20480 * (SAMPLE >= 1000), r"1 gaps .*, the worst off by 5e\+05 %"),  # more than half is missing
         (GRID - 1 / 20480 * (SAMPLE >= 10), r"1 repeated of 4095 steps, the worst off by 100 %"),
         (GRID - 5 / 20480 * (SAMPLE >= 2000), r"1 backwards of 4095 steps, the worst off by 500 %"),
         (GRID + 0.01 * GRID**2, r"2042 otherwise uneven of 4095 steps, the worst off by 0\.2 %"),
-        (GRID.round(3), r"do not run forwards: \d+ of 4095 steps"),
     ],
-    ids=["jitter", "gaps", "repeated", "backwards", "drift", "rounded"],
+    ids=["jitter", "gaps", "repeated", "backwards", "drift"],
 )
 def test_uneven_times_leave_the_rate_open(tmp_path, times, said):
     """A tolerance of a microsecond would take jitter of 2 % at 20 kHz for even."""
@@ -246,7 +230,7 @@ def test_what_is_left_out_is_said(tmp_path):
 
 def cautions_of(tmp_path, samples):
     np.save(tmp_path / "x.npy", samples)
-    return load_recording(tmp_path / "x.npy", fs_hz=8000.0, unit="g").cautions
+    return load_recording(tmp_path / "x.npy", fs_hz=8000.0, unit="unknown").cautions
 
 
 def clipped(top=1.5):

@@ -9,9 +9,10 @@ from srbval.recordings.datasets.signal_structs import read_signal_structs
 from srbval.recordings.datasets.srbval_files import read_srbval_file
 from srbval.recordings.datasets.variables import read_variables
 from srbval.recordings.raw import RawFile
-from srbval.recordings.reading import Channel, Reading, time_column
+from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.sample_cautions import sample_cautions
+from srbval.recordings.times import time_column
 
 READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
     "variables": read_variables,
@@ -34,7 +35,8 @@ def recognise(raw: RawFile) -> Reading:
         reading = replace(reading, origin=Origin.SIMULATED)
     channels: Mapping[str, Channel] = reading.channels
     if reading.origin is Origin.MEASURED:
-        channels = {k: replace(c, cautions=c.cautions + sample_cautions(c.samples)) for k, c in channels.items()}
+        sound = {k: sample_cautions(c.samples) for k, c in channels.items() if not c.problem}
+        channels = {k: replace(c, cautions=c.cautions + sound.get(k, ())) for k, c in channels.items()}
     if own is None:
         counts = {channel.samples.size for channel in channels.values()}
         times = {count: time for count in counts if (time := time_column(raw, count)) is not None}

@@ -1,26 +1,30 @@
 """Recogniser for files of no known data set: named vectors, with rate and speed from variables of known names."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.errors import NoRecordingError
-from srbval.recordings.raw import RATE_NAME, RawFile, Value, as_signal, printable, samples_down
-from srbval.recordings.reading import PLAUSIBLE_HZ, Channel, Reading, is_time, known_unit, split_unit
+from srbval.errors import DataError, NoRecordingError
+from srbval.recordings.raw import RawFile, Value, as_signal, printable, samples_down
+from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
+from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, counted, is_time, rises, stated_rate
+from srbval.recordings.units import ENVELOPE, FINE, OTHERS, known_unit, split_unit
 
 MIN_SAMPLES = 256
 MAX_COLUMNS = 64
 NAMED = 8  # variables in a list
 STATED_CI95_RPM = 1.0
 LIKELY_RPM = (1.0, 120_000.0)
-Range = tuple[float, float]
+_RATE_IN_TEXT = re.compile(r"\d+(?:[.,]\d+)?\s*[kM]?Hz", re.IGNORECASE)
 _SIMULINK = re.compile(r".*\.signals(?:\(\d+\))?\.values")
-_RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
+_RPM = ("rpm", "meanrpm", "speedrpm", "shaftrpm", "nicmspeed")
+_SPEED = ("speed", "shaftspeed", "rotationalspeed", "nominalspeed", "meanspeed", "drehzahl")
+_SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with a name, unit and raster
 
 
 def read_generic(raw: RawFile) -> Reading:
@@ -34,16 +38,20 @@ def read_generic(raw: RawFile) -> Reading:
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
         )
-    rpm, rpm_problem = _named_number(raw, _RPM, LIKELY_RPM)
-    rate, rate_problem = _named_number(raw, RATE_NAME, PLAUSIBLE_HZ)
+    if all(channel.problem for channel in channels.values()):
+        raise DataError(str(next(iter(channels.values())).problem))
+    rpm, rpm_problem = _named_number(raw, _stated_rpm, LIKELY_RPM)
+    rate, rate_problem = _named_number(raw, stated_rate, PLAUSIBLE_HZ)
     own_rates = {channel.fs_hz for channel in channels.values()}
     taken = {(channel.variable or "").removesuffix("[1]") for channel in channels.values()}
     vectors = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
-    left = [f"{printable(n)} {a.shape}" for n, a in vectors.items() if n not in taken and not is_time(n)]
+    left = [
+        f"{printable(n)} {a.shape}" for n, a in vectors.items() if n not in taken and not is_time(n, raw.units.get(n))
+    ]
     notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
-    said = {text for name in (*taken, "") if (text := _unit_text(raw, name)) is not None}
-    if unknown := sorted(printable(text) for text in said if known_unit(text) is None):
+    if unknown := sorted({c.unknown_unit for c in channels.values() if c.unknown_unit}):
         notes.append(f"left out: unit {', '.join(map(repr, unknown[:NAMED]))}, which is not known")
+    notes += [f"not to be analysed: {channel.problem}" for channel in channels.values() if channel.problem][:NAMED]
     if left:
         more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
         notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {', '.join(left[:NAMED])}{more}")
@@ -60,11 +68,13 @@ def read_generic(raw: RawFile) -> Reading:
 
 
 def with_named_signals(raw: RawFile) -> RawFile:
-    """Name the signals of Simulink's structures after their labels or blocks, and split times off matrices.
+    """Name the signals of Simulink's structures after their labels or blocks, those of structs with a name after it.
+
+    A struct's ``Unit`` and ``Raster`` are those of its signal. Times are split off matrices.
 
     The first column of a matrix is its times if it never falls, as in Simulink's arrays; a vibration does not do that.
     """
-    variables, notes = dict[str, Value](), raw.notes
+    variables, notes, units, rates = dict[str, Value](), raw.notes, dict(raw.units), dict(raw.rates_hz)
     for name, value in raw.variables.items():
         if (columns := _after_times(value)) is None:
             variables[name] = value
@@ -77,7 +87,21 @@ def with_named_signals(raw: RawFile) -> RawFile:
         label = raw.text(f"{prefix}.label") or block.rpartition("/")[2].replace("\n", " ")
         if label and label not in variables:
             variables[label] = variables.pop(name)
-    return replace(raw, variables=variables, notes=notes)
+    for name in [name for name in variables if name.lower().endswith(".name")]:
+        prefix, label = name[: -len(".name")], raw.text(name) or ""
+        keys = (key for key in variables if key.lower() in {f"{prefix}.{word}".lower() for word in _SAMPLES})
+        data = next((key for key in keys if np.size(variables[key]) >= MIN_SAMPLES), None)
+        if data is None or not label or label in variables:
+            continue
+        variables[label] = variables.pop(data)
+        if unit := raw.text(f"{prefix}.unit"):
+            units[label] = unit
+        raster = raw.number(f"{prefix}.raster") or raw.text(f"{prefix}.raster") or ""
+        named = _RATE_IN_TEXT.search(raster) if isinstance(raster, str) else None
+        key = "fs" if named or (isinstance(raster, float) and raster > 1) else "raster"
+        if stated := stated_rate(key, named[0] if named else raster):
+            rates[label] = stated[0]
+    return replace(raw, variables=variables, notes=notes, units=units, rates_hz=rates)
 
 
 def _after_times(value: Value) -> NDArray[np.generic] | None:
@@ -87,23 +111,42 @@ def _after_times(value: Value) -> NDArray[np.generic] | None:
     columns = samples_down(value).T
     if not 2 <= len(columns) <= MAX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
         return None
-    with np.errstate(invalid="ignore"):
-        steps = np.diff(columns[0].astype(np.float64))
-    are_times = (steps >= 0).all() and np.mean(steps > 0) > 0.5 and (steps != 1).any()
-    return columns if are_times else None
+    return columns if rises(columns[0]) and (np.diff(columns[0]) != 1).any() else None
 
 
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
-        values = column.ravel()
-        with np.errstate(invalid="ignore"):  # infinities, which are refused below
-            is_number_of_sample = values[0] in (0, 1) and (np.diff(values) == 1).all()
-        if is_time(name) or is_number_of_sample:
+        text = _unit_text(raw, variable)
+        unit, problem, shown = known_unit(text or ""), None, f"{raw.path}: {printable(name)}"
+        steady = bool(np.all(np.diff(column.ravel()) >= 0))  # times never fall
+        if is_time(name) or (steady and is_time(name, text)) or counted(column) is not None:
             continue
-        samples, fs_hz = as_signal(column, f"{raw.path}: {name}"), raw.rates_hz.get(variable)
-        unit = known_unit(_unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else ""))
-        whole = unit is None and (raw.full_scale or column.dtype.kind in "iu")
-        yield printable(name), Channel(samples=samples, unit=unit, variable=name, fs_hz=fs_hz, whole_numbers=whole)
+        try:
+            raw.check_usable(variable)
+            samples = as_signal(column, shown)
+        except DataError as error:
+            problem, samples = str(error), np.ravel(column).astype(np.float64)
+        if not np.isfinite(samples).any():
+            if variable not in raw.unusable:  # a column that nobody filled
+                continue
+        elif unit == ENVELOPE:
+            problem = (
+                f"{shown} is in gE, an acceleration envelope that a meter has demodulated: export the acceleration."
+            )
+        rpm = unit is None and _stated_rpm(name, 1.0) is not None
+        whole = unit not in FINE and bool((samples == np.floor(samples)).all()) and unit not in OTHERS
+        yield (
+            printable(name),
+            Channel(
+                samples=samples,
+                unit="rpm" if rpm else unit,
+                variable=name,
+                fs_hz=raw.rates_hz.get(variable),
+                whole_numbers=not rpm and ((raw.full_scale and unit is None) or whole),
+                unknown_unit=printable(text) if text and unit is None else None,
+                problem=problem,
+            ),
+        )
 
 
 def _unit_text(raw: RawFile, variable: str) -> str | None:
@@ -111,8 +154,10 @@ def _unit_text(raw: RawFile, variable: str) -> str | None:
     prefix = variable.rpartition(".")[0]
     keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
     texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
-    known = (text for text in (*texts[:1], split_unit(variable)[1], *texts) if text and known_unit(text))
-    return next(known, texts[0] if texts else None)
+    named = split_unit(variable)[1]
+    known = (text for text in (*texts[:1], named, *texts) if text and known_unit(text))
+    bracket = named if named and re.search(r"[\[(]", variable) else None
+    return next(known, texts[0] if texts else bracket)
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
@@ -121,22 +166,42 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
         array = raw.array(name)
         if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
             continue
-        raw.check_usable(name)
         if max(array.shape) == array.size:
             yield name, name, array
         elif array.ndim == 2 and min(array.shape) <= MAX_COLUMNS and max(array.shape) >= MIN_SAMPLES:
             yield from ((name, f"{name}[{i}]", column) for i, column in enumerate(samples_down(array).T, 1))
 
 
-def _named_number(raw: RawFile, pattern: re.Pattern[str], likely: Range) -> tuple[float | None, str | None]:
-    """The number under the names of `pattern`, or why it is not used: outside `likely` a name must state the unit."""
-    names = [n for n in (*raw.variables, *raw.attributes) if pattern.fullmatch(n.lower())]
-    found = {printable(name): number for name in names if (number := raw.number(name)) is not None}
-    said = " and ".join(f"{name} = {number:g}" for name, number in found.items())
-    if len(set(found.values())) > 1:
+def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:
+    """A speed [rpm] that a value of this name states; True with it if the unit is stated."""
+    bare, unit = split_unit(name)
+    plain = re.sub(r"[\W_]+", "", name.rpartition(".")[2].lower())
+    said = str(value).split()
+    in_rpm = "rpm" in (known_unit(unit or ""), known_unit(said[1] if len(said) == 2 else ""))
+    if not (plain in _RPM or (in_rpm and re.sub(r"[\W_]+", "", bare.lower()) in _SPEED)):
+        return None
+    try:
+        return float(said[0].replace(",", ".")), False
+    except (ValueError, IndexError):
+        return None
+
+
+def _named_number(
+    raw: RawFile, meaning: Callable[[str, float | str], tuple[float, bool] | None], likely: tuple[float, float]
+) -> tuple[float | None, str | None]:
+    """The number under names of this `meaning`, or why it is not used: outside `likely` its unit must be stated."""
+    found: dict[str, tuple[float, bool]] = {}
+    for name in (*raw.variables, *raw.attributes):
+        if meaning(name, 1.0) is None and meaning(name, 1e-4) is None:
+            continue
+        value = raw.number(name) if raw.number(name) is not None else raw.text(name)
+        if value is not None and (stated := meaning(name, value)) is not None:
+            found[printable(name)] = stated
+    numbers = [number for number, _ in found.values()]
+    said = " and ".join(f"{name} = {number:g}" for name, number in zip(found, numbers, strict=True))
+    if numbers and max(numbers) - min(numbers) > SAME_RATE * abs(max(numbers)):
         return None, f"{said} contradict each other"
-    number = next(iter(found.values()), None)
-    in_hz = number is not None and number > 0 and any(name.lower().endswith("hz") for name in found)
-    if number is None or in_hz or likely[0] <= number <= likely[1]:
+    number, in_unit = next(iter(found.values()), (None, False))
+    if number is None or (in_unit and number > 0) or likely[0] <= number <= likely[1]:
         return number, None
     return None, f"{said} is not within {likely[0]:g} to {likely[1]:g}, perhaps in another unit"

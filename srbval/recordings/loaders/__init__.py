@@ -21,7 +21,9 @@ FORMATS: tuple[FileFormat, ...] = (
     signals.AUDIO,
     signals.TDMS,
     signals.UFF,
+    signals.LVM,
     arrays.TABLE,
+    arrays.JSON,
     text.FORMAT,
 )
 

@@ -1,19 +1,23 @@
-"""Files of named arrays: NumPy (pickled objects are never opened), Parquet and Feather."""
+"""Files of named arrays: NumPy (pickled objects are never opened), Parquet, Feather and JSON."""
 
+import json
+import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from srbval.errors import DataError
+from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat, begins
 from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
+from srbval.recordings.times import is_time, times_of_texts
+from srbval.recordings.units import is_unit_key
 
 TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
 MAX_COLUMNS = 256
 PARQUET, FEATHER = b"PAR1", b"ARROW1\0\0"
-UNIT_KEYS = (b"unit", b"units")  # in the metadata of a column
 
 
 def load_npy(path: Path) -> RawFile:
@@ -54,13 +58,13 @@ def load_npz(path: Path) -> RawFile:
 
 
 def load_table(path: Path) -> RawFile:
-    """Read the numeric columns and the times of a table; calendar times become seconds from the first one."""
+    """Read the columns of numbers, times and lists of numbers of a table."""
     import pyarrow
     from pyarrow import parquet, types
 
-    def numeric(schema: Any) -> list[str]:
-        fits = (types.is_integer, types.is_floating, types.is_timestamp)
-        names = [field.name for field in schema if any(fit(field.type) for fit in fits)]
+    def readable(schema: Any) -> list[str]:
+        fits = (types.is_integer, types.is_floating, types.is_decimal, types.is_temporal, types.is_list)
+        names = [f.name for f in schema if any(fit(f.type) for fit in fits) or is_time(f.name)]
         if len(names) > MAX_COLUMNS or len(set(names)) < len(names):
             most = f"{MAX_COLUMNS} are read at most, each with a name of its own"
             raise DataError(f"{path}: {len(names)} columns; {most}.")
@@ -70,30 +74,89 @@ def load_table(path: Path) -> RawFile:
         is_parquet = stream.read(len(PARQUET)) == PARQUET
     if is_parquet:
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-            wanted = numeric(file.schema_arrow)
+            wanted = readable(file.schema_arrow)
             check_claim(path, 8 * file.metadata.num_rows * len(wanted), "its table", TABLE_EXPANSION)
             table = file.read(columns=wanted, use_threads=False)
     else:
         options = pyarrow.ipc.IpcReadOptions(use_threads=False)
         with pyarrow.OSFile(str(path)) as source, pyarrow.ipc.open_file(source, options=options) as file:
             table = file.read_all()
-            table = table.select(numeric(table.schema))
+            table = table.select(readable(table.schema))
     table.validate(full=True)
-    variables = {name: np.asarray(table.column(name).to_numpy()) for name in table.column_names}
-    units = {f.name: (f.metadata or {})[k].decode() for f in table.schema for k in UNIT_KEYS if k in (f.metadata or {})}
-    for name, values in variables.items():
-        if values.dtype.kind == "M":
-            variables[name] = (values - values[:1]) / np.timedelta64(1, "s")
-            units[name] = "s"
-    return RawFile(
-        path=path,
-        format="Parquet" if is_parquet else "Feather",
-        variables=variables,
-        attributes={k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()},
-        units=units,
-    )
+    stated = ((f.name, key.decode(), value.decode()) for f in table.schema for key, value in (f.metadata or {}).items())
+    units = {name: value for name, key, value in stated if is_unit_key(key)}
+    facts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    raw = _of_frame(path, "Parquet" if is_parquet else "Feather", table.to_pandas(ignore_metadata=True))
+    return replace(raw, attributes={**raw.attributes, **facts}, units={**units, **raw.units})
 
 
+def load_json(path: Path) -> RawFile:
+    """Read a JSON document, or one on each line: lists of samples, blocks of them with a time each, single samples."""
+    import pandas as pd
+
+    text = path.read_text("utf-8-sig", "replace")
+    try:
+        try:
+            whole = json.loads(text)
+        except ValueError:
+            whole = [json.loads(line) for line in text.splitlines() if line.strip()]
+        if isinstance(whole, list) and not all(isinstance(one, dict) for one in whole):
+            whole = (
+                {f"data[{i}]": one for i, one in enumerate(whole, 1)} if isinstance(whole[0], list) else {"data": whole}
+            )
+        frame = pd.json_normalize(whole)
+        for name in [
+            name for name in frame if isinstance(value := frame[name].iloc[0], list) and isinstance(value[0], dict)
+        ]:
+            inner = pd.json_normalize(frame[name].iloc[0])  # a list of records
+            frame = frame.drop(columns=name).join(pd.DataFrame({f"{name}.{key}": [list(inner[key])] for key in inner}))
+    except (ValueError, RecursionError, IndexError, AttributeError, NotImplementedError) as error:
+        raise NoRecordingError(f"{path}: a JSON text that cannot be read as samples ({first_line(error)}).") from None
+    return _of_frame(path, JSON.name, frame)
+
+
+def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
+    """Numbers, times and joined lists of a table; if a row holds a list, its numbers and texts belong to the file.
+
+    The time of a list is spread over its samples.
+    """
+    variables: dict[str, Value] = {}
+    attributes: dict[str, float | str] = {}
+    units: dict[str, str] = {}
+    lists = [name for name in frame if len(frame) and isinstance(frame[name].iloc[0], list | np.ndarray)]
+    counts = frame[lists[0]].map(len).to_numpy() if lists else np.ones(len(frame), int)
+    for name, column in frame.items():
+        values = column.to_numpy()
+        first, times = values[0] if values.size else None, None
+        if name in lists:
+            flat = np.concatenate([np.asarray(value) for value in values])
+            times = times_of_texts(flat.tolist()) if flat.dtype.kind in "UO" and is_time(name) else None
+            values = flat.astype(np.float64) if times is None else times
+        elif column.dtype.kind in "mM":
+            times = (column - column.iloc[0]).dt.total_seconds().to_numpy()
+        elif is_time(name) and not isinstance(first, int | float | np.number):
+            times = times_of_texts([str(value) for value in values])
+        elif isinstance(first, str):
+            attributes |= {"unit" if is_unit_key(name) else name: first} if column.nunique() == 1 else {}
+            continue
+        else:
+            values = column.astype(np.float64).to_numpy() if column.dtype.kind not in "fiu" else values
+        units |= {name: "s"} if times is not None else {}
+        values = values if times is None else times
+        if name not in lists and (lists or values.size == 1):
+            if is_time(name) and values.size > 1:
+                step = float(np.median(np.diff(values) / counts[:-1]))
+                values = np.concatenate([at + step * np.arange(n) for at, n in zip(values, counts, strict=True)])
+            elif values.size == 1 or np.ptp(values) == 0:
+                attributes[name] = float(values[0])
+                continue
+        variables[name] = values
+    return RawFile(path=path, format=form, variables=variables, attributes=attributes, units=units)
+
+
+_JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])")
+_PANDAS = ("pandas", "pandas")
+JSON = FileFormat("JSON", "JSON", lambda head: _JSON.match(head) is not None, load_json, "JSON text", _PANDAS, 64)
 _PYARROW = ("pyarrow.parquet", "pyarrow")
 NPY = FileFormat("NumPy", "NumPy .npy", begins(b"\x93NUMPY"), load_npy, trusted=True)
 NPZ = FileFormat("NumPy archive", "NumPy .npz", begins(b"PK\x03\x04"), load_npz, ".npz file")

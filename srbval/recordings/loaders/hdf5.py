@@ -9,7 +9,9 @@ import numpy as np
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.loaders.matlab import add_objects
-from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
+from srbval.recordings.raw import RawFile, Value, check_claim
+from srbval.recordings.times import stated_rate
+from srbval.recordings.units import is_unit_key
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
@@ -19,7 +21,6 @@ MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
 OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
-UNIT_KEYS = ("units", "unit")  # attributes of a dataset
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these sizes
 
@@ -53,16 +54,19 @@ class _Hdf5Reader:
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
         for name, item in members:
             self._visit(name, item, 1)
-        self._count(len(file.attrs))
-        for name in file.attrs:
-            if (value := self._attribute(file, name)) is not None:
-                self.found["attributes"][name] = value
+        self._attributes(file, "")
 
     def _count(self, items: int) -> None:
         self.items += items
         if self.items > MAX_ITEMS:
             held = f"{self.items} or more links, references and attributes"
             raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. Not a recording.")
+
+    def _attributes(self, group: Any, prefix: str) -> None:
+        self._count(len(group.attrs))
+        for name in group.attrs:
+            if (value := self._attribute(group, name)) is not None:
+                self.found["attributes"][f"{prefix}{name}"] = value
 
     def _claim(self, count: int, what: str) -> None:
         self.claimed += count
@@ -82,6 +86,7 @@ class _Hdf5Reader:
         if depth > MAX_DEPTH:
             raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. Not a recording.")
         if isinstance(item, h5py.Group):
+            self._attributes(item, f"{name}.")
             for key, member in self._members(item):
                 self._visit(f"{name}.{key}", member, depth + 1)
         elif isinstance(item, h5py.Dataset) and not (item.shape is None or item.is_virtual or item.external):
@@ -101,10 +106,12 @@ class _Hdf5Reader:
         check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
         self._count(len(dataset.attrs))
         for key in dataset.attrs:
-            if key in UNIT_KEYS and isinstance(value := self._attribute(dataset, key), str):
-                self.found["units"][name] = value
-            elif RATE_NAME.fullmatch(key.lower()) and isinstance(value := self._attribute(dataset, key), float):
-                self.found["rates_hz"][name] = value
+            if (value := self._attribute(dataset, key)) is None:
+                continue
+            if is_unit_key(key) and isinstance(value, str):
+                self.found["units"].setdefault(name, value)
+            elif stated := stated_rate(key, value):
+                self.found["rates_hz"].setdefault(name, stated[0])
         values: Value = ""
         if reason := _not_there(name, dataset, size):
             if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RawFile, Value, check_claim, first_line
-from srbval.recordings.reading import is_time
+from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
 VERSION_AND_ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")  # bytes 124 to 127

@@ -1,7 +1,9 @@
 """Files of measuring systems and sound cards, by libraries of their own: WAV and FLAC, TDMS, universal files."""
 
 import hashlib
+import itertools
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,23 +13,28 @@ import numpy as np
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat, begins
 from srbval.recordings.raw import RawFile, Value, check_claim
+from srbval.recordings.times import stated_rate
+from srbval.recordings.units import is_unit_key
 
 PACKED = 8  # times: bits packed without loss, or 8 and 16-bit samples, become 32 or 64-bit ones
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # sizes from here on: of a header that was not completed, as of a stream
 FLAC_MD5 = slice(26, 42)  # of the unpacked samples, in the block STREAMINFO (RFC 9639, section 8.2)
 MAX_CHANNELS = 256
-TDMS_UNITS = ("unit_string", "NI_UnitDescription")  # properties of a channel that name its unit
-TDMS_INCREMENT = "wf_increment"  # and its time step [s]
 UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
 FUNCTION, UNITS = 58, 164  # data sets
 TIME_SIGNALS, FREQUENCY_RESPONSE = (0, 1), 4  # function types of data set 58: general, time response; FRF
 ACCELERATION, FORCE = 12, 13  # specific data types of its ordinate and that one's denominator
 SI = 1  # units code of data set 164
 EVEN = 1  # abscissa spacing
+LVM_TIMES, LVM_FACTS = "X_Value", ("Y_Unit_Label", "Delta_X")  # a column, and rows of a segment's head
 RESPONSE_COLUMNS = ("frequency_hz", "real_m_s2_n", "imag_m_s2_n")
 _SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
-_UFF_MARK = re.compile(rb"^    -1[ \t]*\r?$", re.MULTILINE)
+_UFF_MARK = re.compile(rb"^    -1[ \t]*(?:\r?\n|\r|\Z)", re.MULTILINE)
+_UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # right behind the bytes of a binary set
+# Type, whether it is binary, number of lines of text behind this one, and of bytes behind these.
+_UFF_TYPE = re.compile(rb" {0,5}(\d{1,5})(?:(b)\s+\d+\s+\d+\s+(\d+)\s+(\d+)[ \d]*)?")
+UFF_HEAD = 4096  # bytes that hold the lines of text of a binary set
 _UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
 
 
@@ -42,7 +49,9 @@ def load_audio(path: Path) -> RawFile:
         cautions: tuple[str, ...] = ()
         # libsndfile reads a file that is shorter than its header states, and only logs it
         for name, claimed, there in ((m[1], int(m[2]), int(m[3])) for m in _SIZES.finditer(file.extra_info)):
-            if there < claimed < NEVER_WRITTEN:
+            if there < claimed < NEVER_WRITTEN and name != "data" and frames:
+                cautions = (f"its end is damaged: chunk {name} has {there} of {claimed} bytes; the samples are whole",)
+            elif there < claimed < NEVER_WRITTEN:
                 raise DataError(f"{path}: truncated: {name} has {there} of {claimed} bytes. Copy it again.")
             if claimed >= NEVER_WRITTEN or claimed == 0:
                 cautions = ("its header was never completed: the record may be cut",)
@@ -79,17 +88,20 @@ def _check_md5(path: Path, file: Any, bits: int) -> None:
 def load_tdms(path: Path) -> RawFile:
     """Read every numeric channel, scaled by its properties, with its unit and rate.
 
-    Channels are named ``group.channel``, or ``channel`` if there is one group. A last segment that is cut is a
-    `DataError`.
+    Channels are named ``group.channel``, or ``channel`` if there is one group. Of a last segment that was not closed or
+    is cut all samples that are there are read, with a caution.
     """
     from nptdms import TdmsFile
 
     with TdmsFile.open(path) as file:
         status = file.file_status
         short = [s for s in (status.channel_statuses or {}).values() if s.read_length < s.expected_length]
-        if short or status.incomplete_final_segment:
-            held = f", {short[0].read_length} of {short[0].expected_length} samples of a channel" if short else ""
-            raise DataError(f"{path}: truncated: its last segment is not whole{held}. Copy it again.")
+        cautions: tuple[str, ...] = ()
+        if short:
+            held = f"{short[0].read_length} of {short[0].expected_length} samples of a channel"
+            cautions = (f"its last segment is cut: {held} are there and read; copy it again for the rest",)
+        elif status.incomplete_final_segment:
+            cautions = ("its last segment was not closed: all samples that are there are read",)
         one = len(file.groups()) == 1
         channels = {
             c.name if one else f"{c.group_name}.{c.name}": c
@@ -100,15 +112,25 @@ def load_tdms(path: Path) -> RawFile:
         if len(channels) > MAX_CHANNELS:
             raise DataError(f"{path}: {len(channels)} channels; {MAX_CHANNELS} are read at most.")
         check_claim(path, sum(c.dtype.itemsize * len(c) for c in channels.values()), "its channels", PACKED)
-        steps = {name: c.properties.get(TDMS_INCREMENT) for name, c in channels.items()}
+        stated = {name: _plain_properties(c.properties) for name, c in channels.items()}
+        shared = [set(properties.items()) for properties in stated.values()]
+        common = dict(set.intersection(*shared)) if shared else {}
+        facts = _plain_properties(file.properties) | {k: v for k, v in common.items() if not stated_rate(k, v)}
+        rates = {name: [r for k, v in p.items() if (r := stated_rate(k, v))] for name, p in stated.items()}
         return RawFile(
             path=path,
             format=TDMS.name,
             variables={name: c[:] for name, c in channels.items()},
-            attributes={k: v for k, v in file.properties.items() if isinstance(v, int | float | str)},
-            units={n: str(c.properties[u]) for n, c in channels.items() for u in TDMS_UNITS if u in c.properties},
-            rates_hz={name: 1 / step for name, step in steps.items() if isinstance(step, float) and step > 0},
+            attributes=facts,
+            units={name: str(v) for name, p in stated.items() for k, v in p.items() if is_unit_key(k) and v},
+            rates_hz={name: found[0][0] for name, found in rates.items() if found},
+            cautions=cautions,
         )
+
+
+def _plain_properties(properties: Mapping[str, Any]) -> dict[str, float | str]:
+    """Numbers and texts among the properties of a TDMS object."""
+    return {k: v for k, v in properties.items() if isinstance(v, int | float | str) and not isinstance(v, bool)}
 
 
 def load_uff(path: Path) -> RawFile:
@@ -118,10 +140,14 @@ def load_uff(path: Path) -> RawFile:
     """
     import pyuff
 
-    if len(_UFF_MARK.findall(path.read_bytes())) % 2:
-        raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
-    file = pyuff.UFF(str(path))
-    types = [int(kind) for kind in file.get_set_types()]
+    file, types = pyuff.UFF(str(path)), list[int]()
+    blocks = []
+    for start, end, kind in _uff_blocks(path):
+        blocks.append((start, end - 1))
+        types.append(kind)
+    # pyuff takes bytes of samples for marks; the sets are given to it as their own headers count them.
+    file._block_ind, file._n_sets = np.array(blocks, np.int64).reshape(-1, 2), len(blocks)
+    file._set_types, file._set_formats = np.array(types), np.zeros(len(blocks))
     functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
     systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
     titles = [str(function["id1"]).strip() for function in functions]
@@ -150,6 +176,31 @@ def load_uff(path: Path) -> RawFile:
     return RawFile(path=path, format=UFF.name, variables=variables, units=units, rates_hz=rates)
 
 
+def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
+    """Begin, end and type of each data set; a binary one has as many bytes as its header states.
+
+    Raises `DataError` for a set that does not end.
+    """
+    content, at = path.read_bytes(), 0
+    while (mark := _UFF_MARK.search(content, at)) is not None:
+        head = _UFF_TYPE.match(content, mark.end())
+        if head is None:
+            at = mark.end()
+            continue
+        end = _UFF_MARK.search(content, head.end())
+        stop = end.start() if end else len(content)
+        if head[2] and (size := int(head[4] or 0)):
+            lines = itertools.islice(
+                re.finditer(rb"\r\n|\n|\r", content[head.end() : head.end() + UFF_HEAD]), int(head[3]) + 1
+            )
+            begin = head.end() + max((line.end() for line in lines), default=0)
+            stop, end = begin + size, _UFF_END.match(content, begin + size)
+        if end is None or stop > len(content):
+            raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
+        yield mark.start(), stop, int(head[1])
+        at = end.end()
+
+
 def load_response(path: Path) -> RawFile:
     """Read the one frequency response of a universal file, acceleration over force, into `RESPONSE_COLUMNS`."""
     import pyuff
@@ -168,6 +219,37 @@ def load_response(path: Path) -> RawFile:
     return RawFile(path=path, format=UFF.name, variables=dict(zip(RESPONSE_COLUMNS, values, strict=True)))
 
 
+def load_lvm(path: Path) -> RawFile:
+    """Read the channels of a LabVIEW measurement file with their units and rates, and the times beside them.
+
+    Channels of a second and later segment have its number behind their names.
+    """
+    import lvm_read
+
+    lines = path.read_text("utf-8-sig", "replace").splitlines(keepends=True)
+    contents = lvm_read.read_lines(lines, separator=lvm_read._get_separator(lines))
+    variables: dict[str, Value] = {}
+    units: dict[str, str] = {}
+    rates: dict[str, float] = {}
+    for number in range(contents["Segments"]):
+        segment, channel = contents[number], 0
+        for name, column in zip(segment["Channel names"], segment["data"].T, strict=False):
+            if name in ("Comment", ""):
+                continue
+            key = f"{name} (segment {number + 1})" if number else name
+            key = key if key not in variables else f"{key} ({len(variables) + 1})"
+            there = np.flatnonzero(~np.isnan(column))
+            variables[key] = column[: there[-1] + 1 if there.size else 0]
+            if name == LVM_TIMES:
+                units[key] = "s"
+                continue
+            facts = {what: values[channel] for what in LVM_FACTS if len(values := segment.get(what, ())) > channel}
+            units |= {key: facts[LVM_FACTS[0]]} if facts.get(LVM_FACTS[0]) else {}
+            rates |= {key: stated[0]} if (stated := stated_rate("dt", facts.get(LVM_FACTS[1], 0.0))) else {}
+            channel += 1
+    return RawFile(path=path, format=LVM.name, variables=variables, units=units, rates_hz=rates)
+
+
 def _is_audio(head: bytes) -> bool:
     return head.startswith(b"fLaC") or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
 
@@ -180,4 +262,6 @@ _UFF = "universal file (UFF, data set 58)"
 AUDIO = FileFormat("sound", "WAV, FLAC", _is_audio, load_audio, "sound file", ("soundfile", "soundfile"), PACKED)
 TDMS = FileFormat("TDMS", "TDMS", begins(b"TDSm"), load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED)
 UFF = FileFormat("UFF58", _UFF, _is_uff, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
+_LVM, _LVM_LIBRARY = begins(b"LabVIEW Measurement"), ("lvm_read", "lvm-read")
+LVM = FileFormat("LabVIEW", "LabVIEW .lvm", _LVM, load_lvm, "LabVIEW file", _LVM_LIBRARY, UFF_EXPANSION)
 RESPONSE = replace(UFF, read=load_response)

@@ -1,13 +1,9 @@
-"""Text tables: comma, semicolon, tab or blank separated, with or without a header line."""
+"""Text tables of any usual layout: lines before the table, a header, units, times, texts and empty columns."""
 
 import codecs
 import csv
-import io
 import re
-import threading
-import warnings
-from collections.abc import Sequence
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,61 +11,124 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import TEXT, RawFile, first_line, printable
-from srbval.recordings.reading import known_unit
+from srbval.recordings.raw import LONGEST_NAME, TEXT, RawFile, Value, first_line, printable
+from srbval.recordings.times import counted, is_time, rises, stated_rate, times_of_texts
+from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
 MAX_COLUMNS = 1024
-MAX_LINE = 65536
-TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is not a table
+FEW_ROWS, MANY_FIELDS = 64, 256  # a file of so few rows of so many numbers has a channel in each row
+TRIED_ROWS = 25  # that decide what a column contains
+HEADER_LINES = 4  # above the table, among which names and units are looked for
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-_WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process
+_MISSING = re.compile(r"(?:[+-]?nan|null|none|#?n/?a|nil|-{1,3}|[+-]?inf(?:inity)?)?", re.IGNORECASE)
 _CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
 _COMMENT = re.compile(r"^(?:%|//)")
-_SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
+_KEY = re.compile(r'[#\s"]*([A-Za-z][^:=;,\t]{0,60}?)"?\s*(?:[:=;,\t]\s*)+"?(.+?)[\s";,]*')
+_COLON = re.compile(r"[#\s]*[A-Za-z][\w .()\[\]/-]*?\s*[:=]")
+_NUMBER = re.compile(r"[+-]?(?:\d++(?:[.,]\d*+)*+|[.,]\d++)(?:[eE][+-]?\d++)?", re.ASCII)
 _LIKE_A_NUMBER = re.compile(r"[+\-−]?[.,]?\d|(?:[+-]?(?:nan|inf|infinity)|null|none|n/?a)?$", re.IGNORECASE)
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+_CLOCK = re.compile(r"[^,;]*\d:\d\d?")
+_DATE = re.compile(r"\d{4}[-/.]?\d\d[-/.]?\d\d(?:T.*)?|\d{1,2}[./-]\d{1,2}[./-]\d{2,4}|\d{1,2}-[A-Za-z]{3}-\d{2,4}")
+_STAMP = re.compile(r"(\d)[ \t]+(\d{1,2}:\d\d:\d\d\S*)(?:[ \t]+([AaPp][Mm]\b))?")
+_WITHIN = re.compile(r"[^,]+|[+-]?\d+,\d+(?:[eE][+-]?\d+)?|[\d:T.-]+:\d\d,\d+Z?", re.ASCII)  # a comma within the field
 _NO_THOUSANDS = re.compile(r"(?<!\d)0,\d|,\d{1,2}(?!\d)|,\d{4}")
-_SPLIT_DECIMAL = re.compile(r"[,\n][ \t]*[+-]?0\d+[ \t]*[,\n]")
-_MINUS_ZERO = re.compile(r"[,\n][ \t]*-0[ \t]*[,\n]")
+_SPLIT_DECIMAL = re.compile(r"[+-]?0\d+")
+# Texts that are no table, by their beginning, with what to do.
+OTHER_TEXTS = {
+    r"version https://git-lfs": "a Git LFS pointer, not the data. Fetch the data: git lfs pull",
+    r"\S*annex/objects/": "a git-annex pointer, not the data. Fetch the data: git annex get",
+    r"<(?:!doctype\s+html|html|head|body)": "an HTML page, not the data. Download the file itself",
+    r"<(?:\?xml|[a-z])": "an XML document, no table. Export the record as CSV",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableLayout:
+    """The `rows` of a table with the numbers of their `lines`; `separator` is None for blanks.
+
+    `kinds` of the columns are ``n`` for numbers, ``t`` for clock times, ``d`` for dates, ``x`` for other texts, and
+    ``e`` for nothing.
+    """
+
+    separator: str | None
+    lines: list[int]
+    rows: list[list[str]]
+    kinds: str
 
 
 def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
-    Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is an attribute.
-    The header may have a second line, of units. Decimal commas are read if another separator leaves no doubt. Raises
-    `DataError` for any row that is not like the others, and any field that is not a finite number.
+    Lines above the table may state rate, unit and speed (``Sampling rate [Hz]: 12000``, ``# fs_hz = 20480``); lines
+    that begin with ``#``, ``%`` or ``//`` are comments. Time stamps become seconds, texts and empty columns are left
+    out. Decimal commas are read if another separator leaves no doubt. Raises `DataError` for rows that are not like the
+    others. A column with fields that are no finite numbers is `unusable`. A few rows of many numbers are channels.
     """
     lines, notes = _lines(path)
-    rows = [i for i, line in enumerate(lines) if line and not line.startswith("#")]
-    if not rows:
-        raise NoRecordingError(f"{path}: a text file without a table of numbers.")
-    first, second = lines[rows[0]], lines[rows[min(1, len(rows) - 1)]]
-    separator = next((mark for mark in (";", "\t", ",") if mark in second), None)
-    if separator == "," and len(second.split()) > 1 and all(map(_DECIMAL_COMMA.fullmatch, second.split())):
-        separator = None
-    names = _fields(first, separator)
-    if not 1 <= len(names) <= MAX_COLUMNS:
-        raise NoRecordingError(
-            f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}."
-        )
-    has_header = not _numbers(first, separator)
-    units = _units(lines[rows[1]], separator, len(names)) if has_header and len(rows) > 1 else []
-    data = rows[has_header + bool(units) :]
-    if not any(_numbers(lines[row], separator) for row in data[:TRIED_ROWS]):
-        wrong = f"line {data[0] + 1} is {printable(lines[data[0]])!r}" if data else "nothing after line 1"
-        raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}).")
-    columns = _columns(path, lines, data, separator)
-    if has_header:
-        names = [first] if columns == 1 and not re.search(r"[,;\t]", first) else names
-        _check_names(f"{path}: line {rows[0] + 1}", names, columns, separator)
-    table, comma = _table(path, lines, data, separator, columns)
-    keys = names if has_header else [f"col_{i + 1}" for i in range(columns)]
-    variables = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
+    table = _find_table(path, lines)
+    above = lines[: table.lines[0]]
+    if len(table.kinds) >= MANY_FIELDS and len(table.rows) <= FEW_ROWS:
+        names, units, used = [row[0] if _kind(row[0]) == "x" else "" for row in table.rows], list[str](), set[int]()
+        columns = [row[bool(name) :] for row, name in zip(table.rows, names, strict=True)]
+        kinds = "n" * len(columns)
+        notes += (f"{len(columns)} row(s) of many numbers, each read as a channel",)
+    else:
+        _check_rows(path, lines, table)
+        names, units, used = _header(path, above, table)
+        columns, kinds = [list(column) for column in zip(*table.rows, strict=True)], table.kinds
+    comma = _has_decimal_commas(path, columns, kinds, table)
+    names = names or [""] * len(columns)
+    variables: dict[str, Value] = {}
+    said: dict[str, str] = {}
+    unusable: dict[str, str] = {}
+    left = []
+    for i, (name, fields) in enumerate(zip(names, columns, strict=True)):
+        key, wrong = name[:LONGEST_NAME] or f"col_{i + 1}", ""
+        if kinds[i] == "t" or (kinds[i] == "d" and "t" not in kinds):
+            values, wrong = _times(
+                key, fields, columns[kinds.index("d")] if kinds.count("d") == kinds.count("t") else None
+            )
+            said[key] = "s"
+        elif kinds[i] in "ne" and not np.isnan(values := _numbers(fields, comma=comma)).all():
+            wrong = _not_finite(key, fields, values, table.lines)
+        else:
+            left += [printable(name)] if name and kinds[i] != "d" else []
+            continue
+        if not any(names) and i == 0 and len(columns) > 1 and rises(values) and counted(values) is None:
+            key = "time"
+        variables[key] = values
+        said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
+        unusable |= {key: wrong} if wrong else {}
     notes += ("decimal commas read as decimal points",) if comma else ()
-    settings = _settings(path, lines[: rows[0]])
-    said = {name: unit for name, unit in zip(names, units, strict=False) if unit}
-    return RawFile(path=path, format=TEXT, variables=variables, attributes=settings, notes=notes, units=said)
+    notes += (f"left out, no numbers: {', '.join(left)[:MAX_COLUMNS]}",) if left else ()
+    below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
+    notes += (f"left out: {below} line(s) below the table",) if below else ()
+    facts = _settings(path, [line for i, line in enumerate(above) if i not in used])
+    return RawFile(
+        path=path, format=TEXT, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable
+    )
+
+
+def _times(key: str, fields: list[str], days: list[str] | None) -> tuple[NDArray[np.float64], str]:
+    """Seconds of time stamps, or of times of day beside a column of `days`, and why they are not understood."""
+    alone = days is not None and re.match(r"\d{1,2}:", fields[0])
+    texts = [f"{day} {field}" for day, field in zip(days, fields, strict=True)] if days and alone else fields
+    times = times_of_texts(texts)
+    if times is None:
+        return np.full(
+            len(fields), np.nan
+        ), f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
+    return times, ""
+
+
+def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
+    """Message on fields that are no finite numbers, empty without any."""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if not bad.size:
+        return ""
+    where = f"in {printable(key)}, the first is line {lines[min(int(bad[0]), len(lines) - 1)] + 1}"
+    field = printable(fields[int(bad[0])])
+    return f"{bad.size} line(s) with a field that is not finite ({field!r}) {where}. Export the record again."
 
 
 def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
@@ -81,140 +140,250 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
         if content.startswith(UTF16):
             raise DataError(f"{path}: damaged UTF-16 text ({first_line(error)}). Save it as UTF-8.") from None
         text = content.decode("latin-1")
-    text = text.replace("\r\n", "\n")
+    for beginning, what in OTHER_TEXTS.items():
+        if re.match(rf"\s*(?:{beginning})", text[:MAX_COLUMNS], re.IGNORECASE):
+            raise (DataError if "pointer" in what else NoRecordingError)(f"{path}: {what}.")
+    text = re.sub("\r+\n", "\n", text) if "\r" in text else text
     text = text if "\n" in text else text.replace("\r", "\n")
     lines = [_COMMENT.sub("#", line.strip(" \f")) for line in text.split("\n")]
-    if max(map(len, lines)) >= MAX_LINE:
-        raise NoRecordingError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
     wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
     _refuse(path, wrong, "with control characters", "Copy the damaged file again")
     return lines, () if text.endswith("\n") else ("the last line has no end: the file may have been cut there",)
 
 
-def _refuse(path: Path, wrong: Sequence[int], what: str, remedy: str) -> None:
+def _refuse(path: Path, wrong: list[int], what: str, remedy: str) -> None:
     """Raise `DataError` if there are `wrong` lines."""
-    if len(wrong):
+    if wrong:
         raise DataError(f"{path}: {len(wrong)} line(s) {what}, the first is line {wrong[0] + 1}. {remedy}.")
 
 
-def _fields(line: str, separator: str | None, columns: int | None = None) -> list[str]:
-    """The (first `columns`) fields of a line, without quotes, blanks around them, and an empty one at its end."""
+def _find_table(path: Path, lines: list[str]) -> TableLayout:
+    """The rows that are like one in the middle of the file or at its end, and all between the first and the last."""
+    filled = [i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    stated = re.fullmatch(r'"?sep=(.)"?;*', lines[filled[0]]) if filled else None
+    if stated:
+        lines[filled.pop(0)] = ""
+    if not filled:
+        raise NoRecordingError(f"{path}: a text file without a table of numbers.")
+    middle = lines[filled[len(filled) // 2]]
+    if not stated and _separator(middle) is None and _STAMP.search(middle):  # blanks within the time stamps
+        lines[:] = [_STAMP.sub(r"\1T\2\3", line) for line in lines]
+    for typical in (filled[len(filled) // 2], filled[-1], filled[0]):
+        separator = stated[1] if stated else _separator(lines[typical])
+        own = "".join(map(_kind, _fields(lines[typical], separator)))
+        if "n" in own:
+            break
+    rows = [_fields(lines[i], separator) for i in filled]
+
+    def is_row(fields: list[str]) -> bool:
+        kinds = "".join(map(_kind, fields)) if len(fields) == len(own) else ""
+        return "n" in kinds and all(
+            kind in (usual, "e") or usual in "ex" for kind, usual in zip(kinds, own, strict=True)
+        )
+
+    first, last = next((k for k, row in enumerate(rows) if is_row(row)), 0), len(rows)
+    tried = [rows[int(k)] for k in np.unique(np.linspace(first, last - 1, TRIED_ROWS).astype(int))]
+    if "n" not in own or 2 * sum(map(is_row, tried)) < len(tried):
+        shown = next((i for i, row in zip(filled[1:], rows[1:], strict=True) if not is_row(row)), filled[0])
+        wrong = f"line {shown + 1} is {printable(lines[shown])!r}"
+        raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}){_hint(separator)}.")
+    while (
+        last - first > 1 and _numbered(rows[first]) and any("." in field or "," in field for field in rows[first + 1])
+    ):
+        first += 1  # the names are numbers
+    kinds = [list(map(_kind, column)) for column in zip(*(row for row in tried if is_row(row)), strict=True)]
+    usual = "".join(max("entdx" if set(kind) == {"e"} else "ntdx", key=kind.count) for kind in kinds)
+    while (
+        usual[0] in "nt" and last - first > 1 and _kind(rows[last - 1][0]) == "x" and not _starts_number(rows[last - 1])
+    ):
+        last -= 1  # below the table
+    return TableLayout(separator=separator, lines=filled[first:last], rows=rows[first:last], kinds=usual)
+
+
+def _starts_number(fields: list[str]) -> bool:
+    return _LIKE_A_NUMBER.match(fields[0]) is not None
+
+
+def _numbered(fields: list[str]) -> bool:
+    """True for the numbers 0, 1, 2, ... which pandas writes for names, perhaps behind an index without one."""
+    counted_names = [str(i) for i in range(len(fields))]
+    return fields in (counted_names, ["", *counted_names[:-1]])
+
+
+def _separator(line: str) -> str | None:
+    """The separator of a row; None for blanks."""
+    mark = next((mark for mark in (";", "\t", "|", ",") if mark in line), None)
+    parts = line.split()
+    return None if mark == "," and len(parts) > 1 and all(map(_WITHIN.fullmatch, parts)) else mark
+
+
+def _fields(line: str, separator: str | None) -> list[str]:
+    """The fields of a line, without quotes, blanks around them, and an empty one at its end."""
     if separator is None:
         return [part.strip('"') for part in line.split()]
-    parts = [part.strip() for part in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
-    return parts[:columns] if columns or not line.endswith(separator) else parts[:-1]
+    split = csv.reader([line], delimiter=separator, skipinitialspace=True) if '"' in line else [line.split(separator)]
+    parts = [part.strip() for part in next(iter(split))]
+    return parts[:-1] if line.endswith(separator) else parts
 
 
-def _units(line: str, separator: str | None, columns: int) -> list[str]:
-    """The units of a line below the header that has nothing else, in brackets or not, one of them known; else none."""
-    fields = [field.strip("[]()") for field in _fields(line, separator)]
-    plausible = len(fields) == columns and not any(_LIKE_A_NUMBER.match(field) for field in fields if field)
-    return fields if plausible and any(field and known_unit(field) for field in fields) else []
+def _kind(field: str) -> str:
+    """Kind of a field: number, time, date, empty or another text."""
+    if _NUMBER.fullmatch(field):
+        return "n"
+    if _MISSING.fullmatch(field):
+        return "e"
+    return "t" if ":" in field and _CLOCK.match(field) else "d" if _DATE.fullmatch(field) else "x"
 
 
-@cache
-def _row(separator: str | None, columns: int | None = None) -> re.Pattern[str]:
-    """A row of so many numbers, or of any, without quotes; decimal commas if the separator is another one."""
-    point, times = r"\." if separator == "," else "[.,]", "*" if columns is None else f"{{{columns - 1}}}"
-    number = rf"[+-]?(?:\d++(?:{point}\d*+)?|{point}\d++)(?:[eE][+-]?\d++)?"
-    if separator is None:
-        return re.compile(rf"\s*{number}(?:\s+{number}){times}\s*", re.ASCII)
-    return re.compile(rf" *{number} *(?:{separator} *{number} *){times}{separator}? *", re.ASCII)
+def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
+    """Refuse gaps between the rows, rows of another length, and numbers above or among them that belong to none.
 
+    Empty fields at the ends of rows are made the same number.
+    """
+    separator, first, columns = table.separator, table.lines[0], len(table.kinds)
+    if columns > MAX_COLUMNS:
+        raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_COLUMNS}.")
 
-def _numbers(line: str, separator: str | None, columns: int | None = None) -> bool:
-    return _row(separator, columns).fullmatch(line.replace('"', "")) is not None
+    def has_numbers_only(line: str) -> bool:
+        kinds = {_kind(field) for field in _fields(line, separator)} if line.strip() else set()
+        return "n" in kinds and kinds <= {"n", "e"}
 
-
-def _settings(path: Path, comments: list[str]) -> dict[str, float | str]:
-    found: dict[str, float | str] = {}
-    for match in filter(None, map(_SETTING.fullmatch, comments)):
-        value = float(match[2]) if _numbers(match[2], ",", 1) else match[2]
-        if found.setdefault(match[1], value) != value:
-            raise DataError(f"{path}: says {match[1]} = {found[match[1]]} and {value}. Delete the wrong one.")
-    return found
-
-
-def _columns(path: Path, lines: list[str], data: list[int], separator: str | None) -> int:
-    """Fields of each of the rows `data`, without an empty last one; gaps between them and other numbers are refused."""
-    between = range(data[0], data[-1])
+    between = range(first, table.lines[-1])
     blank = [i for i in between if not lines[i].strip()]
     _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
-    hidden = [i for i in between if lines[i].startswith("#") and _numbers(lines[i].lstrip("#"), separator)]
+    hidden = [i for i in between if lines[i].startswith("#") and has_numbers_only(lines[i].lstrip("#"))]
     _refuse(path, hidden, "of numbers behind a # among the samples", "Remove it, or delete the line")
-    _refuse(path, [i for i in data if "#" in lines[i]], "with a # after its beginning", "Cut it off")
-    last = separator is not None and all(lines[i].endswith(separator) for i in data)
-    counts = [(lines[i].count(separator) + 1 if separator else len(lines[i].split())) - last for i in data]
-    others = [i for i, count in zip(data, counts, strict=True) if count != counts[0]]
-    said = f"do not have {counts[0]} fields as line {data[0] + 1} has"
-    _refuse(path, others, said, "Values are missing or in the wrong columns there: export the record again")
-    return counts[0]
+    marked = [i for i in table.lines if "#" in lines[i] and "#N/A" not in lines[i]]
+    _refuse(path, marked, "with a # after its beginning", "Cut it off")
+    for row in table.rows:
+        while len(row) > columns and not row[-1]:
+            row.pop()
+        if separator and len(row) == columns - 1 and table.kinds[-1] == "e":
+            row.append("")
+    others = [i for i, row in zip(table.lines, table.rows, strict=True) if len(row) != columns]
+    remedy = f"Values are missing or in the wrong columns there: export the record again{_hint(separator)}"
+    _refuse(path, others, f"do not have {columns} fields as line {first + 1} has", remedy)
+    above = [i for i in range(first) if has_numbers_only(lines[i]) and not _numbered(_fields(lines[i], separator))]
+    _refuse(path, above, "of numbers above the table and unlike it", "Correct them, or put a # before them")
 
 
-def _check_names(where: str, names: list[str], columns: int, separator: str | None) -> None:
-    """Refuse a first line that is no header of so many columns."""
-    if wrong := [name for name in names if _LIKE_A_NUMBER.match(name)]:
+def _hint(separator: str | None) -> str:
+    return "; where commas stand between columns, decimals need a point" if separator == "," else ""
+
+
+def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str], list[str], set[int]]:
+    """Names and units of the columns in the lines above the table, and the numbers of these lines."""
+    names, units, used = list[str](), list[str](), set[int]()
+    columns, separator = len(table.kinds), table.separator
+    for i in reversed([i for i, line in enumerate(above) if line.strip("# \t;,|")][-HEADER_LINES:]):
+        comment, line = above[i].startswith("#"), above[i].lstrip("# ")
+        fields = _names_of(line, separator, columns)
+        if fields is None and i == len(above) - 1 and not comment and not _COLON.match(line):
+            said = f"line {i + 1} has {len(_fields(line, separator))} names for {columns} columns"
+            raise DataError(f"{path}: {said}. Name each{_hint(separator)}.")
+        if fields is None or (columns == 1 and _COLON.match(line)) or _states(fields):
+            break
+        if comment and not any(is_time(field) or known_unit(split_unit(field)[1] or "") for field in fields):
+            break
+        bare = [field.strip("[]()") for field in fields]
+        meant = [known_unit(field) or is_time("", field) for field in bare if field]
+        plausible = not any(_LIKE_A_NUMBER.match(field) for field in bare if field)
+        if not units and plausible and any(one in UNITS for one in meant) and sum(map(bool, meant)) * 2 >= len(meant):
+            units, used = bare, used | {i}
+        elif not names:
+            _check_names(f"{path}: line {i + 1}", fields, table)
+            names, used = fields, used | {i}
+        else:
+            break
+    return (names, units, used) if names else (units, [], used)
+
+
+def _names_of(line: str, separator: str | None, columns: int) -> list[str] | None:
+    """Fields of a header, one for each column, by the table's separator or another one; None if none fits."""
+    tried = [_fields(line, separator)]
+    if separator is not None and line.endswith(separator):
+        tried.append([*tried[0], ""])
+    if columns == 1 and not re.search(r"[;\t|]", line):
+        tried.append([line.strip('"')])
+    if separator is None:
+        tried += [re.split(r"\s{2,}|\t", line), re.split(r"\s*[;,]\s*", line), re.split(r"\s+(?![\[(])", line)]
+        tried += [fields[1:] for fields in tried if fields[0].lower() == "date"]  # joined with the time of day
+    return next((fields for fields in tried if len(fields) == columns), None)
+
+
+def _states(fields: list[str]) -> bool:
+    """True for a line with a setting and its value instead of names."""
+    first, rest = fields[0].rstrip(": "), [field for field in fields[1:] if field]
+    is_value = len(rest) == 1 and bool(_NUMBER.match(rest[0])) and not _LIKE_A_NUMBER.match(first)
+    return len(fields) > 1 and (is_value or is_unit_key(first) or any(stated_rate(first, value) for value in rest[:1]))
+
+
+def _check_names(where: str, names: list[str], table: TableLayout) -> None:
+    """Refuse names that are none, or not of one column each; an index and columns without numbers need none."""
+    needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
+    if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _numbered(names)]:
         raise DataError(
-            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name neither is "
-            "empty nor begins like a number. Correct the line, or put a # before it if it is neither."
+            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name neither is empty "
+            f"nor begins like a number{_hint(table.separator)}. Correct the line, or put a # before it."
         )
-    if len(names) != columns:
-        decimals = "; where commas stand between columns, decimals need a point" if separator == "," else ""
-        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each{decimals}.")
-    if twice := sorted({name for name in names if names.count(name) > 1}):
+    if twice := sorted({name for name in needed if names.count(name) > 1}):
         raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
 
 
-def _table(
-    path: Path, lines: list[str], data: list[int], separator: str | None, columns: int
-) -> tuple[NDArray[np.float64], bool]:
-    """The numbers of the rows `data`, all of them finite, and whether they have decimal commas."""
-    import pandas as pd
+def _settings(path: Path, above: list[str]) -> dict[str, float | str]:
+    """Statements ``name: value`` of the lines above the table."""
+    found: dict[str, float | str] = {}
+    for match in filter(None, map(_KEY.fullmatch, above)):
+        key = "unit" if is_unit_key(match[1]) else match[1]
+        value = float(match[2]) if re.fullmatch(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?", match[2]) else match[2]
+        if found.setdefault(key, value) != value and (key == "unit" or stated_rate(key, value)):
+            raise DataError(f"{path}: says {key} = {found[key]} and {value}. Delete the wrong one.")
+    return found
 
-    body = "\n".join([lines[i] for i in data]).replace('"', "") + "\n"
-    comma = _decimal_commas(path, data, body, separator)
+
+def _numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
+    """Numbers of the fields, NaN for any other text."""
+    texts = [field.replace(",", ".") for field in fields] if comma else fields
     try:
-        with _WARNINGS, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            frame = pd.read_csv(
-                io.BytesIO(body.encode()),
-                sep=separator or r"\s+",
-                header=None,
-                usecols=range(columns),
-                dtype=np.float64,
-                index_col=False,
-                na_filter=False,
-                decimal="," if comma else ".",
-            )
-        table = frame.to_numpy(dtype=np.float64)
-        wrong = [data[i] for i in np.flatnonzero(~np.isfinite(table).all(axis=1))]
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        wrong = [i for i in data if not _numbers(lines[i], separator, columns)]
-        if not wrong:
-            raise DataError(f"{path}: cannot be read as a table ({first_line(error)}).") from None
-    if wrong:
-        fields = _fields(lines[wrong[0]], separator, columns)
-        bad = next((part for part in fields if not _numbers(part, separator, 1)), max(fields, key=len))
-        _refuse(path, wrong, f"with a field that is not finite ({printable(bad)!r})", "Export the record again")
-    return table, comma
+        values = np.array(texts, np.float64)
+    except ValueError:
+        values = np.array(
+            [
+                float(text) if _NUMBER.fullmatch(text) and text.count(".") < 2 and "," not in text else np.nan
+                for text in texts
+            ]
+        )
+    return values
 
 
-def _decimal_commas(path: Path, data: list[int], body: str, separator: str | None) -> bool:
+def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table: TableLayout) -> bool:
     """True if the numbers have decimal commas; `DataError` if that cannot be decided."""
-    point, comma = "." in body, re.search(",", body)
-    if separator == ",":
-        found = _SPLIT_DECIMAL.search(body) or (None if point else _MINUS_ZERO.search(body))
+    numeric = [column for column, kind in zip(columns, kinds, strict=True) if kind in "ne"]
+    found = [(i, field) for column in numeric for i, field in enumerate(column) if "," in field]
+    what, wrong = "", list[tuple[int, str]]()
+    if table.separator == "," and not found:
         what = "has decimal commas that cannot be told from those between columns"
-    elif comma and point:
-        found, what = comma, "is in a table of both decimal commas and points, or with thousands separators"
-    else:
-        found = None if _NO_THOUSANDS.search(body) else comma
-        what = "has three digits after every comma: decimals or thousands"
-    if found:
-        before = body[: found.start() + 1].split("\n")
-        text = printable(before[-1] + body[found.start() + 1 :].split("\n", 1)[0])
-        raise DataError(f"{path}: line {data[len(before) - 1] + 1}, {text!r}, {what}. Export it with decimal points.")
-    return comma is not None and separator != ","
+        points = any("." in field for column in numeric for field in column)
+        odd = [
+            column
+            for column in numeric
+            if any(map(_SPLIT_DECIMAL.fullmatch, column)) or (not points and "-0" in column)
+        ]
+        wrong = [
+            (i, field)
+            for column in odd
+            for i, field in enumerate(column)
+            if _SPLIT_DECIMAL.fullmatch(field) or field == "-0"
+        ]
+    elif found and any("." in field for column in numeric for field in column):
+        what, wrong = "is in a table of both decimal commas and points, or with thousands separators", found
+    elif found and not any(_NO_THOUSANDS.search(field) for _, field in found):
+        what, wrong = "has three digits after every comma: decimals or thousands", found
+    if wrong:
+        line = table.lines[min(wrong[0][0], len(table.lines) - 1)]
+        text = printable((table.separator or " ").join(table.rows[min(wrong[0][0], len(table.rows) - 1)]))
+        raise DataError(f"{path}: line {line + 1}, {text!r}, {what}. Export it with decimal points.")
+    return bool(found)
 
 
 def _is_text(head: bytes) -> bool:

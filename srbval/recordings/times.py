@@ -1,0 +1,267 @@
+"""Times of samples: time columns, time stamps and counters, stated rates and steps, and samples that are missing."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.arrays import FloatArray
+from srbval.recordings.raw import RawFile, printable
+from srbval.recordings.units import SPELLED, split_unit
+
+
+def _factors(table: str) -> dict[str, float]:
+    return {word: factor for unit, (factor, words) in SPELLED[table].items() for word in (unit, *words.split())}
+
+
+TIME_UNITS_S, RATE_UNITS_HZ = _factors("times"), _factors("rates")
+# Rates of vibration records: below, no resonance that a fault excites is sampled (the lowest band here begins at
+# 500 Hz); above lies acoustic emission. A record at 0.5 to 500 kHz with its times in ms reads as 0.5 to 500 Hz.
+PLAUSIBLE_HZ = (500.0, 5e6)
+EPOCH_S = 9e8, 4e9  # seconds since 1970 in the years 1998 to 2096
+DAYS = 2e4, 8e4  # since 1900, as spreadsheets count them, in the years 1954 to 2119
+LARGEST_TIME = 1e19
+UNEVEN = 1e-3  # of a step, beside the rounding of the digits
+COARSEST = 0.5  # of a step: digits that hide no missing sample
+SAME_RATE = 1e-3  # of a rate
+MOST_MISSING = 0.5  # of the samples, between the first and the last
+MOST_GAPS = 0.1  # of the steps of times; more are the steps of a solver
+COUNTER_BITS = (8, 16, 32)  # at which counters begin again
+_UNITS, _NAMES = "|".join(map(re.escape, sorted(TIME_UNITS_S, key=len, reverse=True))), SPELLED["names"]
+_WITH_UNIT = rf"(?:(?: in |[ _/,.-]+)({_UNITS})|[ _/]*[\[(]\s*([^\])]*?)\s*[\])])?"
+_TIME = re.compile(rf"(?:.*\.)?(?:(?:{_NAMES['time']}){_WITH_UNIT}|({_UNITS}))")
+_RATE, _STEP = (re.compile(rf"(?:nicm|wf)?{_NAMES[name]}") for name in ("rate", "step"))
+_DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%m-%Y", "%d.%m.%y", "%m/%d/%y")
+STAMPS = ("ISO8601", *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S.%f", "%I:%M:%S.%f%p")))
+_VALUE = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimeColumn:
+    """Meaning of times: `rates_hz` are the possible rates, the first one settled unless there is a `problem`.
+
+    `times_s` [n] are uneven times that never fall and whose unit is known, so that the signal can be resampled.
+    `places` [n] are the numbers of the samples on an even grid if some of it are missing; a counter has places and no
+    rate. `likely_hz` is the mean rate of times too coarse to state one.
+    """
+
+    name: str
+    rates_hz: tuple[float, ...] = ()
+    problem: str | None = None
+    uneven: bool = False
+    times_s: FloatArray | None = None
+    places: NDArray[np.int64] | None = None
+    likely_hz: float | None = None
+
+    @property
+    def missing(self) -> int:
+        """Number of samples missing between the first and the last."""
+        return 0 if self.places is None else int(self.places[-1]) + 1 - self.places.size
+
+    def against(self, fs_hz: float) -> str | None:
+        """The caution for a record that is read at `fs_hz` [Hz] all the same."""
+        if self.uneven:
+            return f"{self.problem}; read as even, at {fs_hz:g} Hz"
+        if not self.rates_hz or any(abs(rate / fs_hz - 1) < SAME_RATE for rate in self.rates_hz):
+            return None
+        return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
+
+    def missing_caution(self) -> str:
+        """The caution for samples that are missing and were filled in."""
+        assert self.places is not None
+        gaps, count = int((np.diff(self.places) > 1).sum()), int(self.places[-1]) + 1
+        share = f"{self.missing} of {count} samples ({100 * self.missing / count:.2g} %)"
+        return f"{gaps} gaps by {self.name}: {share} are missing and filled with straight lines"
+
+
+def is_time(name: str, unit: str | None = None) -> bool:
+    """True if a variable of this name, or of this unit of time, contains times."""
+    unit = unit or split_unit(name)[1] or ""
+    return _TIME.fullmatch(name.lower().strip()) is not None or unit.strip().lower() in TIME_UNITS_S
+
+
+def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
+    """Sampling rate [Hz] that a value of this name states, also as a time step; True with it if the unit is stated.
+
+    None if the name means neither, or a step without a unit leads to no rate of a vibration.
+    """
+    bare = re.sub(r"\s*[\[({].*", "", name)
+    unit = name[len(bare) :].strip(" []{}()").lower() or None
+    plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())
+    rate, step = _RATE.fullmatch(plain), _STEP.fullmatch(plain)
+    said = _VALUE.fullmatch(value) if isinstance(value, str) else None
+    if not (rate or step) or (isinstance(value, str) and not said):
+        return None
+    number = float(said[1].replace(",", ".")) if said else float(value)
+    unit = (said[2].lower() if said else "") or unit or (rate or step)[1]  # type: ignore[index]
+    if rate:
+        return (number * RATE_UNITS_HZ.get(unit or "hz", 1.0), unit in RATE_UNITS_HZ) if math.isfinite(number) else None
+    hz = 1 / (number * TIME_UNITS_S.get(unit or "s", 1.0)) if number > 0 else 0.0
+    return (round(hz, 6), True) if PLAUSIBLE_HZ[0] <= hz <= PLAUSIBLE_HZ[1] else None
+
+
+def times_of_texts(texts: Sequence[str]) -> FloatArray | None:
+    """Times [s] of time stamps from the first, [n], in one of `STAMPS`; None if they are in no such form.
+
+    Times of day without a date go on past midnight, minutes and seconds past the hour.
+    """
+    import pandas as pd
+
+    series = pd.Series(texts, dtype="str").str.strip().str.replace(r"(:\d\d:\d\d)[,:](\d+)", r"\1.\2", regex=True)
+    first, turn = str(series.iloc[0]), 0.0
+    if re.match(r"\d{1,2}:\d\d", first):
+        turn = 3600.0 if first.count(":") == 1 else 86400.0
+        series = ("2000-01-01 00:" if first.count(":") == 1 else "2000-01-01 ") + series
+    plain = series.str.replace(r"(\d)T(\d)", r"\1 \2", regex=True).str.replace(
+        r"\s+([AaPp])\.?([Mm])", r"\1\2", regex=True
+    )
+    plain = plain.str.replace(r"(:\d\d)(?=[AaPp]|$)", r"\1.0", regex=True)
+    for form in STAMPS:
+        stamps = pd.to_datetime(series if form == "ISO8601" else plain, format=form, errors="coerce", utc=True)
+        if stamps.isna().any():
+            continue
+        seconds = np.array((stamps - stamps.iloc[0]).dt.total_seconds(), np.float64)
+        return seconds + turn * np.cumsum(np.concatenate(([0], np.diff(seconds) < -turn / 2))) if turn else seconds
+    return None
+
+
+def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
+    """Meaning of the file's times for a signal of so many `samples`, of a counter without any; None without either."""
+    arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
+    numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
+    found = [times_of(raw, name) for name in numeric if is_time(name, raw.units.get(name)) and not _is_level(raw, name)]
+    rates = [column.rates_hz[0] for column in found if not column.problem and column.rates_hz]
+    if rates and max(rates) > min(rates) * (1 + SAME_RATE):
+        names = " and ".join(column.name for column in found)
+        return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
+    found.sort(key=lambda column: (column.problem is not None, not column.rates_hz))
+    places = {name: places for name, a in numeric.items() if not is_time(name) and (places := counted(a)) is not None}
+    counters = [TimeColumn(name=printable(name), places=places[name]) for name in places]
+    gaps = next((one for one in counters if one.missing), None)
+    if found and gaps is not None and not found[0].problem and found[0].places is None:
+        return replace(found[0], places=gaps.places)
+    return found[0] if found else gaps or next(iter(counters), None)
+
+
+def _is_level(raw: RawFile, name: str) -> bool:
+    """True if a column in a unit of time, without a name of times, falls: a period, no time."""
+    values = raw.array(name)
+    return (
+        _TIME.fullmatch(name.lower().strip()) is None
+        and values is not None
+        and bool((np.diff(values.ravel()) < 0).any())
+    )
+
+
+def rises(values: NDArray[np.generic]) -> bool:
+    """True for numbers that never fall and mostly rise, which no vibration does."""
+    with np.errstate(invalid="ignore"):
+        steps = np.diff(np.ravel(values).astype(np.float64))
+    return bool((steps >= 0).all() and np.mean(steps > 0) > MOST_MISSING)
+
+
+def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
+    """Numbers of the samples, from 0, that a counter of single steps states, which may begin again; else None."""
+    flat = np.asarray(values).ravel()
+    with np.errstate(invalid="ignore"):
+        whole = flat.size > 2 and flat.dtype.kind in "fiu" and bool((flat == np.floor(flat)).all())
+    if not whole or not np.abs(flat).max() < 2**52:
+        return None
+    steps = np.diff(flat.astype(np.int64))
+    for bits in (0, *COUNTER_BITS):
+        if (again := steps % 2**bits if bits else steps).min() >= 1:
+            is_counter = np.median(again) == 1 and np.mean(again == 1) > MOST_MISSING
+            is_counter &= bits == 0 or flat.max() - flat.min() >= 2 ** (bits - 1)
+            return np.concatenate(([0], np.cumsum(again))) if is_counter else None
+    return None
+
+
+def times_of(raw: RawFile, name: str) -> TimeColumn:
+    """Meaning of the variable `name` as times."""
+    shown, values = printable(name), np.ravel(np.asarray(raw.array(name)))
+    if name in raw.unusable:
+        return TimeColumn(name=shown, problem=raw.unusable[name], uneven=True)
+    with np.errstate(invalid="ignore"):  # damaged numbers, which are counted below
+        wrong = np.count_nonzero(~(np.abs(values.astype(np.float64)) < LARGEST_TIME))
+    if wrong:
+        return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
+    times = (values - values[0]).astype(np.float64)
+    unit = _unit_of(raw, name, float(values[0]), float(times[-1]) / (times.size - 1))
+    steps, usual = np.diff(times), float(np.median(np.diff(times)))
+    factor = TIME_UNITS_S.get(unit or "s", 1.0)
+    places = np.concatenate(([0], np.cumsum(np.round(steps / usual)))).astype(np.int64) if usual > 0 else None
+    count = int(places[-1]) if places is not None else 0
+    mean = float(times[-1]) / max(count, 1)
+    rate = 1 / (mean * factor) if mean > 0 else 0.0
+    is_known = unit in TIME_UNITS_S or (not unit and PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
+    digit = _rounding(values)
+    off = np.inf if places is None or mean <= 0 else np.abs(times - mean * places).max()
+    fits = places is not None and (np.diff(places) > 0).all() and times.size >= (1 - MOST_MISSING) * (count + 1)
+    fits = fits and places is not None and np.mean(np.diff(places) > 1) <= MOST_GAPS
+    exact = 0.0 if values.dtype.kind in "iu" else 2 * float(np.spacing(np.abs(values).max()))
+    if not fits or (off > UNEVEN * mean + exact and not off <= 1.01 * digit + exact < COARSEST * mean):
+        if (steps >= 0).all() and times[-1] > 0 and (is_known or unit is None) and np.mean(steps == 0) > MOST_MISSING:
+            likely = (times.size - 1) / (float(times[-1]) * factor)
+            zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
+            problem = f"the times of {shown} are too coarse for a rate: {zero}"
+            return TimeColumn(name=shown, problem=problem, likely_hz=likely)
+        usable = is_known and steps.min() >= 0 and usual > 0
+        times_s = times * factor if usable else None
+        return TimeColumn(name=shown, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
+    if unit and unit not in TIME_UNITS_S:
+        return TimeColumn(name=shown, problem=f"the times of {shown} are in {printable(unit)!r}")
+    missing = places if count + 1 > times.size else None
+    if is_known:
+        return TimeColumn(name=shown, rates_hz=(round(rate, 6),), places=missing)
+    if mean == 1:
+        problem = f"{shown} counts the samples: a step of 1 is not a time"
+        return TimeColumn(name=shown, problem=problem, places=missing)
+    readings = ", ".join(f"{rate / TIME_UNITS_S[u]:.6g} Hz if in {u}" for u in ("s", "ms", "us"))
+    rates = (rate, rate * 1e3, rate * 1e6)
+    problem = f"{shown} has a step of {mean:.6g}, {readings}"
+    return TimeColumn(name=shown, rates_hz=rates, problem=problem, places=missing)
+
+
+def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
+    """Unit of times: stated by the file or the name, else by the size of the first one, since 1970 or 1900."""
+    match = _TIME.fullmatch(name.lower().strip())
+    stated = raw.units.get(name) or (match and (match[1] or match[2] or match[3])) or ""
+    if stated or match is None:
+        return str(stated or split_unit(name)[1] or "").strip().lower()
+    for unit in ("s", "ms", "us", "ns"):
+        if EPOCH_S[0] < first * TIME_UNITS_S[unit] < EPOCH_S[1]:
+            return unit
+    is_date = (
+        DAYS[0] < first < DAYS[1] and PLAUSIBLE_HZ[0] <= 1 / max(step * TIME_UNITS_S["d"], 1e-12) <= PLAUSIBLE_HZ[1]
+    )
+    return "d" if is_date else None
+
+
+def _rounding(times: NDArray[np.generic]) -> float:
+    """The last digit that all times share: of their decimals, or of single precision; 0 in full precision."""
+    values = np.asarray(times, np.float64)
+    largest = float(np.abs(values).max())
+    scaled = ((10.0**-decimals, values * 10.0**decimals) for decimals in range(12))
+    digit = next((s for s, v in scaled if np.abs(v - np.round(v)).max() < max(1e-4, np.spacing(np.abs(v).max()))), 0.0)
+    single = bool((values.astype(np.float32) == values).all())
+    return max(digit, float(np.spacing(np.float32(largest))) if single else 0.0)
+
+
+def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
+    usual = float(np.median(steps))
+    if not usual > 0:
+        return f"the times of {name} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
+    off = np.abs(steps - usual)
+    which = {"backwards": steps < 0, "repeated": steps == 0, "gaps": steps > 1.5 * usual}
+    which["otherwise uneven"] = (off > UNEVEN * usual + digit) & (steps > 0) & ~which["gaps"]
+    said = ", ".join(f"{wrong.sum()} {what}" for what, wrong in which.items() if wrong.any()) or "a slow drift"
+    worst = 100 * off.max() / usual
+    return f"the times of {name} are uneven: {said} of {steps.size} steps, the worst off by {worst:.3g} %"
+
+
+def filled(samples: FloatArray, places: NDArray[np.int64]) -> FloatArray:
+    """Samples on the even grid of their `places`, the missing ones on straight lines between their neighbours."""
+    return np.interp(np.arange(int(places[-1]) + 1), places, samples)

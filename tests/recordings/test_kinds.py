@@ -1,0 +1,281 @@
+"""Files of kinds that loggers, spreadsheets, LabVIEW, MATLAB, NI, gateways and pandas write: read, or named."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.errors import DataError
+from srbval.reading.analyse import analyse
+from srbval.reading.features import features_of
+from srbval.recordings import RecordingSettings, load_recording
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.speed import stated_speed
+from srbval.recordings.units import known_unit
+
+from .formats import BEARING
+
+N, FS_HZ, G = 4096, 12_800, 9.80665
+X = np.round(np.random.default_rng(3).normal(size=N), 5)
+T = np.arange(N) / FS_HZ
+LVM = f"""LabVIEW Measurement
+Separator\tTab
+Decimal_Separator\t.
+Multi_Headings\tNo
+X_Columns\tOne
+***End_of_Header***\t
+
+Channels\t1\t
+Samples\t{N}\t
+Y_Unit_Label\tg\t
+X_Dimension\tTime\t
+X0\t0.0E+0\t
+Delta_X\t{1 / FS_HZ:.8E}\t
+***End_of_Header***\t\t
+X_Value\tDE\tComment"""
+
+
+def rows(form, *, comma=False):
+    """A line for each sample: of its number i, its time t or milliseconds, its value x, or a mark at every ninth."""
+    facts = (
+        {"i": i, "t": t, "ms": 1e3 * t, "x": x, "n": "OVLD" if i % 9 else 1.0}
+        for i, (t, x) in enumerate(zip(T, X, strict=True))
+    )
+    lines = [form.format(**values) for values in facts]
+    return [line.replace(".", ",") for line in lines] if comma else lines
+
+
+BLOCKS = [
+    {"ts": 1714996800 + 512 * k / FS_HZ, "fs": FS_HZ, "unit": "g", "z": X[512 * k : 512 * k + 512].tolist()}
+    for k in range(N // 512)
+]
+TEXTS = {
+    "spreadsheet days": ["Date/Time;acc [g]", *(f"{45418.5 + t / 86400:.12f};{x}" for t, x in zip(T, X, strict=True))],
+    "minutes": [
+        "Time,acc (g)",
+        *(f"{59 * (t < 0.1):02d}:{(59.9 + t) % 60:09.6f},{x}" for t, x in zip(T, X, strict=True)),
+    ],
+    "midnight": [
+        "Time,acc (g)",
+        *(f"{23 * (t < 0.1):02d}:{59 * (t < 0.1):02d}:{(59.9 + t) % 60:09.6f},{x}" for t, x in zip(T, X, strict=True)),
+    ],
+    "pandas index": [",acc_g", *(f"2024-05-06 12:00:00.{int(t * 1e9):09d},{x}" for t, x in zip(T, X, strict=True))],
+    "quoted commas": [
+        '"Time [s]","acc [g]"',
+        *(line.replace(";", '","') for line in rows('"{t:.7f};{x}"', comma=True)),
+    ],
+    "columns above": ["Test;Pump 3", "Abtastrate;12,8 kHz", "Einheit;g", "", "Zeit;Wert", *rows("{i};{x}", comma=True)],
+    "step above": ["TraceName: pump", "SampleTime: 0.078125 ms", "Unit: g", "", *rows("{x}")],
+    "commented header": ["# time [s] acc [g]", *rows("{t:.18e} {x:.18e}")],
+    "remarks below": ["t,acc_g", *rows("{t:.7f},{x}"), "", "End of data", "Mean;0.02"],
+    "overload in another column": ["t [s],acc [g],aux", *rows("{t:.7f},{x},{n}")],
+    "carriage returns": ["t,acc_g\r", *rows("{t:.7f},{x}\r")],
+    "sep line": ['"sep=;"', "t [ms];acc [g]", *rows("{ms:.5f};{x}", comma=True)],
+    "label and empty columns": ["t,acc [g],,label", *rows("{t:.7f},{x},,OR007")],
+    "long row": ["Sample rate: 12800", "Unit: g", "", "DE;" + ";".join(map(str, X)).replace(".", ",")],
+    "LabVIEW": [LVM, *rows("{t:.8f}\t{x}")],
+    "JSON blocks": [json.dumps(block) for block in BLOCKS],
+    "JSON records": [json.dumps([{"t": t, "acc": x} for t, x in zip(T.tolist(), X.tolist(), strict=True)])],
+    "JSON document": [json.dumps({"sampleRate": FS_HZ, "units": "g", "values": {"x": X.tolist()}})],
+}
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_texts(tmp_path, kind):
+    (tmp_path / "a.txt").write_text("\n".join(TEXTS[kind]) + "\n", newline="")
+    found = load_recording(tmp_path / "a.txt", unit="g" if kind == "JSON records" else None)
+    assert (found.fs_hz, found.unit) == (pytest.approx(FS_HZ, rel=1e-5), "m/s2")
+    np.testing.assert_allclose(found.channels[found.channel], G * X, atol=1e-12)
+    assert found.cautions == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 79957011\n",
+            "a Git LFS pointer.*git lfs pull",
+        ),
+        ("../.git/annex/objects/Xk/9z/SHA256E-s12--ab.csv", "a git-annex pointer"),
+        ("\n<HTML><head><title>Sign in</title></head></HTML>\n", "an HTML page"),
+        ("<?xml version='1.0'?>\n<Workbook>\n</Workbook>\n", "an XML document"),
+        ('{"a": 1}\n{"a":\n', "a JSON text that cannot be read"),
+        ("\n".join(["t [s],env [gE]", *rows("{t:.7f},{x}")]), "an acceleration envelope"),
+        ("\n".join(["t [s],acc [g]", *rows("{t:.7f},{x}")[:999], "9.0,Err"]), "not finite.*'Err'.*line 1001"),
+        ("\n".join(["Time,acc [g]", *rows("12:00:0{t:.3f},{x}")]), "too coarse.*on average 127.*--fs HZ"),
+    ],
+)
+def test_what_a_file_is_instead(tmp_path, text, said):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(DataError, match=said):
+        load_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("counter", [lambda i: i, lambda i: 5000 + i, lambda i: i % 256, lambda i: i % 65536])
+@pytest.mark.parametrize("timed", [False, True])
+def test_gaps(tmp_path, counter, timed):
+    """Samples that are missing by a counter or by the times are filled in, so that the rate stays right."""
+    there = [i for i in range(N) if not (1000 <= i < 1009 or i in (2000, 3000))]
+    name, at = ("t [s]", lambda i: f"{T[i]:.7f}") if timed else ("seq", lambda i: f"{counter(i)}")
+    (tmp_path / "a.csv").write_text("\n".join([f"{name},acc_g", *(f"{at(i)},{X[i]}" for i in there)]) + "\n")
+    found = load_recording(tmp_path / "a.csv", fs_hz=None if timed else float(FS_HZ))
+    assert found.fs_hz == pytest.approx(FS_HZ, rel=1e-5)
+    np.testing.assert_allclose(found.channels["acc_g"][there], G * X[there])
+    assert found.cautions == (
+        f"3 gaps by {name}: 11 of {N} samples (0.27 %) are missing and filled with straight lines",
+    )
+
+
+SPELLED = (
+    "m/s²:m/s2 M/S^2:m/s2 m·s⁻²:m/s2 G's:g g_pk:g Gal:gal inch/s:ips mm/s_RMS:mm/s µm_p-p:um mils:mil gE:gE °C:degC "
+)
+SPELLED += "LSB:counts U/min:rpm a: furlong/s2:"
+
+
+@pytest.mark.parametrize(("written", "unit"), [pair.split(":") for pair in SPELLED.split()])
+def test_spellings_of_units(written, unit):
+    assert known_unit(written.replace("_", " ")) == (unit or None)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm/s", 1.0), ("ips", 25.4), ("m/s", 1e3), ("um", None), ("mil", None)])
+def test_velocities_and_displacements_stay_what_they_are(tmp_path, unit, factor):
+    """A sine of 50 Hz: its RMS in its own unit, and the velocity of ISO 20816 from it."""
+    at = np.arange(4 * N) / FS_HZ
+    table = np.stack([at, np.sin(2 * np.pi * 50 * at)], 1)
+    np.savetxt(tmp_path / "a.csv", table, header=f"t [s],x [{unit}]", delimiter=",", comments="")
+    found = load_recording(tmp_path / "a.csv")
+    done = analyse(found, bearing=BEARING, speed=stated_speed(6000, 1.0), band_hz=(2000.0, 4000.0))
+    features = features_of(done)
+    rms = {"um": 1.0, "mil": 25.4}.get(unit, factor or 0.0) * np.sqrt(0.5)
+    assert features["unit"] == ("um" if factor is None else "mm/s")
+    assert features["rms"] == pytest.approx(rms, rel=1e-3)
+    assert features["velocity_rms_mm_s"] == pytest.approx(rms if factor else rms * 2 * np.pi * 50e-3, rel=2e-2)
+
+
+def test_a_unit_is_never_overridden_silently(tmp_path):
+    (tmp_path / "a.csv").write_text("\n".join(["t [s],v [mm/s]", *rows("{t:.7f},{x}")]))
+    with pytest.raises(DataError, match=r"the file states mm/s for v \[mm/s\], --unit g contradicts it"):
+        load_recording(tmp_path / "a.csv", unit="g")
+    assert (
+        "the file states mm/s for v [mm/s], --unit ips is used"
+        in load_recording(tmp_path / "a.csv", unit="in/s").cautions
+    )
+    scaled = load_recording(tmp_path / "a.csv", RecordingSettings(unit="g", scale=0.1))
+    np.testing.assert_allclose(scaled.channels["v [mm/s]"], 0.1 * G * X)
+
+
+@pytest.mark.parametrize("name", ["adc", "ch1", "raw counts"])
+@pytest.mark.parametrize("unit", ["g", "mm/s", "V"])
+def test_counts_have_no_level(tmp_path, name, unit):
+    (tmp_path / "a.csv").write_text("\n".join([name, *(f"{2048 + 100 * x:.0f}" for x in X)]))
+    found = load_recording(tmp_path / "a.csv", fs_hz=float(FS_HZ), unit=unit)
+    assert (found.unit, found.scale_missing, "whole numbers of a converter" in found.cautions[0]) == (
+        "unknown",
+        True,
+        True,
+    )
+    assert not load_recording(tmp_path / "a.csv", fs_hz=float(FS_HZ), unit="mg").scale_missing or name != "ch1"
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "example"),
+    [
+        ("t_ms,n,level,acc,temp [C]", "{ms:.5f},{i},5,{x},4{t:.2f}", "--unit g"),
+        ("Time;speed;velocity", "12:00:0{t:.6f};1797;{x}", "--unit mm/s"),
+        ("t [s],a [furlong/s2]", "{t:.7f},{x}", "--unit unknown"),
+        ("t,acc [g],acc2 [g]", "{i}00.0,{x},{x}1", "--channel 'acc [g]' --fs 10000"),
+    ],
+)
+def test_an_example_holds_only_what_fits(tmp_path, header, row, example):
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows(row)]))
+    with pytest.raises(LeftOpenError) as asked:
+        load_recording(tmp_path / "a.csv")
+    questions = [
+        question for question in asked.value.questions if question.missing[:10] not in ("no bearing", "no shaft s")
+    ]
+    assert " ".join(question.example for question in questions) == example
+
+
+def struct_array(path):
+    signals = [("force", "kN", "Mech_4kHz", X[:1280]), ("vibration_1", "g", "HostService", X)]
+    times = [("Time", "s", "HostService", T)]
+    kind = [(name, "O") for name in ("Name", "Unit", "Raster", "Data")]
+    savemat(path, {"N15": {"Y": np.array(signals, dtype=kind), "X": np.array(times, dtype=kind)}})
+
+
+def rasters(path):
+    kind = [(name, "O") for name in ("Name", "Unit", "Raster", "Data")]
+    savemat(path, {"Y": np.array([("a", "g", 1 / FS_HZ, X), ("n", "rpm", 1 / 400, np.full(400, 1797.0))], dtype=kind)})
+
+
+def upper_case(path):
+    savemat(path, {"Signal": X, "Fs": float(FS_HZ), "Units": "g"})
+
+
+def hdf5(path):
+    with h5py.File(path, "w") as file:
+        group = file.create_group("run")
+        group["acc"] = X
+        group["acc"].attrs["UNITS"], group.attrs["SampleRate"] = "g", FS_HZ
+
+
+def index(path, kind="datetime"):
+    pd, parquet, pa = (pytest.importorskip(name) for name in ("pandas", "pyarrow.parquet", "pyarrow"))
+    at = pd.to_timedelta(T, unit="s") + (pd.Timestamp("2024-05-06") if kind == "datetime" else pd.Timedelta(0))
+    frame = pd.DataFrame({"acc [g]": X, "rpm": np.full(N, np.nan)}, index=at)
+    parquet.write_table(pa.Table.from_pandas(frame), path)
+
+
+def tdms(path, cut=0):
+    nptdms = pytest.importorskip("nptdms")
+    with nptdms.TdmsWriter(path) as writer:
+        facts = {"NI_CM_Dt": f"{1 / FS_HZ:.10E}", "NI_CM_Speed": "505", "unit_string": "g"}
+        writer.write_segment([nptdms.ChannelObject("Waveform", "DE", X, properties=facts)])
+    whole = bytearray(path.read_bytes())
+    whole[12:20] = b"\xff" * 8  # the segment was never closed
+    path.write_bytes(whole[: len(whole) - cut])
+
+
+def uff(path):
+    """Binary, with the mark of an end among its samples, and right behind them."""
+    names = "\n".join(["DE".ljust(80), *["NONE".ljust(80)] * 4])
+    axis = "    0    0    0 NONE                 "
+    head = f"""    -1
+    58b     1     2          11      {8 * N:6d}     0     0           0           0
+{names}
+    1         0    0         0         DE         1   3       NONE         0   0
+         4{N:10d}         1  0.00000e+00{1 / FS_HZ:13.5e}  0.00000e+00
+        17{axis}s
+        12{axis}g
+         0{axis}NONE
+         0{axis}NONE
+"""
+    samples = bytearray(X.astype("<f8").tobytes())
+    samples[800:808] = b"\n    -1\n"
+    path.write_bytes(head.encode() + samples + b"    -1\n")
+
+
+def wav(path):
+    pytest.importorskip("soundfile").write(path, X / 8, FS_HZ, subtype="FLOAT", format="WAV")
+    path.write_bytes(path.read_bytes() + b"LIST\x1a\0\0\0INFO")
+
+
+@pytest.mark.parametrize("write", [struct_array, rasters, upper_case, hdf5, index, tdms, uff, wav])
+def test_containers(tmp_path, write):
+    write(tmp_path / "a.dat")
+    found = load_recording(tmp_path / "a.dat", unit="g" if write is wav else None)
+    assert (found.fs_hz, found.unit) == (pytest.approx(FS_HZ, rel=1e-5), "m/s2")
+    samples = found.channels[found.channel] * (8 if write is wav else 1)
+    off = np.abs(samples - G * X) > 1e-5
+    assert off.sum() == (write is uff)
+    assert bool(found.cautions) == (write in (tdms, wav))
+    assert found.speed is None or found.speed.value_hz * 60 == pytest.approx(505)
+
+
+def test_the_whole_part_of_a_segment_that_is_cut(tmp_path):
+    tdms(tmp_path / "a.tdms", cut=800)
+    found = load_recording(tmp_path / "a.tdms")
+    np.testing.assert_allclose(found.channels["DE"], G * X[:-100])
+    assert "cut" in found.cautions[0] or "not closed" in found.cautions[0]

@@ -1,0 +1,234 @@
+"""Tables in any layout: the right rate, unit and samples, or a message that names what is in the way.
+
+Every combination of header, lines above it, separator, decimal sign, times, unit and missing samples, drawn at random.
+"""
+
+import datetime
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from srbval.errors import DataError
+from srbval.reading.analyse import analyse
+from srbval.recordings import load_recording
+from srbval.recordings.load import LeftOpenError
+from srbval.recordings.speed import stated_speed
+from srbval.recordings.units import UNITS
+from tests.recordings.formats import BEARING
+
+DRAWN = 2000
+ANALYSED = 40  # every so many that are read, the line is looked for too
+RATES = (6000, 8000, 10_000, 12_000, 12_800, 16_000, 20_480, 25_600)
+SPELLINGS = {
+    "g": "g",
+    "m/s²": "m/s2",
+    "m/s^2": "m/s2",
+    "mg": "mg",
+    "G's": "g",
+    "in/s2": "in/s2",
+    "gal": "gal",
+    "mm/s": "mm/s",
+    "ips": "ips",
+    "IN/SEC": "ips",
+    "mm/s RMS": "mm/s",
+    "µm": "um",
+    "mils": "mil",
+    "V": "V",
+    "Pa": "Pa",
+}
+LEAPS = {"epoch_s": 1.0, "epoch_ms": 1e3, "epoch_us": 1e6, "epoch_ns": 1e9}
+TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "american", "two columns", "counter", *LEAPS)
+# What an example may be refused for: the commas of two kinds cannot be told apart.
+OBSTACLES = re.compile(
+    "decimal commas that cannot be told|three digits after every comma|both decimal commas and points"
+    "|where commas stand between columns, decimals need a point"
+)
+SHAFT_HZ = 40.0
+START = datetime.datetime(2024, 5, 6, 23, 59, 59, 900_000, tzinfo=datetime.UTC)
+
+
+@dataclass
+class Layout:
+    """A drawn layout, whose values are the names of what is written."""
+
+    separator: str
+    comma: bool
+    times: str
+    unit: str
+    where_unit: str
+    header: str
+    above: str
+    fs_hz: int
+    gaps: bool
+    more: str
+    ends: str
+
+
+def drawn(rng):
+    def one(*values):
+        return values[int(rng.integers(len(values)))]
+
+    return Layout(
+        separator=one(",", ";", "\t", "  "),
+        comma=bool(rng.random() < 0.4),
+        times=one(*TIMES),
+        unit=one(*SPELLINGS),
+        where_unit=one("[]", "()", "row", "above", "none"),
+        header=one("names", "names", "none", "comment"),
+        above=one("none", "key: value", "# key = value", "columns", "sep"),
+        fs_hz=one(*RATES),
+        gaps=bool(rng.random() < 0.3),
+        more=one("none", "none", "empty", "text", "nan", "temperature"),
+        ends=one("\n", "\r\n", "\n utf-8-sig", "\n utf-16"),
+    )
+
+
+def stamps(layout, places):
+    """The columns of times, none of a counter that starts at 7."""
+    t = places / layout.fs_hz
+    number = {"s": (1.0, 7), "ms": (1e3, 5), "us": (1e6, 2), "ns": (1e9, 0)}
+    if layout.times in number:
+        factor, digits = number[layout.times]
+        return [[f"{x * factor:.{digits}f}" for x in t]]
+    if layout.times in LEAPS:
+        step_ns = (places * 10**9) // layout.fs_hz + 1_714_996_800 * 10**9
+        digits = {"epoch_s": 6, "epoch_ms": 3, "epoch_us": 0, "epoch_ns": 0}[layout.times]
+        return [
+            [
+                f"{x / 1e9:.{digits}f}"
+                if digits == 6
+                else f"{x / 1e6:.3f}"
+                if digits == 3
+                else str(x // (1000 if layout.times == "epoch_us" else 1))
+                for x in step_ns
+            ]
+        ]
+    if layout.times == "counter":
+        return [[str(x) for x in 7 + places]]
+    at = [START + datetime.timedelta(microseconds=round(x * 1e6)) for x in t]
+    forms = {"iso": "%Y-%m-%d %H:%M:%S.%f", "iso T": "%Y-%m-%dT%H:%M:%S.%fZ", "hms": "%H:%M:%S.%f"}
+    forms |= {"german": "%d.%m.%Y %H:%M:%S.%f", "american": "%m/%d/%Y %I:%M:%S.%f %p"}
+    if layout.times == "two columns":
+        return [[x.strftime("%Y-%m-%d") for x in at], [x.strftime("%H:%M:%S.%f") for x in at]]
+    return [[x.strftime(forms[layout.times]) for x in at]] if layout.times in forms else []
+
+
+def written(layout, rng, samples):
+    """The text of a table, and the places of the samples that it has."""
+    count = samples.size
+    places = np.arange(count)
+    if layout.gaps:
+        missing = np.concatenate([np.arange(k, k + rng.integers(1, 9)) for k in rng.integers(50, count - 50, 3)])
+        places = np.setdiff1d(places, missing)
+    mark, decimal = layout.separator, "," if layout.comma else "."
+    columns = [[f"{x:.5f}".replace(".", decimal) for x in samples[places]]]
+    times = stamps(layout, places)
+    quantity = {"two columns": ["Date", "Time"], "counter": ["sample"]}.get(layout.times, ["Time"] * len(times))
+    if layout.times in ("s", "ms", "us", "ns"):
+        quantity = [f"Time [{layout.times}]" if mark != "  " else f"t_{layout.times}"]
+        times = [[x.replace(".", decimal) for x in times[0]]]
+    if layout.times in ("epoch_s", "epoch_ms"):
+        times = [[x.replace(".", decimal) for x in times[0]]]
+    name = {"[]": f"acc [{layout.unit}]", "()": f"acc ({layout.unit})"}.get(layout.where_unit, "acc")
+    names, units = [*quantity, name], [*("" if q != "Time" else "-" for q in quantity), layout.unit]
+    columns = [*times, *columns]
+    extra = {"empty": ("", ""), "text": ("label", "OR007"), "nan": ("other", "NaN"), "temperature": ("temp [°C]", "45")}
+    if layout.more in extra and mark != "  ":
+        title, field = extra[layout.more]
+        other = [field] * places.size
+        if layout.more == "nan":
+            other[5::7] = [x.replace(".", decimal) for x in ("1.5",)] * len(other[5::7])
+        columns, names, units = [*columns, other], [*names, title], [*units, ""]
+    head = {
+        "sep": [f"sep={mark}"] if mark != "  " else [],
+        "columns": [f"Device{mark}DAQ-1", f"Channels{mark}2", ""],
+    }.get(layout.above, [])
+    if layout.above in ("key: value", "# key = value"):
+        before, sign = ("# ", " =") if layout.above[0] == "#" else ("", ":")
+        head = [f"{before}Device{sign} X-4711", f"{before}Sampling rate{sign} {layout.fs_hz} Hz"]
+        head += [f"{before}Unit{sign} {layout.unit}"] if layout.where_unit == "above" else []
+        head += [""]
+    if layout.header != "none":
+        head += [("# " if layout.header == "comment" else "") + mark.join(names)]
+        head += [mark.join(units)] if layout.where_unit == "row" and layout.header == "names" and mark != "  " else []
+    end, _, encoding = layout.ends.partition(" ")
+    lines = [*head, *(mark.join(row) for row in zip(*columns, strict=True)), ""]
+    return end.join(lines).encode(encoding or "utf-8"), places
+
+
+def states_unit(layout):
+    in_name = layout.where_unit in ("[]", "()") and layout.header != "none"
+    in_row = layout.where_unit == "row" and layout.header == "names" and layout.separator != "  "
+    return in_name or in_row or (layout.where_unit == "above" and layout.above in ("key: value", "# key = value"))
+
+
+@pytest.mark.timeout(300)
+def test_any_layout(tmp_path):
+    """Never a wrong number: what is read is what was written; what is refused is refused for a known obstacle."""
+    read = sum(is_read_right(i, tmp_path / "table.csv") for i in range(DRAWN))
+    assert read > 0.7 * DRAWN
+
+
+def is_read_right(i, path):
+    """False for a table that is refused for a known obstacle."""
+    rng = np.random.default_rng((52, i))
+    layout = drawn(rng)
+    samples = np.round(rng.normal(0, 1, 512), 5) if i % ANALYSED else knocks(layout.fs_hz, rng)
+    content, places = written(layout, rng, samples)
+    path.write_bytes(content)
+    refusal, given = "", {}
+    try:
+        found = load_recording(path)
+    except LeftOpenError as error:
+        given = answers(layout, {question.missing.split(" (")[0] for question in error.questions})
+    except DataError as error:
+        refusal = str(error)
+    if refusal:
+        assert OBSTACLES.search(refusal), (i, layout, refusal)
+        return False
+    if given:
+        found = load_recording(path, **given)
+    check(i, layout, found, samples, places)
+    return True
+
+
+def answers(layout, asked):
+    """Options for what the file leaves open; it must not ask for what it states."""
+    rate_known = layout.above in ("key: value", "# key = value") or layout.times not in ("none", "counter")
+    assert ("no sampling rate" in asked) <= (not rate_known or layout.header == "none"), (layout, asked)
+    assert ("no unit" in asked) <= (not states_unit(layout)), (layout, asked)
+    channel = [q for q in asked if q.startswith("which")]
+    given: dict = {"fs_hz": float(layout.fs_hz)} if "no sampling rate" in asked else {}
+    if "no unit" in asked:
+        given["unit"] = SPELLINGS[layout.unit]
+    assert not channel or layout.more == "nan", (layout, asked)
+    return given | ({"channel": "acc"} if channel else {})
+
+
+def check(i, layout, found, full, places):
+    kept, factor = UNITS[SPELLINGS[layout.unit]]
+    samples = found.channels[found.channel]
+    assert found.fs_hz == pytest.approx(layout.fs_hz, rel=5e-4), (i, layout)
+    assert found.unit == kept, (i, layout, found.unit)
+    places = places - places[0]
+    if layout.times != "none" and layout.gaps:
+        assert samples.size == places[-1] + 1, (i, layout)
+        assert any("missing" in caution for caution in found.cautions), (i, layout)
+        samples = samples[places]
+    np.testing.assert_allclose(
+        samples, full[: places[-1] + 1][places] * factor if not layout.gaps else samples, atol=1e-9
+    )
+    if full.size > 512 and not (layout.gaps and layout.times == "none"):
+        done = analyse(found, bearing=BEARING, speed=stated_speed(60 * SHAFT_HZ, 1.0), band_hz=(1000.0, 2500.0))
+        line = done.line("BPFO")
+        assert line.detected, (i, layout)
+        assert line.found_hz == pytest.approx(BEARING.orders.bpfo * SHAFT_HZ, rel=3e-3), (i, layout)
+
+
+def knocks(fs_hz, rng):
+    """Knocks at BPFO, that ring at 1.8 kHz."""
+    t = np.arange(int(0.4 * fs_hz)) / fs_hz
+    since = np.mod(t, 1 / (BEARING.orders.bpfo * SHAFT_HZ))
+    return np.round(rng.normal(0, 0.1, t.size) + np.exp(-600 * since) * np.sin(2 * np.pi * 1800 * since), 5)
