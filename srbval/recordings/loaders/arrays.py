@@ -110,9 +110,9 @@ def load_json(path: Path) -> RawFile:
         ]:
             inner = pd.json_normalize(frame[name].iloc[0])  # a list of records
             frame = frame.drop(columns=name).join(pd.DataFrame({f"{name}.{key}": [list(inner[key])] for key in inner}))
-    except (ValueError, RecursionError, IndexError, AttributeError, NotImplementedError) as error:
+        return _of_frame(path, JSON.name, frame)
+    except Exception as error:  # of any document that holds something else, such as settings
         raise NoRecordingError(f"{path}: a JSON text that cannot be read as samples ({first_line(error)}).") from None
-    return _of_frame(path, JSON.name, frame)
 
 
 def _of_frame(path: Path, form: str, frame: Any) -> RawFile:

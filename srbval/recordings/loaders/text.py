@@ -183,7 +183,8 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
 
     first, last = next((k for k, row in enumerate(rows) if is_row(row)), 0), len(rows)
     tried = [rows[int(k)] for k in np.unique(np.linspace(first, last - 1, TRIED_ROWS).astype(int))]
-    if "n" not in own or 2 * sum(map(is_row, tried)) < len(tried):
+    is_prose = separator is None and own.count("x") > own.count("n")
+    if "n" not in own or is_prose or 2 * sum(map(is_row, tried)) < len(tried):
         shown = next((i for i, row in zip(filled[1:], rows[1:], strict=True) if not is_row(row)), filled[0])
         wrong = f"line {shown + 1} is {printable(lines[shown])!r}"
         raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}){_hint(separator)}.")
