@@ -8,11 +8,12 @@ import numpy as np
 
 from srbval.bearing import DEFECTS, Bearing
 from srbval.errors import ConfigurationError
-from srbval.reading.pipeline import declared_band, one_signal, whole_band_of
+from srbval.reading.analyse import Analysis
+from srbval.reading.features import features_of
+from srbval.reading.pipeline import declared_band, process, whole_band_of
 from srbval.recordings import Recording
-from srbval.signal import kurtosis, normalise, squared_envelope_one_pass
+from srbval.signal.envelope import END_PERIODS
 
-SPOILED = 0.05  # share of a snapshot that the filter spoils at either end
 BESIDE = (-2.0, -1.5, 1.5, 2.0)  # places of the neighbourhood, in widths of a line
 POOLED_REVOLUTIONS = 30.0
 
@@ -23,31 +24,25 @@ def snapshot_of(recording: Recording, bearing: Bearing, band_hz: tuple[float, fl
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over that
     beside it. A line is as wide as two over the duration, so it is not told from a multiple of the shaft within that.
     """
-    if recording.speed is None:
+    if (speed := recording.speed) is None:
         raise ConfigurationError(f"{recording.name}: neither the file nor its data set states a speed; give --rpm.")
-    signal, shaft_hz = one_signal(recording), recording.speed.value_hz
     band = declared_band(recording, band_hz, bearing) or whole_band_of(recording)
-    square, rate_hz = squared_envelope_one_pass(normalise(signal), recording.fs_hz, band.band_hz)
-    cut, scale = round(SPOILED * square.size), float(np.std(signal))
-    square = square[cut : square.size - cut]
-    time_s, window = np.arange(square.size) / rate_hz, np.hanning(square.size)
-    modulation, width_hz = window * (square / square.mean() - 1), 2 * rate_hz / square.size
-    lines = []
+    ends_s = END_PERIODS / (band.band_hz[1] - band.band_hz[0])
+    done = process(recording, band_hz=band.band_hz, ends_s=ends_s)
+    read = Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)
+    time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
+    modulation, lines = window * (done.squared / done.squared.mean() - 1), []
     for fault in DEFECTS:
-        at_hz = fault.line_order(bearing.orders) * shaft_hz + width_hz * np.array((0.0, *BESIDE))
+        at_hz = fault.line_order(bearing.orders) * speed.value_hz + 2 / done.seconds * np.array((0.0, *BESIDE))
         waves = np.exp(-2j * math.pi * np.outer(at_hz, time_s))
         power, *beside = np.abs(2 * waves @ modulation / window.sum()) ** 2
         depth, snr = math.sqrt(power), float(power / np.mean(beside))
         lines.append({"name": fault.line, "harmonic": 1, "depth": depth, "snr": snr, "detected": False})
-    peak = float(np.abs(signal - signal.mean()).max())
-    features = {"unit": recording.unit, "rms": scale, "peak": peak, "crest": peak / scale, "kurtosis": kurtosis(signal)}
-    features |= {"band_rms": scale * math.sqrt(float(square.mean()) / 2), "velocity_rms_mm_s": None}
     return {
-        **{key: getattr(recording, key) for key in ("file", "name", "origin", "channel", "seconds")},
-        "bearing": bearing.name,
+        **{key: getattr(recording, key) for key in ("file", "channel", "seconds")},
         "snapshot": True,
-        "shaft_hz": {"value": shaft_hz},
-        "features": features | {"velocity_missing": f"snapshots of {recording.seconds:.3g} s are too short"},
+        "shaft_hz": {"value": speed.value_hz},
+        "features": features_of(read),
         "lines": lines,
         "fault": {"verdict": None, "called": None, "probabilities": {}},
     }
