@@ -2,11 +2,10 @@
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from srbval.check.check import CheckResult, differences, fingerprint, reference_path, run_check, write_reference
 from srbval.cli.arguments import Parser
@@ -54,12 +53,10 @@ def check(options: argparse.Namespace) -> int:
 
 
 def _show_check(result: CheckResult) -> None:
-    checks = pd.DataFrame([vars(one) for one in result.checks])
-    parts = checks["name"].str.partition(":")[0]
-    counted = checks.groupby(parts, sort=False)["ok"].agg(["size", "sum"])
-    rows = [(part, size, size - within) for part, size, within in counted.itertuples()]
-    print_table(("part of the program", "quantities", "out of tolerance"), rows)
     wrong = [one for one in result.checks if not one.ok]
+    sizes, off = (Counter(one.name.partition(":")[0] for one in some) for some in (result.checks, wrong))
+    rows = [(part, size, off[part]) for part, size in sizes.items()]
+    print_table(("part of the program", "quantities", "out of tolerance"), rows)
     for one in wrong[:SHOWN]:
         if one.words:
             print(f"{one.name}: {one.words[1]}, the reference is {one.words[0]}")

@@ -17,7 +17,6 @@ from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run_statistics import RingSupport, RunStatistics, load_share
 from srbval.models.solvers import METHODS, Method
@@ -92,7 +91,6 @@ def full_run(scene: Scene, bearing: Bearing) -> FullRun:
 def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
     scene = stats.scene
-    stats.compile_s += precompile(scene)
     run = full_run(scene, stats.bearing)
     model = run.model
     load_n = float(model.drive.load[1, 0])

@@ -93,11 +93,10 @@ class Oil(Limited):
         return self.walther_slope * share / (self.temperature_c + KELVIN)
 
     def log_thickening(self, pressure_pa: float) -> float:
-        """Logarithm of the viscosity under pressure over the one without pressure: C. Roelands 1966, in SI.
+        """Logarithm of the viscosity under pressure over the one without pressure: C. Roelands 1966, on page "Oil".
 
-        ln(eta / eta_0) = (ln eta_0 + 9.67) ((1 + p / 1.96e8)^z - 1), as in Hamrock, Schmid & Jacobson, Fundamentals of
-        Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the same constants in Stachowiak & Batchelor). z gives
-        the pressure-viscosity coefficient without pressure.
+        As in Hamrock, Schmid & Jacobson, Fundamentals of Fluid Film Lubrication, 2004, ch. 4 (quoted from memory; the
+        same constants in Stachowiak & Batchelor); z gives the pressure-viscosity coefficient without pressure.
         """
         scale = math.log(self.viscosity_pa_s) + ROELANDS_LOG
         exponent = self.pressure_viscosity_1_pa * ROELANDS_PA / scale

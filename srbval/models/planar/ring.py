@@ -11,7 +11,6 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
 from srbval.models.hierarchy import geometry_of
-from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
@@ -187,7 +186,6 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
-    stats.compile_s += precompile(scene)
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     with stats.timed():
         y[:2] = ring.balance_m()
