@@ -10,9 +10,9 @@ from srbval.bearing import Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, BaselineComparison, short_ratio
 from srbval.diagnosis.fault_posterior import (
     BESIDE,
+    LABELS,
     decide,
     faults_of,
-    label_of,
     log_likelihood,
     most_probable,
     probabilities,
@@ -75,10 +75,10 @@ class Diagnosis:
     def sentence(self) -> str:
         """The diagnosis in words."""
         shown = {name: share for name, share in self.probabilities.items() if "+" not in name or share >= BESIDE}
-        shares = ", ".join(f"{label_of(name)} {100 * share:.0f} %" for name, share in shown.items())
-        answer = "no fault is named" if self.state == Fault.HEALTHY else f"named: {label_of(self.state)}"
-        if not faults_of(self.state) and self.state != Fault.HEALTHY:
-            answer = "no part is probable enough to be named"
+        shares = ", ".join(f"{LABELS[name]} {100 * share:.0f} %" for name, share in shown.items())
+        answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
+        if faults_of(self.state):
+            answer = f"named: {LABELS[self.state]}"
         said = [
             f"By combs and lines, beside records of known state of {RIGS} rigs and with a healthy bearing as probable "
             f"beforehand as all else together: {shares}; {answer}."

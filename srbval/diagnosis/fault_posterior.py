@@ -126,11 +126,9 @@ def faults_of(name: str) -> tuple[Fault, ...]:
     return tuple(fault for fault in DEFECTS if fault.value in name.split("+"))
 
 
-def label_of(name: str) -> str:
-    """Name of a class in words."""
-    if faults := faults_of(name):
-        return " and ".join(fault.label for fault in faults)
-    return {OTHER: "something else", OPEN: "faulty, part open"}.get(name, name)
+LABELS = {name: " and ".join(fault.label for fault in faults_of(name)) for name in CLASSES}
+LABELS |= {Fault.HEALTHY.value: Fault.HEALTHY.label, OTHER: "something else", OPEN: "faulty, part open"}
+"""Names of the classes in words."""
 
 
 def _log_sum(values: Sequence[float]) -> float:

@@ -16,7 +16,7 @@ from typing import Any
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline, short_ratio
 from srbval.diagnosis.diagnose import RIGS, Diagnosis, diagnose, is_fault_like
-from srbval.diagnosis.fault_posterior import LEAST_NAMED, OTHER, faults_of, label_of, share_of
+from srbval.diagnosis.fault_posterior import LABELS, LEAST_NAMED, OTHER, faults_of, share_of
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected
 from srbval.recordings import Origin
@@ -57,7 +57,7 @@ class FaultVerdict:
         if self.diagnosis is None:
             return self.sentence
         name = self.diagnosis.state if self.parts else self.diagnosis.best_class
-        share = f"{label_of(name)} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
+        share = f"{LABELS[name]} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {RIGS} rigs)."
 
     @property
@@ -130,7 +130,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
             shown = f"the {line.name} line stands {line.snr:,.0f} times above the noise"
         headline = f"{parts[0].label.capitalize()} fault: {shown}"
         if len(parts) > 1:
-            headline = f"{label_of(diagnosis.state).capitalize()} faults: {shown}, and both combs are strong"
+            headline = f"{LABELS[diagnosis.state].capitalize()} faults: {shown}, and both combs are strong"
     elif shares[Fault.HEALTHY] <= 1 / 2:
         finding = Finding.UNDECIDED
         strong = [*diagnosis.standing, *_strong_combs(diagnosis)]
@@ -195,5 +195,5 @@ def _strong_combs(diagnosis: Diagnosis) -> Iterator[str]:
             yield (
                 f"a comb at {order:.3f} times the shaft speed"
                 if name == OTHER
-                else f"the {label_of(name)}'s comb in the whole band"
+                else f"the {LABELS[name]}'s comb in the whole band"
             )

@@ -19,10 +19,10 @@ from srbval.diagnosis.baseline import (
     require_one_unit,
 )
 from srbval.diagnosis.fault_posterior import (
+    LABELS,
     UNDECIDED,
     decide,
     faults_of,
-    label_of,
     log_likelihood,
     most_probable,
     of_one_machine,
@@ -331,11 +331,11 @@ def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how
     state = decide(shares)
     parts = faults_of(state)
     best = state if parts else most_probable(shares)
-    answer = f"{label_of(state)} fault" if parts else f"{label_of(state)}, no fault named"
-    if state == UNDECIDED:
-        answer = state
+    answer = state
+    if state != UNDECIDED:
+        answer = f"{LABELS[state]} fault" if parts else f"{LABELS[state]}, no fault named"
     shown = sum(excess is not None and stands_out(excess) for excess in cage)
-    share = f"{label_of(best)} {100 * share_of(best, shares):.0f} %"
+    share = f"{LABELS[best]} {100 * share_of(best, shares):.0f} %"
     said = f"One machine: {answer} ({share} by {how})."
     said += f" The cage frequency also stands out in {shown} records. This does not identify a fault." if shown else ""
     return {

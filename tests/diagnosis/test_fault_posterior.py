@@ -8,6 +8,7 @@ from srbval.bearing import Fault
 from srbval.diagnosis.fault_posterior import (
     BESIDE,
     CLASSES,
+    LABELS,
     MOST,
     OPEN,
     PRIOR,
@@ -15,7 +16,6 @@ from srbval.diagnosis.fault_posterior import (
     UNDECIDED,
     decide,
     faults_of,
-    label_of,
     log_likelihood,
     of_one_machine,
     probabilities,
@@ -59,7 +59,7 @@ def test_clear_records_are_called(given, state):
     assert sum(shares.values()) == pytest.approx(1)
     assert max(shares.values()) <= MOST
     assert decide(shares) == state
-    assert all(fault.label in label_of(state) for fault in faults_of(state))
+    assert all(fault.label in LABELS[state] for fault in faults_of(state))
 
 
 def test_the_log_ratio_is_the_equation_s():

@@ -4,7 +4,6 @@ import csv
 import dataclasses
 from argparse import Namespace
 
-import numpy as np
 import pytest
 
 from srbval import fault_verdict
@@ -17,7 +16,7 @@ from srbval.recordings.manifest import FileStatus, RegisteredRecording
 from srbval.recordings.registry import listing
 from srbval.storage.files import file_sha256
 from srbval.studies.naming import study
-from srbval.studies.naming.records import KnownRecord, common_practice, known_records
+from srbval.studies.naming.records import KnownRecord, known_records
 from srbval.studies.naming.study import ALONE, MACHINE, call_machines, counted, graded, see
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.reading.test_shaft_speed import BEARING, record
@@ -33,20 +32,14 @@ class Made(KnownRecord):
 
 
 def test_a_record_is_seen_by_every_method_without_its_state():
-    """No method names another part; in the whole band, prewhitened, a single line is too weak."""
+    """It is named, alone and as a machine, and as what it is not no part is."""
     entry = RegisteredRecording(file="/x/a.mat", sha256="", size_bytes=1, mtime_ns=1, status=FileStatus.OK)
     entry = dataclasses.replace(entry, dataset="cwru")
     seen = see(Made(entry=entry, state=Fault.INNER, rig="r", specimen="s"))
     call_machines([seen])
-    assert seen["called"] == {ALONE: Fault.INNER, MACHINE: Fault.INNER, "fixed band": Fault.INNER, "prewhitening": None}
+    assert seen["called"] == {ALONE: Fault.INNER, MACHINE: Fault.INNER}
     assert seen["probability"] > 2 / 3
     assert seen["called_otherwise"] == [None, None, None]
-
-
-def test_the_highest_line_is_named_and_nothing_in_noise():
-    noise = record(shaft_hz=25.0, fault=False)
-    silent = dataclasses.replace(noise, channels={"x": np.random.default_rng(3).standard_normal(noise.samples)})
-    assert common_practice(silent, BEARING) == {"fixed band": None, "prewhitening": None}
 
 
 def test_graded_records_are_found_by_their_content_and_counted_by_grade(tmp_path, monkeypatch):

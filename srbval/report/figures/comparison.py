@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.diagnosis.fault_posterior import PAIRS, label_of
+from srbval.diagnosis.fault_posterior import LABELS, PAIRS
 from srbval.report.figures import style
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, legend_above, new_axes, panel
 
@@ -23,7 +23,7 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn
     for state, colour in STATES.items():
         own = [state] if state != "two parts" else PAIRS.values()
         shares = [100 * sum(shown.get(name, 0.0) for name in own) for _, shown in rows]
-        axes.barh(places, shares, left=left, color=colour, height=0.72, label=label_of(state))
+        axes.barh(places, shares, left=left, color=colour, height=0.72, label=LABELS.get(state, state))
         left = [one + more for one, more in zip(left, shares, strict=True)]
         columns |= {f"{state}_pct": shares}
     names = [name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}" for name, _ in rows]

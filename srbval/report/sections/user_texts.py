@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.diagnosis.baseline import Baseline
-from srbval.diagnosis.fault_posterior import label_of
+from srbval.diagnosis.fault_posterior import LABELS
 from srbval.reading.lines import Line, NotDetected
 from srbval.recordings import SpeedSource
 from srbval.report.findings.user_records import UserRecord
@@ -46,7 +46,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
     yield literal(analysis.summary)
     shares = verdict.diagnosis.probabilities if verdict.diagnosis else {}
     listed = [
-        f"{label_of(name)} {100 * share:.0f} %"
+        f"{LABELS[name]} {100 * share:.0f} %"
         for name, share in sorted(shares.items(), key=lambda one: -one[1])
         if share >= LEAST_SHARE
     ]

@@ -6,22 +6,15 @@ another bearing: no part may be named.
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from srbval.arrays import FloatArray
-from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
-from srbval.reading.pipeline import WHOLE_BAND, declared_band, one_signal, whole_band_of
+from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.manifest import FileStatus, RegisteredRecording, without_copies
 from srbval.recordings.registry import load_entry, rig_of
-from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, prewhitened, squared_envelope_one_pass
 
-THRESHOLD = 5.0  # a line counts from this many times the median amplitude of its neighbourhood
-WINDOW, NEIGHBOURHOOD = 0.02, 0.2  # half widths of a line's window and of its neighbourhood, as shares of its frequency
 WRONG_SPEEDS, WRONG_BEARINGS = (1.2, 0.9), ("mfpt-nice", "skf-6203")  # the second for records of the first
 # The geometry of UESTC's insert is not published; a UC 204 is assumed, whose 8 balls its inner-race record fits.
 ASSUMED_BEARING = {"uestc": "uc-204"}
@@ -84,37 +77,3 @@ def otherwise(recording: Recording, bearing: Bearing) -> Iterator[tuple[Recordin
         wrong = dataclasses.replace(speed, value_hz=factor * speed.value_hz, ci95_hz=factor * speed.ci95_hz)
         yield dataclasses.replace(recording, speed=wrong, speed_signal=None), bearing
     yield recording, load_bearing(WRONG_BEARINGS[bearing.name == WRONG_BEARINGS[0]])
-
-
-def common_practice(recording: Recording, bearing: Bearing) -> dict[str, Fault | None]:
-    """Fault that each rule of common practice calls: the highest line in an envelope spectrum, above a threshold.
-
-    The rules demodulate in the data set's band, or in the whole band after cepstrum prewhitening.
-    """
-    speed, signal, fs_hz = recording.speed, normalise(one_signal(recording)), recording.fs_hz
-    assert speed is not None, "every data set states a speed"
-    low, high = (share * fs_hz for share in WHOLE_BAND)
-    lines_hz: dict[Fault, float] = {fault: fault.line_order(bearing.orders) * speed.value_hz for fault in DEFECTS}
-    own_hz = (declared_band(recording, None) or whole_band_of(recording)).band_hz
-    return {
-        "fixed band": strongest_line(signal, fs_hz, own_hz, lines_hz),
-        "prewhitening": strongest_line(prewhitened(signal), fs_hz, (low, high), lines_hz),
-    }
-
-
-def strongest_line(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], lines_hz: Mapping[Fault, float]
-) -> Fault | None:
-    """The fault whose first harmonic is highest over its neighbourhood's median; None if none reaches `THRESHOLD`.
-
-    Amplitudes are those of the squared envelope of `samples` [n] in `band_hz`, within `WINDOW` of the line.
-    """
-    square, rate = squared_envelope_one_pass(samples, fs_hz, band_hz)
-    spectrum = amplitude_spectrum(drop_ends(square, rate, end_s(band_hz)), rate)
-    ratios = {}
-    for fault, line_hz in lines_hz.items():
-        off = np.abs(spectrum.frequency_hz / line_hz - 1)
-        inside, about = spectrum.amplitude[off <= WINDOW], (off > WINDOW) & (off <= NEIGHBOURHOOD)
-        ratios[fault] = inside.max(initial=0.0) / np.median(spectrum.amplitude[about]) if about.any() else 0.0
-    best = max(ratios, key=lambda fault: ratios[fault])
-    return best if ratios[best] >= THRESHOLD else None

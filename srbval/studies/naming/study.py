@@ -1,9 +1,9 @@
 """How often faults are named correctly in recordings of known state, by several methods.
 
 No method sees the state that a record's name or data set declares. "record alone" is the verdict of `analyse`, "one
-machine" that of all records of a bearing together, and the others are rules of common practice. "another speed or
-bearing" counts faulty records that are read as what they are not. With ``--graded`` the records of Smith & Randall's
-benchmark are named too, beside the answers of a public tool (``graded.csv``, with its sources in ``texts.md``).
+machine" that of all records of a bearing together. "another speed or bearing" counts faulty records that are read as
+what they are not. With ``--graded`` the records of Smith & Randall's
+benchmark are named too, beside the answers of a public tool (``graded.csv``, with its sources).
 """
 
 import csv
@@ -27,7 +27,7 @@ from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import read_json
 from srbval.studies.harness import StudyResult
-from srbval.studies.naming.records import KnownRecord, common_practice, known_records, otherwise
+from srbval.studies.naming.records import KnownRecord, known_records, otherwise
 
 Row = dict[str, Any]
 GRADED = Path(__file__).with_name("graded.csv")
@@ -49,7 +49,7 @@ def see(record: KnownRecord) -> Row:
         "file": "/".join(Path(record.entry.file).parts[-2:]),
         "channel": record.entry.channel,
         "state": record.state,
-        "called": {ALONE: verdict.part} | common_practice(recording, bearing),
+        "called": {ALONE: verdict.part},
         "probability": max(verdict.diagnosis.probabilities.values()),
         "log_likelihood": verdict.diagnosis.log_likelihood,
         "called_otherwise": [fault_verdict(analyse(one, bearing=as_of)).part for one, as_of in others],
