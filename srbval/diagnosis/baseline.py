@@ -157,7 +157,8 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
     """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ by a factor of units."""
     notes = (*ours.notes, *healthy.notes)
     stated = any(note.startswith("unit ") and note.endswith("given by the user") for note in notes)
-    if not (stated and ours.unit == healthy.unit and ours.fs_hz == healthy.fs_hz):
+    long_enough = min(ours.samples, healthy.samples) >= SEGMENT
+    if not (stated and long_enough and ours.unit == healthy.unit and ours.fs_hz == healthy.fs_hz):
         return
     spectra = []
     for one in (ours, healthy):
