@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 SIZE = re.compile(r"(?<!\d)\d{3,6}(?!\d)")
+GLUED = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # seals after the size without a hyphen, as in 62052RS
 CYLINDRICAL = ("nu", "nj", "n", "nup")  # of one maker and size they have the same rollers
 UNITS = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
 MATERIALS = {"s", "ss", "e2"}  # stainless steel, low friction
@@ -53,7 +54,7 @@ class Designation(NamedTuple):
     @property
     def built_alike(self) -> bool:
         """True if another maker's dimensions may be taken: they differ by some parts in a thousand."""
-        ball = not self.kind and re.fullmatch("6[0-4]..", self.number) and not self.mark
+        ball = not self.kind and re.fullmatch("6[0-4]..|608", self.number) and not self.mark
         return bool(ball) or self.kind in ("uc", *CYLINDRICAL)
 
     @property
@@ -67,7 +68,7 @@ class Designation(NamedTuple):
 
 def read_designation(text: str) -> Designation | None:
     """Designation in `text`, in any case; None for a text that does not begin with words and a size."""
-    plain = text.casefold().replace("_", " ")
+    plain = GLUED.sub(r"\1-2", text.casefold().replace("_", " "))
     found = SIZE.search(plain)
     if found is None:
         return None

@@ -92,7 +92,7 @@ def identify(
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
-        band_hz, why = _held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
+        band_hz, why = held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
     if not np.any(value > u * stdtrit(blocks - 1, 1 - CHANCE / max(value.size, 1))):
@@ -138,7 +138,7 @@ def identify(
     return Identified(path=path, bands=bands_table, sidebands_db=sidebands, band_why=why)
 
 
-def _held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
+def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
     """Band in which a path is identified if none is given, as far as all records hold it, and its reason."""
     low, high = BAND_HZ
     held_hz = WITHIN * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE

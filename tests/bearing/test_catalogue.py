@@ -148,7 +148,7 @@ def test_numbers_in_place_of_a_name_are_that_bearing():
 
 
 PRINTED_NAMES = {  # by number, diameter and pitch [mm] of one row: balls on the mid-diameter of the rings
-    (9, 7.94, 39.04): ["6205", "6205-2RS", "SKF 6205-2RSH/C3", "skf6205 zz"],
+    (9, 7.94, 39.04): ["6205", "6205-2RS", "62052RS", "SKF 6205-2RSH/C3", "skf6205 zz"],
     (9, 7.9, 38.5): ["NSK 6205 DDU C3"],
     (8, 6.747, 28.5): ["6203-2Z/C3", "NTN 6203LLU", "SS6203"],
     (8, 7.938, 33.5): ["KOYO 6204 ZZ", "6204-2RS1", "UC 204", "UCP204"],
@@ -158,6 +158,7 @@ PRINTED_NAMES = {  # by number, diameter and pitch [mm] of one row: balls on the
     (9, 6.35, 31): ["6004-2RSH"],
     (11, 7.144, 42.5): ["6006"],
     (7, 8.731, 32): ["6303 2RS"],
+    (7, 3.96, 15): ["SKF 608-2Z"],
     (7, 9.525, 36): ["6304-ZZ"],
     (8, 17.462, 72.5): ["6309", "SKF 6309-2Z/C3VL0241"],
     (8, 19.05, 80): ["6310 M/C3"],

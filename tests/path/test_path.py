@@ -14,7 +14,7 @@ from srbval.bearing import Fault
 from srbval.path import amplitudes
 from srbval.path import identify as module
 from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
-from srbval.path.identify import Pair, identify, joined, third_octaves
+from srbval.path.identify import Pair, held_band, identify, joined, third_octaves
 from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from tests.path.simulated_rig import (
@@ -86,6 +86,16 @@ def test_sidebands_of_the_inner_race_alone_determine_the_ratio(rig):
     outer = identify(rig.outer, bearing=BEARING)
     assert outer.path.cross == outer.path.load
     assert outer.sidebands_db is None
+    assert outer.to_dict()["band_choice"]["why"].startswith("chosen, where")
+    given = identify(rig.outer, bearing=BEARING, band_hz=BAND_HZ)
+    assert (given.path, given.band_why) == (outer.path, "given")
+
+
+def test_without_a_band_the_path_ends_where_the_slowest_record_does(rig):
+    slow = dataclasses.replace(rig.outer.record, fs_hz=4096.0)
+    (low, high), why = held_band([rig.outer.record, slow])
+    assert (low, max(third_octaves((low, high)))) == (400.0, pytest.approx(1585, rel=0.01))
+    assert "as far as record and run hold it" in why
 
 
 def test_the_power_of_a_healthy_record_at_the_passage_is_subtracted(rig, found):
