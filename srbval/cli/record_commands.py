@@ -37,8 +37,8 @@ MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the 
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
-def request_of(options: argparse.Namespace, file: str = "", *, one_band: bool = False) -> RecordRequest:
-    """Request for a file, as the options state; `one_band`: see `RecordRequest`."""
+def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
+    """Request for a file, as the options state."""
     return RecordRequest(
         file=file,
         settings=recording_settings(options),
@@ -46,7 +46,7 @@ def request_of(options: argparse.Namespace, file: str = "", *, one_band: bool = 
         largest_slip_pct=options.cage_slip,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         auto_band=getattr(options, "auto_band", False),
-        one_band=one_band,
+        one_band=getattr(options, "one_band", False),
         healthy=options.healthy,
         healthy_scale=options.healthy_scale,
         background=getattr(options, "background", None),
@@ -143,17 +143,15 @@ def _run_many(options: argparse.Namespace) -> int:
     return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
-def requests_of(options: argparse.Namespace, *, one_band: bool = False) -> list[RecordRequest]:
+def requests_of(options: argparse.Namespace) -> list[RecordRequest]:
     """Requests for all files, those in folders included."""
-    request = request_of(options, one_band=one_band)
+    request = request_of(options)
     return [replace(request, file=file) for file in files_of(options.files)]
 
 
-def read_many(
-    options: argparse.Namespace, *, one_band: bool = False
-) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
+def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    requests = requests_of(options, one_band=one_band)
+    requests = requests_of(options)
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
     return documents, *records.without_other_files(failed, options.files, documents)
@@ -250,7 +248,8 @@ def trend(options: argparse.Namespace) -> int:
         folder = Path(options.files[0])
         cases = {str(result_path(folder, case.key)): float(case.index) for case in read_table(folder).cases}
         options.files = list(cases)
-    documents, failed, other = read_many(options, one_band=True)
+    options.one_band = True  # levels are compared
+    documents, failed, other = read_many(options)
     times, time_from = cases, "the campaign's cases"
     if not cases:
         files = list(dict.fromkeys(one["file"] for one in documents))

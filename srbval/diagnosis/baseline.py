@@ -16,10 +16,10 @@ from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
+from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
 
 SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
-UNIT_FACTORS = {9.80665: "g and m/s2", 1e3: "g and mg", 101.97: "m/s2 and mg"}
 UNIT_TOLERANCE, QUIET, SEGMENT = 0.1, 0.25, 1024  # quantile of the spectra's ratio that a fault leaves, and samples
 RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes one: 6 dB, the usual alarm step
 
@@ -154,26 +154,22 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ by a factor of units."""
-    notes = (*ours.notes, *healthy.notes)
-    stated = any(note.startswith("unit ") and note.endswith("given by the user") for note in notes)
+    """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ as g and m/s2 do."""
+    noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT
-    if not (stated and long_enough and ours.unit == healthy.unit and ours.fs_hz == healthy.fs_hz):
+    if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
         return
     spectra = []
     for one in (ours, healthy):
         segments = one_signal(one)[: one.samples // SEGMENT * SEGMENT].reshape(-1, SEGMENT)
         spectra.append(np.mean(np.abs(np.fft.rfft(segments * np.hanning(SEGMENT)))[:, 2:] ** 2, axis=0))
-    if not all(one.all() for one in spectra):
-        return
-    ratio = float(np.quantile(np.sqrt(spectra[0] / spectra[1]), QUIET))
-    for factor, units in UNIT_FACTORS.items():
-        if abs(max(ratio, 1 / ratio) / factor - 1) < UNIT_TOLERANCE:
-            raise ConfigurationError(
-                f"{healthy.name}: the background of the record is {ratio:.3g} times that of the healthy record, as if "
-                f"they were in {units}, and --unit holds for both. State the healthy record's own: `srbval data add "
-                f"FILE --unit U`, or --healthy-scale {ratio:.4g}."
-            )
+    ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET))
+    if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
+        raise ConfigurationError(
+            f"{healthy.name}: the background of the record is {ratio:.3g} times that of the healthy record, as if they "
+            "were in g and m/s2, and --unit holds for both. State the healthy record's own: `srbval data add FILE "
+            f"--unit U`, or --healthy-scale {ratio:.4g}."
+        )
 
 
 def _same(one: float, other: float) -> bool:
