@@ -174,7 +174,7 @@ def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
     for bits in (0, *COUNTER_BITS):
         if (again := steps % 2**bits if bits else steps).min() >= 1:
             is_counter = np.median(again) == 1 and np.mean(again == 1) > MOST_MISSING
-            is_counter &= bits == 0 or flat.max() - flat.min() >= 2 ** (bits - 1)
+            is_counter &= bits == 0 or int(flat.max()) - int(flat.min()) >= 2 ** (bits - 1)
             return np.concatenate(([0], np.cumsum(again))) if is_counter else None
     return None
 
