@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from srbval.recordings import Origin
+from srbval.recordings.units import DISPLACEMENT, VELOCITY
 from srbval.report.figures import style
 from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, Drawn, legend_above, new_axes, panel, plotted
-from srbval.report.findings.records import OWN_UNIT, Cursor, RecordView, SpectrumView
+from srbval.report.findings.records import NORMALISED, Cursor, RecordView, SpectrumView
 
 PLOTTED_BINS = 700
 HEALTHY_LOOK = {"color": style.HEALTHY, "ls": (0, (3, 1.2))}
@@ -49,10 +50,14 @@ def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = s
     """Draw acceleration and envelope of the samples `kept` onto given axes."""
     (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
-    axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label="acceleration")
+    quantity = QUANTITIES.get(record.analysis.recording.unit, "acceleration")
+    axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label=quantity)
     axes.plot(time_ms, record.envelope[kept], color=colour, lw=1.2, label="its envelope")
     axes.set(
-        xlabel="Time, ms", ylabel=f"Acceleration, {record.unit}", xlim=(0, (stop - start) * 1e3), ylim=(-limit, limit)
+        xlabel="Time, ms",
+        ylabel=f"{quantity.capitalize()}, {record.unit}",
+        xlim=(0, (stop - start) * 1e3),
+        ylim=(-limit, limit),
     )
 
 
@@ -82,7 +87,7 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     for name, record in records.items():
         look = HEALTHY_LOOK if name.startswith("healthy") else {"color": ORIGINS[origin][1]}
         axes.plot(last.power_hz / 1e3, record.power_db, **look, lw=0.9, label=name)
-    density = "1 (m/s²)²/Hz" if last.unit == OWN_UNIT else "1/Hz"
+    density = "1/Hz" if last.unit == NORMALISED else f"1 ({last.unit})²/Hz"
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
     style.title_panel(axes, origin, "", "spectra before demodulation", pad=9.0)
     legend_above(axes)
@@ -90,6 +95,7 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     return figure, {"frequency_hz": last.power_hz} | levels
 
 
+QUANTITIES = {VELOCITY: "velocity", DISPLACEMENT: "displacement"}
 BRIEF = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
 SPECTRUM_BINS = 600
 LABEL_INCHES = 0.13  # width of a line's upright label

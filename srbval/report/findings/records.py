@@ -22,7 +22,7 @@ WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, c
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of a race fault or more
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
-OWN_UNIT, NORMALISED = "m/s²", "std. dev."
+OWN_UNITS, NORMALISED = {"m/s2": "m/s²", "mm/s": "mm/s", "um": "µm"}, "std. dev."  # by the recording's unit
 # The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
 LEAST_HZ, LEAST_ORDER = 1.0, 0.3
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # end of a spectrum: times the marked line, or the inner race's if none is
@@ -41,7 +41,7 @@ def side_of(analysis: Analysis) -> str:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordView:
-    """One record's arrays for figures; amplitudes in `unit`: standard deviations of the band-passed signal, or m/s².
+    """One record's arrays for figures; amplitudes in `unit`: standard deviations of the band-passed signal, or its own.
 
     `time_s`, `acceleration` and `envelope` lie within `window_s`; `frequency_hz` and `amplitude` are the envelope
     spectrum, `peaks` the name, frequency [Hz] and amplitude of its detected lines; `power_hz` and `power_db`
@@ -72,7 +72,7 @@ class RecordView:
 
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
-    """Arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
+    """Arrays of one record; with `own_unit` in one of `OWN_UNITS` instead of standard deviations."""
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
@@ -81,7 +81,7 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
     power_hz, power = power_density(shown.samples * scale, shown.fs_hz, 1 / SEGMENT_HZ)
     return RecordView(
         analysis=analysis,
-        unit=OWN_UNIT if own_unit else NORMALISED,
+        unit=OWN_UNITS[analysis.recording.unit] if own_unit else NORMALISED,
         window_s=window_s,
         time_s=time[inside],
         acceleration=shown.filtered[inside] / spread,
@@ -110,9 +110,9 @@ def _decibels(power: FloatArray) -> FloatArray:
 
 
 def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
-    """Views of the middle of a record and of a healthy one, at the record's frequencies; in m/s² if both are."""
+    """Views of the middle of a record and of a healthy one, at the record's frequencies; in their common unit."""
     sides = [analysis] if healthy is None else [analysis, healthy]
-    own_unit = all(side.recording.unit == "m/s2" for side in sides)
+    own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
     whole = min(side.processed.samples.size / side.processed.fs_hz for side in sides)
     length = min(whole, WINDOW_TURNS / analysis.speed.value_hz)  # the filter's ends are dropped
     window_s = ((whole - length) / 2, (whole + length) / 2)
