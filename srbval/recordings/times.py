@@ -160,7 +160,7 @@ def rises(values: NDArray[np.generic]) -> bool:
     """True for numbers that never fall and mostly rise, which no vibration does."""
     with np.errstate(invalid="ignore"):
         steps = np.diff(np.ravel(values).astype(np.float64))
-    return bool((steps >= 0).all() and np.mean(steps > 0) > MOST_MISSING)
+    return steps.size > 0 and bool((steps >= 0).all() and np.mean(steps > 0) > MOST_MISSING)
 
 
 def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:

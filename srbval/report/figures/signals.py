@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from srbval.recordings import Origin
-from srbval.recordings.units import DISPLACEMENT, VELOCITY
 from srbval.report.figures import style
 from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, Drawn, legend_above, new_axes, panel, plotted
 from srbval.report.findings.records import NORMALISED, Cursor, RecordView, SpectrumView
@@ -50,7 +49,7 @@ def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = s
     """Draw acceleration and envelope of the samples `kept` onto given axes."""
     (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
-    quantity = QUANTITIES.get(record.analysis.recording.unit, "acceleration")
+    quantity = QUANTITIES.get(record.unit, "acceleration")
     axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label=quantity)
     axes.plot(time_ms, record.envelope[kept], color=colour, lw=1.2, label="its envelope")
     axes.set(
@@ -95,7 +94,7 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     return figure, {"frequency_hz": last.power_hz} | levels
 
 
-QUANTITIES = {VELOCITY: "velocity", DISPLACEMENT: "displacement"}
+QUANTITIES = {"mm/s": "velocity", "µm": "displacement"}
 BRIEF = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
 SPECTRUM_BINS = 600
 LABEL_INCHES = 0.13  # width of a line's upright label
