@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import Effects
 from srbval.comparison.comparison import plain_frame
 from srbval.comparison.table6 import Published
 from srbval.models.run import Run
@@ -41,7 +40,6 @@ class Findings:
     analyses: Mapping[str, Side]
     views: Mapping[str, Mapping[Fault, RecordView]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
-    known: Effects
     validation: Validation
     cage_readings: tuple[CageReading, ...]
     datasets: tuple[DatasetDescription, ...]

@@ -6,7 +6,6 @@ from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_readings import cage_readings
-from srbval.comparison.compared_quantities import effects_of
 from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, Published, table6
@@ -50,7 +49,6 @@ def gather(
     runs = dict(run_cases(cases, jobs=jobs, progress=progress))
     facts = [run_facts(case, runs[case.id]) for case in cases]
     stored = results.content("inputs")
-    known = effects_of(stored)
     sides: dict[Fault, tuple[Analysis, AnalysedRun]] = {}
 
     def keep(one: PairReading) -> None:
@@ -91,7 +89,6 @@ def gather(
         analyses=analyses,
         views=views,
         scalograms={name: {s: envelope_scalogram(one) for s, one in side.items()} for name, side in views.items()},
-        known=known,
         validation=validation,
         cage_readings=readings,
         datasets=tuple(dataset(name) for name in dict.fromkeys(one.dataset for one in of_rig) if name),

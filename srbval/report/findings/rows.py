@@ -10,7 +10,7 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.comparison.cage_means import CageMeans, cage_means
 from srbval.comparison.cage_readings import CageReading
-from srbval.comparison.compared_quantities import RACE_LINE, biases
+from srbval.comparison.compared_quantities import RACE_LINE, biases, effects_of
 from srbval.comparison.comparison import (
     VERDICT,
     Row,
@@ -19,7 +19,7 @@ from srbval.comparison.comparison import (
     verdict_on_error,
 )
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.table6 import measured_rows, published_rows, published_speeds, sum_rules
+from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
 from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
 from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
@@ -72,14 +72,13 @@ def compared_rows(
         "comparisons": levels,
         "pairs": pairs,
         "line_deviations": list(line_deviations(pairs, found.validation.comparisons)),
-        "published_speeds": list(published_speed_rows()),
         "recordings": tuple(registered),
         "recordings_not_used": [
             {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
         ],
         "register_unreadable": register.unreadable or None,
         "bias": biases(every, used_for="withheld"),
-        "sensitivity": list(found.known.values()),
+        "sensitivity": list(effects_of(stored).values()),
         "pictures": [row for state in models for row in picture_rows(state, *found.sides_of(state), levels)],
         "verdict_power": stored.get("power", []),
         "kept_results": {name: result.origin for name, result in found.results.items()},
@@ -188,15 +187,6 @@ def cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
     """Cautions on the recordings that this report uses: each file and caution once."""
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
-
-
-def published_speed_rows() -> Iterator[dict[str, Any]]:
-    """Mean tachometer speed of each state's published record, and its deviation from the outer-race record's."""
-    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published_speeds().means}
-    for state, rpm in sorted(means, key=lambda key: (list(Fault).index(key[0]), key[1])):
-        mean = means[state, rpm]
-        from_outer_pct = deviation_pct(mean, means[Fault.OUTER, rpm])
-        yield {"state": state, "nominal_rpm": rpm, "mean_rpm": mean, "from_outer_pct": from_outer_pct}
 
 
 def cage_ratio_rows(
