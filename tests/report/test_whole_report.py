@@ -207,6 +207,11 @@ def test_the_paper_has_each_number_and_is_no_book(with_rig):
         assert isinstance(cell.value, str) or cell.text(column) == MISSING or cell.text(column) in paper
 
 
+def test_a_rig_s_value_has_one_interval(with_rig):
+    values = [row[2].value for row in next(t for t in with_rig.report.tables() if t.id == "near-table").rows]
+    assert {str(value).count("±") for value in values if value} == {1}
+
+
 def test_each_table_and_the_rows_behind_them_are_csv_files(with_rig):
     found, folder = with_rig.document(), with_rig.folder / "figures"
     for table in with_rig.report.tables():

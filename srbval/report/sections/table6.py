@@ -75,9 +75,9 @@ def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     """Rows of the table: the rig's value as text, errors of both scenes with their uncertainties and verdicts."""
     for row in rows:
         value, half, spec = row["rig"], row["rig_ci95"], "+.2f" if row["unit"] else ".5f"
-        found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row)
+        found: dict[str, Any] = {"paper_error": None, "rig_error": None} | dict(row) | {"rig_ci95": None}
         found["record"] = row.get("record", "").removesuffix("rpm_sample").replace("_", " ") or "all"
-        found["rig"] = None if value is None else f"{value:{spec}} ± {half:{spec.lstrip('+')}} {row['unit']}"
+        found["rig"] = None if value is None else f"{value:{spec}} ± {half:{spec.lstrip('+')}} {row['unit']}".strip()
         for name in ("paper", "rig"):
             verdict = row.get(f"{name}_verdict") or ""
             more = {"ci95": row.get(f"{name}_u"), "note": verdict, "tone": VERDICT_TONE.get(verdict)}

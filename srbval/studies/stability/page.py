@@ -46,7 +46,8 @@ def chart(limits: pd.DataFrame) -> Drawn:
             none = line["rpm"][line["largest_stable_dt_s"].isna()]
             axes.plot(none, 0.98 + 0 * none, "x", color=colour, ms=5, transform=axes.get_xaxis_transform())
         axes.set(xscale="log", yscale="log", xlabel="Shaft speed, rpm")
-        axes.xaxis.set_minor_formatter("")
+        axes.set_xticks([200, 1000, 5000], labels=["200", "1000", "5000"])
+        axes.minorticks_off()
         axes.set_title(SCENES.get(name, name), fontsize=7.5)
     figure.axes[0].set_ylabel("Least steps per second")
     handles, labels = figure.axes[0].get_legend_handles_labels()
