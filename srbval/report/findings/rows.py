@@ -97,14 +97,13 @@ def rig_scene_line(row: Row, stored: Mapping[str, Any], rig: Mapping[Fault, Anal
         for one in variant["records"]
         if (variant["scene"], one["state"], one["nominal_rpm"]) == ("rig", fault, analysis.recording.nominal_rpm)
     ]
-    names = ("rig_scene_hz", "rig_scene_ci95_hz", "rig_scene_deviation_pct")
+    names = ("rig_scene_hz", "rig_scene_ci95_hz")
     if not found:
         return dict.fromkeys(names)
     elements, shaft_hz = analysis.bearing.rolling_elements, analysis.speed.value_hz
     hz = [shaft_hz * (fault.passing_order(elements, one) or math.nan) for one in found[0].tolist()]
     low, _, high = np.quantile(hz, MIDDLE)
-    mean = float(np.mean(hz))
-    return dict(zip(names, (mean, float(high - low) / 2, 100 * (mean / row["kinematic_hz"] - 1)), strict=True))
+    return dict(zip(names, (float(np.mean(hz)), float(high - low) / 2), strict=True))
 
 
 def picture_rows(

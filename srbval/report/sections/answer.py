@@ -22,15 +22,14 @@ TEXTS = Prose("srbval.report", "texts/answer.md")
 ANSWER_TONE = {Verdict.MISSED: Tone.BAD, Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD}
 SCENES = {"paper": "the paper's scene", "rig": "the rig's scene"}
 SHOWN = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
-# Of the rows of Table 6: where a line, its half width and its deviation from kinematics are, by the source of the rig.
 PRINTED, OWN = ("published", "measured")
-ROWS = (
-    (PRINTED, Badge.PUBLISHED, "kinematic_hz", "", ""),
-    (PRINTED, Badge.PUBLISHED, "paper_model_hz", "", "paper_model_recomputed_pct"),
-    (PRINTED, Badge.PUBLISHED, "paper_rig_hz", "", "paper_rig_recomputed_pct"),
-    (PRINTED, Badge.SIMULATED, "model_hz", "", "model_deviation_pct"),
-    (OWN, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz", "rig_scene_deviation_pct"),
-    (OWN, Badge.MEASURED, "rig_hz", "rig_ci95_hz", "rig_deviation_pct"),
+ROWS = (  # of Table 6: source of the rig's value, source of the row, key of the line and of its half width
+    (PRINTED, Badge.PUBLISHED, "kinematic_hz", ""),
+    (PRINTED, Badge.PUBLISHED, "paper_model_hz", ""),
+    (PRINTED, Badge.PUBLISHED, "paper_rig_hz", ""),
+    (PRINTED, Badge.SIMULATED, "model_cage_hz", ""),
+    (OWN, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz"),
+    (OWN, Badge.MEASURED, "rig_hz", "rig_ci95_hz"),
 )
 Row = Mapping[str, Any]
 
@@ -110,21 +109,19 @@ def _table6(data: Row) -> Table:
     """The paper's Table 6 with sources as rows; deviations from kinematics beneath."""
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
-    for name, (source, badge, value, ci95, deviation) in zip(TEXTS.items("sources"), ROWS, strict=True):
+    for name, (source, badge, value, ci95) in zip(TEXTS.items("sources"), ROWS, strict=True):
         speeds = [f"{of[source, fault]['shaft_rpm']:.4g}" for fault in (Fault.OUTER, Fault.INNER)]
         at = f"at {' and '.join(dict.fromkeys(speeds))} rpm"
         found: dict[str, Any] = {"source": name, "source_badge": badge, "source_note": at}
         for fault in (Fault.OUTER, Fault.INNER):
             row, half = of[source, fault], of[source, fault].get(ci95)
             found |= {fault.value: row[value], f"{fault}_ci95": half}
-            if deviation and row[deviation] is not None:
+            if row[value] is not None and value != "kinematic_hz":
                 about = f" ± {100 * half / row['kinematic_hz']:.2f}" if half else ""
-                found[f"{fault}_note"] = f"{row[deviation]:+.2f}{about} %"
+                found[f"{fault}_note"] = f"{100 * (row[value] / row['kinematic_hz'] - 1):+.2f}{about} %"
         shown.append(found)
-    read = max(row["model_ci95_hz"] for (source, _), row in of.items() if source == PRINTED)
-    return TEXTS.table(
-        "table-6-sources", shown, more_notes=[shaft_sentence(data["closure"], of[PRINTED, Fault.INNER])], read_hz=read
-    )
+    conclusion = shaft_sentence(data["closure"], of[PRINTED, Fault.INNER])
+    return TEXTS.table("table-6-sources", shown, more_notes=[conclusion])
 
 
 def shaft_sentence(sums: Iterable[Row], inner: Row) -> str:
