@@ -98,7 +98,7 @@ def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig):
 def test_the_table_in_the_readme_is_that_of_a_report(with_rig):
     report = with_rig.document()
     assert in_readme() == readme_table(report)
-    report["verdicts"][0]["error_pct"] += 0.01
+    next(table for table in report["tables"] if table["id"] == "table-6-sources")["rows"][-1][1]["value"] += 0.01
     assert in_readme() != readme_table(report)
 
 
