@@ -147,13 +147,9 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
 
 
 def _is_level(raw: RawFile, name: str) -> bool:
-    """True if a column in a unit of time, without a name of times, falls: a period, no time."""
+    """True if a column in a unit of time, without a name of times, does not rise: a period, no time."""
     values = raw.array(name)
-    return (
-        _TIME.fullmatch(name.lower().strip()) is None
-        and values is not None
-        and bool((np.diff(values.ravel()) < 0).any())
-    )
+    return _TIME.fullmatch(name.lower().strip()) is None and values is not None and not rises(values)
 
 
 def rises(values: NDArray[np.generic]) -> bool:

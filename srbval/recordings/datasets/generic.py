@@ -13,7 +13,7 @@ from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
 from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, counted, is_time, rises, stated_rate
-from srbval.recordings.units import ENVELOPE, FINE, OTHERS, known_unit, split_unit
+from srbval.recordings.units import COUNTS, ENVELOPE, known_unit, split_unit
 
 MIN_SAMPLES = 256
 MAX_COLUMNS = 64
@@ -118,8 +118,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
         text = _unit_text(raw, variable)
         unit, problem, shown = known_unit(text or ""), None, f"{raw.path}: {printable(name)}"
-        steady = bool(np.all(np.diff(column.ravel()) >= 0))  # times never fall
-        if is_time(name) or (steady and is_time(name, text)) or counted(column) is not None:
+        if is_time(name) or (is_time(name, text) and rises(column)) or counted(column) is not None:
             continue
         try:
             raw.check_usable(variable)
@@ -134,7 +133,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
                 f"{shown} is in gE, an acceleration envelope that a meter has demodulated: export the acceleration."
             )
         rpm = unit is None and _stated_rpm(name, 1.0) is not None
-        whole = unit not in FINE and bool((samples == np.floor(samples)).all()) and unit not in OTHERS
+        whole = unit in (None, COUNTS) and bool((samples == np.floor(samples)).all())
         yield (
             printable(name),
             Channel(
