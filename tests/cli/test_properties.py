@@ -81,7 +81,7 @@ model: {CHEAP} {" ".join(level.name for level in LEVELS)} auto
 solver: {" ".join(METHODS)}
 Q: {" ".join(Question)}
 C: acc tacho 2
-U: g g m/s2 m/s² mV
+U: g g m/s2 m/s² mg
 E: {" ".join(ENGINES)}
 FOLDER: records record.csv
 DIR: done done done damaged out
