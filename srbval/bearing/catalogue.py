@@ -113,14 +113,11 @@ class PublishedOrders(FaultOrders):
                 f"orders: bpfo + bpfi = {total:.6g} must be the number of rolling elements of one row, {count}, within "
                 f"{SUM_TOLERANCE:.0%}; count one row only, and give orders of the shaft's speed."
             )
-        if not 0 < self.ftf < 1:
+        if not abs(self.ftf - self.bpfo / count) <= FTF_TOLERANCE:
             raise ConfigurationError(
-                f"orders: ftf = {self.ftf} must lie between 0 and 1, in orders of the shaft's speed."
-            )
-        if abs(self.ftf - self.bpfo / count) > FTF_TOLERANCE:
-            raise ConfigurationError(
-                f"orders: ftf = {self.ftf} must be bpfo over the rolling elements of a row, {self.bpfo / count:.4g}, "
-                f"within {FTF_TOLERANCE}; the order is BPFO, BPFI, BSF, FTF, and BSF is the element's spin, once."
+                f"orders: ftf = {self.ftf} must lie between 0 and 1, within {FTF_TOLERANCE} of bpfo over the rolling "
+                f"elements of a row, {self.bpfo / count:.4g}; the order is BPFO, BPFI, BSF, FTF, and BSF is the "
+                "element's spin, once."
             )
         ratio = (self.bpfi - self.bpfo) / total  # element over pitch diameter times the cosine of the contact angle
         most = (1 / ratio - ratio) / 2 if ratio > 0 else 0.0

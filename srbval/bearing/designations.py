@@ -17,24 +17,9 @@ GLUED = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # seals after the size without a
 CYLINDRICAL = ("nu", "nj", "n", "nup")  # of one maker and size they have the same rollers
 UNITS = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
 MATERIALS = {"s", "ss", "e2"}  # stainless steel, low friction
-TYPES = {
-    *CYLINDRICAL,
-    *UNITS,
-    *MATERIALS,
-    "uc",
-    "uer",
-    "er",
-    "hk",
-    "bk",
-    "na",
-    "nk",
-    "rna",
-    "nn",
-    "sl",
-    "qj",
-    "t",
-    "uk",
-}
+INSERTS = {"uc", "uer", "er", "uk"}  # ball bearings for housings
+NEEDLES = {"hk", "bk", "na", "nk", "rna"}
+TYPES = {*CYLINDRICAL, *UNITS, *MATERIALS, *INSERTS, *NEEDLES, "nn", "sl", "qj", "t"}
 ANGLE = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball bearing
 
 

@@ -10,14 +10,11 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.recordings.raw import RawFile, printable
-from srbval.recordings.units import SPELLED, split_unit
+from srbval.recordings.units import PATTERNS, spelled, split_unit
 
-
-def _factors(table: str) -> dict[str, float]:
-    return {word: factor for unit, (factor, words) in SPELLED[table].items() for word in (unit, *words.split())}
-
-
-TIME_UNITS_S, RATE_UNITS_HZ = _factors("times"), _factors("rates")
+TIME_UNITS_S, RATE_UNITS_HZ = (
+    {word: float(row["factor"]) for word, row in spelled(kind).items()} for kind in ("time", "rate")
+)
 # Rates of vibration records: below, no resonance that a fault excites is sampled (the lowest band here begins at
 # 500 Hz); above lies acoustic emission. A record at 0.5 to 500 kHz with its times in ms reads as 0.5 to 500 Hz.
 PLAUSIBLE_HZ = (500.0, 5e6)
@@ -30,10 +27,10 @@ SAME_RATE = 1e-3  # of a rate
 MOST_MISSING = 0.5  # of the samples, between the first and the last
 MOST_GAPS = 0.1  # of the steps of times; more are the steps of a solver
 COUNTER_BITS = (8, 16, 32)  # at which counters begin again
-_UNITS, _NAMES = "|".join(map(re.escape, sorted(TIME_UNITS_S, key=len, reverse=True))), SPELLED["names"]
+_UNITS = "|".join(map(re.escape, sorted(TIME_UNITS_S, key=len, reverse=True)))
 _WITH_UNIT = rf"(?:(?: in |[ _/,.-]+)({_UNITS})|[ _/]*[\[(]\s*([^\])]*?)\s*[\])])?"
-_TIME = re.compile(rf"(?:.*\.)?(?:(?:{_NAMES['time']}){_WITH_UNIT}|({_UNITS}))")
-_RATE, _STEP = (re.compile(rf"(?:nicm|wf)?{_NAMES[name]}") for name in ("rate", "step"))
+_TIME = re.compile(rf"(?:.*\.)?(?:(?:{PATTERNS['time']}){_WITH_UNIT}|({_UNITS}))")
+_RATE, _STEP = (re.compile(rf"(?:nicm|wf)?{PATTERNS[name]}") for name in ("rate", "step"))
 _DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%m-%Y", "%d.%m.%y", "%m/%d/%y")
 STAMPS = ("ISO8601", *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S.%f", "%I:%M:%S.%f%p")))
 _VALUE = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")

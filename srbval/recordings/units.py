@@ -1,23 +1,36 @@
-"""Units of signals: the unit that a recording keeps, the factor to it, and spellings in files (``units.toml``)."""
+"""Units in files, and names of times, rates and units: ``units.csv``, where a new spelling is a word of a row.
 
+Spellings are without blanks, dots, carets and parentheses, in any case if longer than a letter. The `kind` of a row is
+``signal`` (with the unit in which a recording keeps the samples and the factor to it), ``other`` for rotations and
+quantities beside a vibration, ``time`` or ``rate``, and ``name`` for a pattern of lower-case names, all but those of
+times without blanks and signs, and behind NI's prefixes.
+"""
+
+import csv
 import functools
 import math
 import re
-import tomllib
 import unicodedata
-from importlib.resources import files
+from collections.abc import Mapping
+from pathlib import Path
 
-from srbval.scene.parts import STANDARD_GRAVITY_M_S2
+_ROWS = tuple(csv.DictReader(Path(__file__).with_name("units.csv").read_text(encoding="utf-8").splitlines()))
+PATTERNS = {row["unit"]: row["spellings"] for row in _ROWS if row["kind"] == "name"}
 
-SPELLED = tomllib.loads((files("srbval.recordings") / "units.toml").read_text(encoding="utf-8"))
+
+def spelled(*kinds: str) -> dict[str, Mapping[str, str]]:
+    """Rows of these kinds by every spelling of their units."""
+    rows = [row for row in _ROWS if row["kind"] in kinds]
+    return {word: row for row in rows for word in (*row["spellings"].split(), row["unit"])}
+
+
 ACCELERATION, VELOCITY, DISPLACEMENT = "m/s2", "mm/s", "um"  # kept by a recording
 UNKNOWN = "unknown"
 ENVELOPE = "gE"  # a meter's acceleration envelope, which is demodulated already
 COUNTS = "counts"  # of a converter: whole numbers without a scale
 # unit of files and options -> unit of the stored samples and factor to it
 UNITS: dict[str, tuple[str, float]] = {
-    unit: (ACCELERATION, factor * STANDARD_GRAVITY_M_S2) if kept == "g" else (kept, factor)
-    for unit, (kept, factor, _) in SPELLED["signals"].items()
+    row["unit"]: (row["kept"], float(row["factor"])) for row in _ROWS if row["kind"] == "signal"
 }
 DERIVATIVES = {VELOCITY: 1, DISPLACEMENT: 2}  # order of the derivative that makes an acceleration of a unit
 SI_FACTORS = {VELOCITY: 1e-3, DISPLACEMENT: 1e-6}  # to m/s and m
@@ -25,7 +38,7 @@ DIFFERENTIATED = {1: "m/s", 2: "m"}  # units of samples of which only the order 
 # units of a speed and an angle of rotation, and the factors to Hz and to revolutions
 SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
 REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
-OTHERS = {*SPELLED["others"]} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
+OTHERS = {row["unit"] for row in _ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
 FINE = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", COUNTS, UNKNOWN)  # of which sensors state whole numbers
 _SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # mean no unit behind a name
 _KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
@@ -35,8 +48,7 @@ _BEHIND = re.compile(r"(.*?\w)(?:\s*[,;:/-]\s*|[\s_]+)((?:m|mm|rad|in|g)_[a-z]\w
 
 @functools.cache
 def _spellings() -> dict[str, str]:
-    rows = {unit: row[-1] for unit, row in SPELLED["signals"].items()} | SPELLED["others"]
-    known = {word: unit for unit, words in rows.items() for word in (*words.split(), unit)}
+    known = {word: row["unit"] for word, row in spelled("signal", "other").items()}
     return {word.lower(): unit for word, unit in known.items() if len(word) > 1} | known
 
 
@@ -62,4 +74,4 @@ def split_unit(name: str) -> tuple[str, str | None]:
 def is_unit_key(name: str) -> bool:
     """True if a value of this name, of any program, is a unit of samples."""
     plain = re.sub(r"[\W_]", "", name.rpartition(".")[2].lower())
-    return re.fullmatch(rf"(?:ni|nicm)?(?:{SPELLED['names']['unit']})", plain) is not None
+    return re.fullmatch(rf"(?:ni|nicm)?(?:{PATTERNS['unit']})", plain) is not None
