@@ -1,17 +1,15 @@
-"""``srbval identify``: the transfer path to the sensor, from records of a known fault or from a measured response."""
+"""``srbval identify``: the transfer path to the sensor, from records of a known fault."""
 
 import argparse
 import dataclasses
 from pathlib import Path
-from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, print_table, write_text
 from srbval.diagnosis.baseline import load_healthy
-from srbval.path.identify import Identified, Pair, identify, identify_response, path_toml, simulated_run
+from srbval.path.identify import Identified, Pair, identify, path_toml, simulated_run
 from srbval.progress import ProgressDisplay
-from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene
 from srbval.storage.files import check_suffix
@@ -32,19 +30,6 @@ def run(options: argparse.Namespace) -> int:
     """Identify the path and print it; -o writes the file that `--sensor-path` and a scene's `sensor_path` take."""
     if options.output:
         check_suffix(Path(options.output), "TOML", (".toml",))
-    band: dict[str, Any] = {"band_hz": tuple(options.band)} if options.band else {}
-    if options.mass_kg is None:
-        found = _from_records(options, band)
-    else:
-        cross, name = read_frf(Path(options.cross_from)) if options.cross_from else None, Path(options.file).name
-        measured = read_frf(Path(options.file))
-        found = identify_response(*measured, cross=cross, mass_kg=options.mass_kg, name=name, **band)
-    if options.output:
-        write_text(Path(options.output), path_toml(found.path))
-    return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
-
-
-def _from_records(options: argparse.Namespace, band: dict[str, Any]) -> Identified:
     settings = recording_settings(options)
     fault = load_registered(options.file, settings)
     records = [dataclasses.replace(fault, state=Fault(options.defect)) if options.defect else fault]
@@ -55,7 +40,10 @@ def _from_records(options: argparse.Namespace, band: dict[str, Any]) -> Identifi
     with ProgressDisplay() as progress:
         scene = load_scene(options.scene, {"bearing": bearing})
         pairs = [Pair(record=one, run=simulated_run(one, scene, progress=progress)) for one in records]
-    return identify(*pairs, bearing=bearing, healthy=healthy, **band)
+    found = identify(*pairs, bearing=bearing, healthy=healthy, band_hz=tuple(options.band) if options.band else None)
+    if options.output:
+        write_text(Path(options.output), path_toml(found.path))
+    return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
 def _print(found: Identified) -> None:

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
@@ -28,7 +27,6 @@ from srbval.comparison.comparison import TOLERANCE, Row, Verdict, verdict_on_tol
 
 QUANTILES = 128  # that represent the rig's distribution
 HALF_WIDTH = 0.95  # of an error's distribution, for U
-SEED = 4
 Variant = Mapping[str, Any]  # draws of one scene, an entry of `variants` of the stored result ``inputs``
 
 
@@ -134,47 +132,6 @@ def at_shares(at: FloatArray, shares: Sequence[float], curve: FloatArray) -> Flo
     if len(shares) == 2:
         return np.where(at < (shares[1] if shares[1] < 1 else 0.5), curve[0], curve[1])
     return np.interp(at, shares, curve)
-
-
-def joint_tests(readings: Sequence[CageReading], stored: Mapping[str, Any]) -> Iterator[Row]:
-    """Test of all endpoints together for every scene: mean errors [% of the rig's ratio], D^2 and its chance `p`.
-
-    The errors E are paired draws of the model and of the rig, with covariance C. D^2 = E' C^-1 E of their mean is
-    compared with that of the draws about their mean. `p` is the chance of so large a D^2 if the model were right,
-    `p_holm` that of each endpoint alone after Holm.
-    """
-    means = cage_means(readings)
-    of = list(endpoints(readings, means))
-    rig, rng = np.array([one.rig for one in of]), np.random.default_rng(SEED)
-    for variant in stored.get("variants", ()):
-        weights = np.array([of_model(variant, readings, one.weights) for one in of])
-        drawn, nominal, finer = (
-            weights @ np.array([one[name] for one in variant["records"]]) for name in ("drawn", "nominal", "finer")
-        )
-        numerics = rng.choice((-1.0, 1.0), rig.shape[1]) * (finer - nominal)[:, None]
-        model = drawn[:, rng.integers(drawn.shape[1], size=rig.shape[1])]
-        errors = 100 / means.means[-1] * (model - rig + numerics)
-        mean, own = errors.mean(axis=1), np.linalg.inv(np.atleast_2d(np.cov(errors)))
-        d2, about = float(mean @ own @ mean), errors - mean[:, None]
-        as_large = np.count_nonzero(np.einsum("id,ij,jd->d", about, own, about) >= d2)
-        beyond = np.minimum((errors > 0).sum(axis=1), (errors < 0).sum(axis=1))
-        yield {
-            "scene": variant["scene"],
-            "endpoints": [one.name for one in of],
-            "errors_pct": mean.tolist(),
-            "d2": d2,
-            "p": (1 + int(as_large)) / (1 + rig.shape[1]),
-            "p_holm": holm_adjusted(np.minimum(1.0, 2 * (1 + beyond) / (1 + rig.shape[1]))).tolist(),
-        }
-
-
-def holm_adjusted(chances: ArrayLike) -> FloatArray:
-    """Chances [n] after Holm's procedure (1979, Scand. J. Stat. 6, 65), in their order."""
-    p = np.asarray(chances, dtype=float)
-    order = np.argsort(p, kind="stable")
-    adjusted = np.empty_like(p)
-    adjusted[order] = np.maximum.accumulate(np.minimum(1.0, np.arange(p.size, 0, -1) * p[order]))
-    return adjusted
 
 
 def trend_pct(means: CageMeans) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Identification of the path to the sensor, from records of a known fault or from measured responses.
+"""Identification of the path to the sensor, from records of a known fault.
 
 The equations are on the page "The path to the sensor" of the theory. Gains reach from the lowest to the highest third
 octave in which the record's power that is locked to the fault exceeds its standard deviation; a band between them in
@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from srbval.arrays import ComplexArray, FloatArray
+from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
@@ -40,9 +40,7 @@ RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sideband
 CHOSEN = "chosen, where the models were compared with measurements"
 CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
-LEAST_LINES = 3  # of a measured response in a band
 WITHIN = 0.999  # of the highest middle of a third octave that records hold
-Response = tuple[FloatArray, ComplexArray]  # frequencies [Hz] and complex values, [n] each
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
@@ -143,41 +141,6 @@ def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
     low, high = BAND_HZ
     held_hz = WITHIN * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
     return (low, min(high, held_hz)), CHOSEN + (", as far as record and run hold it" if held_hz < high else "")
-
-
-def identify_response(
-    frequency_hz: FloatArray,
-    values: ComplexArray,
-    *,
-    mass_kg: float,
-    name: str,
-    cross: Response | None = None,
-    band_hz: tuple[float, float] = BAND_HZ,
-) -> Identified:
-    """Path from a measured response [m/s2/N] of the structure, with `mass_kg` of ring and housing in the scene.
-
-    `cross`: frequencies and response to a force across the load; without it the gains of both directions are equal.
-    Gains are root mean squares over a band.
-    """
-    bands, along = third_octaves(band_hz), (frequency_hz, values)
-    load, across = (_band_gains(of, mass_kg, bands, name) for of in (along, cross or along))
-    source = f"measured response {name}, {mass_kg:g} kg of ring and housing"
-    path = SensorPath(frequency_hz=tuple(bands), load=load, cross=across, source=source)
-    missing, why = np.full(len(bands), math.nan), CHOSEN if band_hz == BAND_HZ else "given"
-    return Identified(path=path, bands=_band_table(path, missing, np.array([missing, missing])), band_why=why)
-
-
-def _band_gains(response: Response, mass_kg: float, bands: Edges, name: str) -> tuple[float, ...]:
-    (at_hz, values), gains = response, []
-    for middle, (low, high) in bands.items():
-        inside = np.abs(values[(at_hz >= low) & (at_hz < high)])
-        if inside.size < LEAST_LINES or not inside.any():
-            raise DataError(
-                f"{name}: {np.count_nonzero(inside)} lines that are not zero in the third octave at {middle:.0f} Hz, "
-                f"at least {LEAST_LINES} are needed. Narrow --band or measure finer."
-            )
-        gains.append(mass_kg * math.sqrt(float(np.mean(inside**2))))
-    return tuple(gains)
 
 
 def _band_table(path: SensorPath, record_db: FloatArray, ring_db: FloatArray) -> pd.DataFrame:

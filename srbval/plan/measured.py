@@ -151,7 +151,7 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
     """Tables from the content of the study's result; `DataError` if it holds none."""
     bounds: dict[str, dict[Key, Bound]] = {}
     try:
-        for row in content["bounds"]:
+        for row in (one for one in content["bounds"] if one["question"] in list(Question)):
             key = row["fit"], row["kind"], row["model"], Question(row["question"])
             bounds.setdefault(row["base"], {})[key] = Bound(**{one.name: row[one.name] for one in fields(Bound)})
         tables = {

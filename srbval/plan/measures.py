@@ -1,7 +1,6 @@
-"""Measures by which runs are compared: cage speed, noise floor of the envelope, vibration in the band, line heights."""
+"""Measures by which runs are compared: cage speed, noise floor of the envelope, vibration in the band."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +13,6 @@ from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 
 FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
-PADDING = 4  # times the record's length
-REACH = 1.0  # resolutions either side of a line in which its top is looked for
 BAND = "{:g}-{:g}".format(*SIMULATED_BAND_HZ)  # name of the band among those of a run
 LEAST_SECONDS = 0.3  # shortest record of which the pipeline finds a noise floor
 
@@ -64,20 +61,3 @@ def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     inside = (frequency >= FLOOR_HZ[0]) & (frequency <= FLOOR_HZ[1])
     as_plain = 2 / math.sqrt(envelope.size * float((window**2).sum()))
     return float(np.median(lines[inside])) * as_plain / mean
-
-
-def line_heights(envelope: FloatArray, fs_hz: float, lines_hz: Sequence[float]) -> list[float]:
-    """Height of an envelope's spectrum at each line, its top within `REACH` resolutions.
-
-    A Hann window and zero padding: without them a line between two bins is up to a third too low. A sine of amplitude
-    a has the height a.
-    """
-    length = scipy.fft.next_fast_len(PADDING * envelope.size, real=True)
-    window = hann(envelope.size)
-    spectrum = np.abs(scipy.fft.rfft((envelope - envelope.mean()) * window, n=length)) * (2 / window.sum())
-    bin_hz, reach_hz = fs_hz / length, REACH * fs_hz / envelope.size
-    heights = []
-    for line_hz in lines_hz:
-        low, high = math.ceil((line_hz - reach_hz) / bin_hz), math.floor((line_hz + reach_hz) / bin_hz)
-        heights.append(float(spectrum[max(low, 0) : high + 1].max()))
-    return heights

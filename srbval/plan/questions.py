@@ -11,29 +11,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from srbval.bearing import RACE_DEFECTS, Bearing, Fault
+from srbval.bearing import Bearing, Fault
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
-from srbval.plan.measures import BAND, LEAST_SECONDS, line_heights, noise_floor, smooth_mean
-from srbval.reading.analyse import Analysis, analyse
+from srbval.plan.measures import BAND, LEAST_SECONDS, noise_floor, smooth_mean
+from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.storage.tables import read_toml
 
 Answer = tuple[float | None, ...]  # None: the quantity does not stand out
-
-HARMONICS = range(1, 6)
-SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
-FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
 
 class Question(enum.StrEnum):
     """Question that is asked of a scene."""
 
     LINES = "lines"
-    HARMONICS = "harmonics"
-    SIDEBANDS = "sidebands"
     NOISE_FLOOR = "noise-floor"
     SLIP = "slip"
     POWER = "power"
@@ -125,7 +119,7 @@ def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dic
         floor = noise_floor(envelope, analysis.processed.fs_hz) * float(envelope.mean())
         found[Question.NOISE_FLOOR] = (floor * spread_m_s2,)
     order = kind.passing_order(run.rolling_elements, ratio)
-    return found | _of_line(run, analysis) | _amplitudes(record, kind, order, bearing, healthy)
+    return found | _amplitudes(record, kind, order, bearing, healthy)
 
 
 def _amplitudes(
@@ -146,30 +140,14 @@ def _amplitudes(
     return found
 
 
-def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
-    kind = run.scene.defect.kind
-    line = analysis.line_of(kind) if kind in RACE_DEFECTS else None
-    if line is None or not line.detected or line.found_hz is None:
-        return {}
-    spacing, first = run.scene.shaft_hz, line.found_hz
-    envelope, fs_hz = analysis.processed.envelope, analysis.processed.fs_hz
-    places = [*(k * first for k in HARMONICS), *(first + k * spacing for k in SIDEBANDS)]
-    height, *others = line_heights(envelope, fs_hz, places)
-    over = (1.0, *(other / height for other in others))
-    return {Question.HARMONICS: over[: len(HARMONICS)], Question.SIDEBANDS: over[len(HARMONICS) :]}
-
-
 def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:
     """Error of an answer [%]; None if either is missing or a value of the reference's is not shown."""
     if own is None or right is None:
         return None
     # Of each quantity that stands out in the reference; one that does not stand out in `own` is infinitely far away.
     shown = [(math.inf if a is None else abs(a - b), abs(b)) for a, b in zip(own, right, strict=True) if b is not None]
-    apart, how = max(off for off, _ in shown), MEANING[question].error
-    if how == "relative":
-        error = 100 * max(off / of if of else math.inf for off, of in shown)
-    elif how == "apart":
-        error = pct_of(apart)
+    if MEANING[question].error == "apart":
+        error = pct_of(max(off for off, _ in shown))
     else:
-        error = 100 * apart / (max(FAINT, *(of for _, of in shown)) if how == "of strongest" else 1.0)
+        error = 100 * max(off / of if of else math.inf for off, of in shown)
     return error if math.isfinite(error) else None

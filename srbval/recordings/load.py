@@ -1,18 +1,16 @@
-"""From a file of any format, or a simulated run, to a `Recording`; measured frequency responses."""
+"""From a file of any format, or a simulated run, to a `Recording`."""
 
 import dataclasses
 from pathlib import Path
 
 import numpy as np
 
-from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError, OpenQuestion
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
-from srbval.recordings.loaders.signals import RESPONSE, RESPONSE_COLUMNS, UFF
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
 from srbval.recordings.recording import Origin, Recording, SourceFacts
@@ -99,22 +97,6 @@ def recording_from_run(run: Run) -> Recording:
         interval_means=True,
         notes=(*ended(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
     )
-
-
-def read_frf(path: Path) -> tuple[FloatArray, ComplexArray]:
-    """Frequencies [Hz], rising, and response [m/s2/N] of a text table with `RESPONSE_COLUMNS` or UFF dataset 58."""
-    kind = detect_format(path)
-    columns = (RESPONSE if kind is UFF else kind).load(path).variables
-    if tuple(columns) != RESPONSE_COLUMNS:
-        raise DataError(f"{path}: columns must be {', '.join(RESPONSE_COLUMNS)}; found {', '.join(columns)[:200]}.")
-    frequency_hz, real, imaginary = (np.asarray(column, np.float64) for column in columns.values())
-    values = real + 1j * imaginary
-    if frequency_hz.size < 2 or not (np.isfinite(frequency_hz).all() and np.isfinite(values).all()):
-        raise DataError(f"{path}: {frequency_hz.size} lines of a response; two or more finite ones are needed.")
-    if not (np.diff(frequency_hz) > 0).all() or frequency_hz[0] < 0:
-        place = int(np.argmin(np.diff(frequency_hz)))
-        raise DataError(f"{path}: frequencies must rise from 0 Hz or above; {frequency_hz[place]:g} Hz does not.")
-    return frequency_hz, values
 
 
 def read_file(path: Path) -> Reading:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +14,6 @@ from srbval.path import amplitudes
 from srbval.path import identify as module
 from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
 from srbval.path.identify import Pair, held_band, identify, joined, third_octaves
-from srbval.recordings.load import read_frf
 from srbval.recordings.registry import load_registered
 from tests.path.simulated_rig import (
     BEARING,
@@ -32,7 +30,6 @@ from tests.path.simulated_rig import (
 
 NEAR_TRUE_DB = 0.2  # of gains: pulses here are far above the noise
 BIAS = 0.05  # of the ratio: what slip of a few tenths of a per cent takes from the sidebands
-FREQUENCY_HZ = np.linspace(350, 3600, 800)
 BAND_HZ = (400.0, 3150.0)
 
 
@@ -125,53 +122,6 @@ def test_the_bundled_path_is_what_the_rigs_two_records_give(recordings_dir):
     assert bundled is not None
     for name in ("load", "cross", "u_db"):
         assert getattr(own, name) == pytest.approx(getattr(bundled, name), rel=0.01)
-
-
-def written(path: Path, values: np.ndarray, header: str = "frequency_hz,real_m_s2_n,imag_m_s2_n") -> Path:
-    rows = [f"{f!r},{v.real!r},{v.imag!r}" for f, v in zip(FREQUENCY_HZ.tolist(), values.tolist(), strict=True)]
-    path.write_text("\n".join([header, *rows]), encoding="utf-8")
-    return path
-
-
-def test_a_measured_response_from_a_table_and_from_uff(tmp_path, srbval_json, monkeypatch):
-    values = TRUE.response(FREQUENCY_HZ)[0] / 92.0
-    noisy = values + np.random.default_rng(1).normal(0, 1e-5, (values.size, 2)) @ [1, 1j]
-    table, across = written(tmp_path / "hammer.csv", noisy), written(tmp_path / "across.csv", 3 * noisy)
-    output = str(tmp_path / "path.toml")
-    command = ["identify", str(table), "--cross-from", str(across), "--mass-kg", "92", "-o", output]
-    bands = srbval_json(*command)["bands"]
-    assert [band["load"] for band in bands] == pytest.approx(TRUE.load, rel=0.01)
-    assert [band["cross"] for band in bands] == pytest.approx([3 * band["load"] for band in bands])
-    assert load_scene("rig", {"sensor_path": output}).sensor_path.load == pytest.approx(TRUE.load, rel=0.01)
-    pyuff = pytest.importorskip("pyuff")
-    one = dict.fromkeys(("rsp_node", "ref_node"), 1) | dict.fromkeys(("rsp_dir", "ref_dir"), 3)
-    one |= {"type": 58, "func_type": 4, "x": FREQUENCY_HZ, "data": noisy, "id1": "hammer", "abscissa_spacing": 0}
-    one |= {"rsp_ent_name": "sensor", "ref_ent_name": "seat", "abscissa_spec_data_type": 18}
-    one |= {"ordinate_spec_data_type": 12, "orddenom_spec_data_type": 13}
-    pyuff.UFF(str(tmp_path / "hammer.uff")).write_sets(one, "overwrite")
-    frequency_hz, read = read_frf(tmp_path / "hammer.uff")
-    assert frequency_hz == pytest.approx(FREQUENCY_HZ, rel=1e-5)
-    assert np.allclose(read, noisy, rtol=1e-4)
-    monkeypatch.setattr("pyuff.UFF", None)  # in this process: the library reads in another one, with limits
-    whole = (tmp_path / "hammer.uff").read_text()
-    (tmp_path / "hammer.uff").write_text(whole.replace(" 1.", " x."))
-    with pytest.raises(DataError, match=r"hammer\.uff: truncated or damaged universal file"):
-        read_frf(tmp_path / "hammer.uff")
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("f,re,im\n1,2,3\n2,2,3", "columns must be"),
-        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3", "two or more"),
-        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,3\n1,2,3", "must rise"),
-        ("frequency_hz,real_m_s2_n,imag_m_s2_n\n1,2,x\n2,2,3", "not finite"),
-    ],
-)
-def test_what_is_no_response_is_refused(text, said, tmp_path):
-    (tmp_path / "bad.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(DataError, match=said):
-        read_frf(tmp_path / "bad.csv")
 
 
 def test_records_that_cannot_be_used_are_refused(rig):

@@ -4,7 +4,6 @@ import hashlib
 import itertools
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +22,11 @@ FLAC_MD5 = slice(26, 42)  # of the unpacked samples, in the block STREAMINFO (RF
 MAX_CHANNELS = 256
 UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
 FUNCTION, UNITS = 58, 164  # data sets
-TIME_SIGNALS, FREQUENCY_RESPONSE = (0, 1), 4  # function types of data set 58: general, time response; FRF
-ACCELERATION, FORCE = 12, 13  # specific data types of its ordinate and that one's denominator
+TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
+ACCELERATION = 12  # specific data type of its ordinate
 SI = 1  # units code of data set 164
 EVEN = 1  # abscissa spacing
 LVM_TIMES, LVM_FACTS = "X_Value", ("Y_Unit_Label", "Delta_X")  # a column, and rows of a segment's head
-RESPONSE_COLUMNS = ("frequency_hz", "real_m_s2_n", "imag_m_s2_n")
 _SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
 _UFF_MARK = re.compile(rb"^    -1[ \t]*(?:\r?\n|\r|\Z)", re.MULTILINE)
 _UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # right behind the bytes of a binary set
@@ -201,24 +199,6 @@ def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
         at = end.end()
 
 
-def load_response(path: Path) -> RawFile:
-    """Read the one frequency response of a universal file, acceleration over force, into `RESPONSE_COLUMNS`."""
-    import pyuff
-
-    sets = pyuff.UFF(str(path)).read_sets()
-    found = [one for one in (sets if isinstance(sets, list) else [sets]) if one.get("type") == FUNCTION]
-    responses = [one for one in found if one["func_type"] == FREQUENCY_RESPONSE]
-    kinds = [(one["ordinate_spec_data_type"], one["orddenom_spec_data_type"]) for one in responses]
-    if len(responses) != 1 or kinds[0] != (ACCELERATION, FORCE):
-        raise DataError(
-            f"{path}: {len(responses)} frequency responses of {len(found)} datasets 58, of types {kinds}: exactly one, "
-            f"of acceleration over force, ({ACCELERATION}, {FORCE}), is needed. Export that one alone."
-        )
-    response = np.asarray(responses[0]["data"])
-    values = np.asarray(responses[0]["x"]), response.real, response.imag
-    return RawFile(path=path, format=UFF.name, variables=dict(zip(RESPONSE_COLUMNS, values, strict=True)))
-
-
 def load_lvm(path: Path) -> RawFile:
     """Read the channels of a LabVIEW measurement file with their units and rates, and the times beside them.
 
@@ -264,4 +244,3 @@ TDMS = FileFormat("TDMS", "TDMS", begins(b"TDSm"), load_tdms, "TDMS file", ("npt
 UFF = FileFormat("UFF58", _UFF, _is_uff, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
 _LVM, _LVM_LIBRARY = begins(b"LabVIEW Measurement"), ("lvm_read", "lvm-read")
 LVM = FileFormat("LabVIEW", "LabVIEW .lvm", _LVM, load_lvm, "LabVIEW file", _LVM_LIBRARY, UFF_EXPANSION)
-RESPONSE = replace(UFF, read=load_response)

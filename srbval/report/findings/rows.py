@@ -20,7 +20,7 @@ from srbval.comparison.comparison import (
 )
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.table6 import measured_rows, published_rows, sum_rules
-from srbval.comparison.verdicts import holds, joint_tests, trend_pct, verdicts
+from srbval.comparison.verdicts import holds, trend_pct, verdicts
 from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
@@ -66,7 +66,6 @@ def compared_rows(
         "cage_ratios": ratios,
         "trend": change,
         "near": [*near_cage_rows(rows, ratios, change), *near_level_rows(levels, amplitudes)],
-        "joint_tests": list(joint_tests(found.cage_readings, stored)),
         "table6": [keys | row for row in lines],  # a value that a row does not have is None
         "closure": tuple(sum_rules(printed, paper, runs, rig)),
         "comparisons": levels,

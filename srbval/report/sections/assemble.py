@@ -17,7 +17,7 @@ from srbval.storage.json_files import to_json
 RECORDS, LIMITS, COMMAND = (Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "command"))
 MOST_NAMED = 20  # files in a list; report.json has all
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
-ROWS = ("comparisons", "pairs", "bias", "line_deviations", "joint_tests", "runs", "pictures", "near")
+ROWS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:

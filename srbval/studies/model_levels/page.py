@@ -12,7 +12,7 @@ from srbval.report.prose import Prose
 from srbval.report.tables import Title
 
 SHOWN = {"paper": "paper's scene", "rig": "rig's scene"}
-ASKED = ("lines", "harmonics", "sidebands", "noise-floor", "slip", "power", "amplitude", "levels")  # in the tables
+ASKED = ("lines", "harmonic-levels", "sideband-levels", "noise-floor", "slip", "power", "amplitude", "levels")
 TOLD = ("power", "levels")  # of the tile, beside fault lines
 
 
