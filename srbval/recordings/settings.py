@@ -21,16 +21,9 @@ from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_m
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.simulated import (
-    as_accelerations,
-    as_rotation,
-    at_rate,
-    mean_hz,
-    to_differentiate,
-    without_settling,
-)
+from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, without_settling
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
-from srbval.recordings.times import PLAUSIBLE_HZ, filled
+from srbval.recordings.times import PLAUSIBLE_HZ
 from srbval.recordings.units import (
     COUNTS,
     DERIVATIVES,
@@ -58,6 +51,7 @@ ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a c
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS, NEAREST = 16, 5
+LIKELY_HZ = 25600.0  # for the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
@@ -182,14 +176,11 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
     if (time := changed.time) and changed.fs_hz and (against := time.against(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
-    if time is not None and time.places is not None and time.missing:
+    if time is not None and time.missing:
         cautions.append(time.missing_caution())
-        size, places = changed.main.samples.size, time.places
-        whole = {
-            name: dataclasses.replace(c, samples=filled(c.samples, places)) if c.samples.size == size else c
-            for name, c in changed.channels.items()
-        }
-        changed = dataclasses.replace(changed, channels=whole)
+        alike = {n: c for n, c in changed.channels.items() if c.samples.size == changed.main.samples.size}
+        whole = {n: dataclasses.replace(c, samples=time.filled(c.samples)) for n, c in alike.items()}
+        changed = dataclasses.replace(changed, channels={**changed.channels, **whole})
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
     changed = _prepared(path, changed, settings, rotations)
     if "tacho" in rotations:
@@ -225,7 +216,10 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
 
 
 def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]) -> Reading:
-    """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed."""
+    """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed.
+
+    Velocities and positions of a simulation, and those that the user names, become accelerations.
+    """
     cage, shaft = (rotations.get(key) for key in ROTATIONS[1:])
     turning = {name: as_rotation(path, reading.channels[name]) for name in (cage, shaft) if name is not None}
     reading = dataclasses.replace(reading, channels={**reading.channels, **turning})
@@ -235,7 +229,7 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
     if wanted is not None and DERIVATIVES.get(unit) != wanted:
         fitting = " or ".join(f"{order} for {name}" for name, order in DERIVATIVES.items())
         raise DataError(f"{path}: derivative {wanted} of samples in {unit}; it must be {fitting}. State --unit.")
-    derivatives = to_differentiate(reading, wanted)
+    derivatives = DERIVATIVES if wanted is not None or reading.origin is Origin.SIMULATED else {}
     times_s = time.times_s if time is not None and settings.resample_hz else None
     is_other_rate = times_s is not None or settings.resample_hz != reading.fs_hz
     if times_s is None:
@@ -351,17 +345,14 @@ def _rate_question(reading: Reading) -> OpenQuestion:
     """The question for the rate; its example is a rate that the times allow."""
     because, time = f" ({reading.rate_problem})" if reading.rate_problem else "", reading.time
     if time is None or not time.uneven:
-        likely = 25600.0 if time is None else time.likely_hz or next(iter(_plausible(time.rates_hz)), 25600.0)
+        possible = (rate for rate in (time.rates_hz if time else ()) if PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
+        likely = (time and time.likely_hz) or next(possible, LIKELY_HZ)
         return OpenQuestion(f"no sampling rate{because}", "--fs HZ", f"--fs {likely:.6g}")
     if time.times_s is not None:
         likely = (time.times_s.size - 1) / float(time.times_s[-1] - time.times_s[0])
         return OpenQuestion(f"no even times{because}", "--resample HZ", f"--resample {likely:.4g}")
     again = "export them again, rising, with all their digits and their unit, as in 'time [s]'"
     return OpenQuestion(f"no even times{because}", again, "")
-
-
-def _plausible(rates_hz: Iterable[float]) -> list[float]:
-    return [rate for rate in rates_hz if PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1]]
 
 
 def _likely_unit(channel: Channel) -> str:

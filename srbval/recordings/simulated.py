@@ -12,10 +12,8 @@ from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.generic import MIN_SAMPLES
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Origin
 from srbval.recordings.units import (
     ACCELERATION,
-    DERIVATIVES,
     REVOLUTIONS,
     SI_FACTORS,
     SPEED_HZ,
@@ -168,15 +166,8 @@ def _share_in_band(error: FloatArray, signal: FloatArray, fs_hz: float, band_hz:
     return float(off / whole) if whole else 0.0
 
 
-def to_differentiate(reading: Reading, derivative: int | None) -> Mapping[str, int]:
-    """Orders of derivatives by unit: velocities and positions of a simulation, and those that the user names, become
-    accelerations; a measured one stays as it is.
-    """
-    return DERIVATIVES if derivative is not None or reading.origin is Origin.SIMULATED else {}
-
-
 def as_accelerations(reading: Reading, derivatives: Mapping[str, int]) -> Reading:
-    """Replace positions and velocities with as many samples as the channel to analyse by their accelerations."""
+    """Replace channels with as many samples as the one to analyse by their `derivatives`, whose orders are by unit."""
     count, changed, said = reading.main.samples.size, dict(reading.channels), set()
     for name, c in reading.channels.items():
         order = derivatives.get(c.recording_unit, 0)

@@ -66,6 +66,10 @@ class TimeColumn:
             return None
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
+    def filled(self, samples: FloatArray) -> FloatArray:
+        """Samples on the even grid of their places, the missing ones on straight lines between their neighbours."""
+        return samples if self.places is None else np.interp(np.arange(self.places[-1] + 1), self.places, samples)
+
     def missing_caution(self) -> str:
         """The caution for samples that are missing and were filled in."""
         assert self.places is not None
@@ -74,10 +78,12 @@ class TimeColumn:
         return f"{gaps} gaps by {self.name}: {share} are missing and filled with straight lines"
 
 
-def is_time(name: str, unit: str | None = None) -> bool:
-    """True if a variable of this name, or of this unit of time, contains times."""
+def is_time(name: str, unit: str | None = None, values: NDArray[np.generic] | None = None) -> bool:
+    """True if a variable of this name contains times, or of this unit of time, if its `values` rise."""
+    if _TIME.fullmatch(name.lower().strip()):
+        return True
     unit = unit or split_unit(name)[1] or ""
-    return _TIME.fullmatch(name.lower().strip()) is not None or unit.strip().lower() in TIME_UNITS_S
+    return unit.strip().lower() in TIME_UNITS_S and (values is None or rises(values))
 
 
 def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
@@ -129,24 +135,18 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     """Meaning of the file's times for a signal of so many `samples`, of a counter without any; None without either."""
     arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
     numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
-    found = [times_of(raw, name) for name in numeric if is_time(name, raw.units.get(name)) and not _is_level(raw, name)]
+    found = [times_of(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
     rates = [column.rates_hz[0] for column in found if not column.problem and column.rates_hz]
     if rates and max(rates) > min(rates) * (1 + SAME_RATE):
         names = " and ".join(column.name for column in found)
         return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
     found.sort(key=lambda column: (column.problem is not None, not column.rates_hz))
-    places = {name: places for name, a in numeric.items() if not is_time(name) and (places := counted(a)) is not None}
-    counters = [TimeColumn(name=printable(name), places=places[name]) for name in places]
+    places = {name: counted(a) for name, a in numeric.items() if not is_time(name)}
+    counters = [TimeColumn(name=printable(name), places=at) for name, at in places.items() if at is not None]
     gaps = next((one for one in counters if one.missing), None)
     if found and gaps is not None and not found[0].problem and found[0].places is None:
         return replace(found[0], places=gaps.places)
     return found[0] if found else gaps or next(iter(counters), None)
-
-
-def _is_level(raw: RawFile, name: str) -> bool:
-    """True if a column in a unit of time, without a name of times, does not rise: a period, no time."""
-    values = raw.array(name)
-    return _TIME.fullmatch(name.lower().strip()) is None and values is not None and not rises(values)
 
 
 def rises(values: NDArray[np.generic]) -> bool:
@@ -253,8 +253,3 @@ def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
     said = ", ".join(f"{wrong.sum()} {what}" for what, wrong in which.items() if wrong.any()) or "a slow drift"
     worst = 100 * off.max() / usual
     return f"the times of {name} are uneven: {said} of {steps.size} steps, the worst off by {worst:.3g} %"
-
-
-def filled(samples: FloatArray, places: NDArray[np.int64]) -> FloatArray:
-    """Samples on the even grid of their `places`, the missing ones on straight lines between their neighbours."""
-    return np.interp(np.arange(int(places[-1]) + 1), places, samples)

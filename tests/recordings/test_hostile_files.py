@@ -441,7 +441,7 @@ def run(tmp_path):
     def read(text):
         path = tmp_path / "does.py"
         path.write_text(f"import ctypes, mmap, os, signal, time\n{text}\n")
-        FileFormat(name="x", description="x", matches=bool, read=runpy.run_path).load(path)
+        FileFormat(name="x", description="x", mark=b"", read=runpy.run_path).load(path)
 
     return read
 

@@ -118,7 +118,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
         text = _unit_text(raw, variable)
         unit, problem, shown = known_unit(text or ""), None, f"{raw.path}: {printable(name)}"
-        if is_time(name) or (is_time(name, text) and rises(column)) or counted(column) is not None:
+        if is_time(name) or is_time(name, text, column) or counted(column) is not None:
             continue
         try:
             raw.check_usable(variable)

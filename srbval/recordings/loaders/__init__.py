@@ -3,6 +3,7 @@
 A new format is a `limited.FileFormat` and its entry in `FORMATS`.
 """
 
+import re
 from pathlib import Path
 
 from srbval.errors import DataError, NoRecordingError
@@ -44,7 +45,7 @@ def detect_format(path: Path) -> FileFormat:
     if not head:
         raise DataError(f"{path}: the file is empty (0 bytes). Copy or download it again.")
     for candidate in FORMATS:
-        if candidate.matches(head):
+        if re.match(candidate.mark, head, re.DOTALL):
             return candidate
     accepted = ", ".join(candidate.description for candidate in FORMATS)
     raise NoRecordingError(

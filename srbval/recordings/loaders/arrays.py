@@ -1,7 +1,6 @@
 """Files of named arrays: NumPy (pickled objects are never opened), Parquet, Feather and JSON."""
 
 import json
-import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -10,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.loaders.limited import FileFormat, begins
+from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
 from srbval.recordings.times import is_time, times_of_texts
 from srbval.recordings.units import is_unit_key
 
 TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
 MAX_COLUMNS = 256
-PARQUET, FEATHER = b"PAR1", b"ARROW1\0\0"
+PARQUET = b"PAR1"
 
 
 def load_npy(path: Path) -> RawFile:
@@ -154,11 +153,12 @@ def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
     return RawFile(path=path, format=form, variables=variables, attributes=attributes, units=units)
 
 
-_JSON = re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])")
+_JSON = rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[-\d\[{])"
 _PANDAS = ("pandas", "pandas")
-JSON = FileFormat("JSON", "JSON", lambda head: _JSON.match(head) is not None, load_json, "JSON text", _PANDAS, 64)
+JSON = FileFormat("JSON", "JSON", _JSON, load_json, "JSON text", _PANDAS, 64)
 _PYARROW = ("pyarrow.parquet", "pyarrow")
-NPY = FileFormat("NumPy", "NumPy .npy", begins(b"\x93NUMPY"), load_npy, trusted=True)
-NPZ = FileFormat("NumPy archive", "NumPy .npz", begins(b"PK\x03\x04"), load_npz, ".npz file")
-_TABLE = begins(PARQUET, FEATHER)
-TABLE = FileFormat("table in columns", "Parquet, Feather", _TABLE, load_table, "table", _PYARROW, TABLE_EXPANSION)
+NPY = FileFormat("NumPy", "NumPy .npy", rb"\x93NUMPY", load_npy, trusted=True)
+NPZ = FileFormat("NumPy archive", "NumPy .npz", rb"PK\x03\x04", load_npz, ".npz file")
+TABLE = FileFormat(
+    "table in columns", "Parquet, Feather", rb"PAR1|ARROW1\0\0", load_table, "table", _PYARROW, TABLE_EXPANSION
+)

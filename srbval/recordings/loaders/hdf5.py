@@ -21,8 +21,7 @@ MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
 OBJECT_MARK = "MATLAB_object_decode"  # attribute of the references of an object
 SKIPPED = ("#refs#", "#subsystem#")
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
-SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these sizes
+SIGNATURE = rb"(?:.{512}|.{1024}|.{2048})?\x89HDF\r\n\x1a\n"  # perhaps after a user block
 
 
 def load_hdf5(path: Path) -> RawFile:
@@ -174,8 +173,4 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-def _is_hdf5(head: bytes) -> bool:
-    return any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS)
-
-
-FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", _is_hdf5, load_hdf5, "HDF5 file")
+FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file")

@@ -29,7 +29,7 @@ _running: set[WorkerProcess] = set()
 
 @dataclass(frozen=True)
 class FileFormat:
-    """A format, the test of a file's first bytes for it, and its loader, a function of a module.
+    """A format, the pattern of a file's first bytes (``.`` is any byte), and its loader, a function of a module.
 
     Unless it is `trusted`, `read` may raise anything, hang or crash: it runs in a process with limits. `library` is the
     module to import before the limits hold, and the name to install it by; `kind` is what messages call a file. The
@@ -38,7 +38,7 @@ class FileFormat:
 
     name: str
     description: str
-    matches: Callable[[bytes], bool]
+    mark: bytes
     read: Callable[[Path], RawFile]
     kind: str = "file"
     library: tuple[str, str] | None = None
@@ -95,11 +95,6 @@ class FileFormat:
         else:
             text = f"the process that reads it ended ({how}), perhaps for lack of memory. Try again; see: srbval doctor"
         raise DataError(f"{path}: {text}")
-
-
-def begins(*marks: bytes) -> Callable[[bytes], bool]:
-    """Test whether a file begins with one of the `marks`."""
-    return lambda head: head.startswith(marks)
 
 
 @atexit.register

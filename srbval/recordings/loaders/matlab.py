@@ -16,14 +16,14 @@ from srbval.recordings.raw import RawFile, Value, check_claim, first_line
 from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
-VERSION_AND_ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")  # bytes 124 to 127
+MATLAB_MARK = rb"MATLAB 5\.0|.{124}(?:\x00\x01IM|\x01\x00MI)"  # text, or version and order of bytes
 EXPANSION = 4  # compressed once, and held twice while the contents are handed over
 MAX_DEPTH = 32
 MAX_VARIABLES = 25_000
 LEAST = 256  # samples of a signal
 OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
 SERIES = ".Data_"  # property of a `timeseries` with its samples
-MODELICA_FIRST = slice(20, 27), b"Aclass\0"  # name of the first matrix, behind its header
+MODELICA_MARK = rb".{20}Aclass\0"  # name of the first matrix, behind its header
 TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
 _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at the end of a description
 
@@ -153,15 +153,6 @@ def _texts(letters: NDArray[Any]) -> list[str]:
     return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
 
 
-def _is_matlab(head: bytes) -> bool:
-    return head.startswith(b"MATLAB 5.0") or head[124:128] in VERSION_AND_ENDIAN
-
-
-def _is_modelica(head: bytes) -> bool:
-    place, name = MODELICA_FIRST
-    return head[place] == name
-
-
 _SCIPY = ("scipy.io.matlab", "scipy")
-MATLAB = FileFormat("MATLAB v5", "MATLAB v5", _is_matlab, load_matlab, "MATLAB v5 file", _SCIPY, EXPANSION)
-MODELICA = FileFormat("Modelica", "Modelica result", _is_modelica, load_modelica, "Modelica result", _SCIPY, EXPANSION)
+MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", _SCIPY, EXPANSION)
+MODELICA = FileFormat("Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", _SCIPY, EXPANSION)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import FileFormat, begins
+from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RawFile, Value, check_claim
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
@@ -33,7 +33,7 @@ _UFF_END = re.compile(rb"[\r\n]* {4}-1[ \t]*(?:\r?\n|\r|\Z)")  # right behind th
 # Type, whether it is binary, number of lines of text behind this one, and of bytes behind these.
 _UFF_TYPE = re.compile(rb" {0,5}(\d{1,5})(?:(b)\s+\d+\s+\d+\s+(\d+)\s+(\d+)[ \d]*)?")
 UFF_HEAD = 4096  # bytes that hold the lines of text of a binary set
-_UFF_HEAD = re.compile(rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s")
+AUDIO_MARK, UFF_MARK = rb"fLaC|(?:RIFF|RIFX|RF64).{4}WAVE", rb" {4}-1[ \t]*\r?\n {0,5}\d{1,5}b?\s"
 
 
 def load_audio(path: Path) -> RawFile:
@@ -230,17 +230,9 @@ def load_lvm(path: Path) -> RawFile:
     return RawFile(path=path, format=LVM.name, variables=variables, units=units, rates_hz=rates)
 
 
-def _is_audio(head: bytes) -> bool:
-    return head.startswith(b"fLaC") or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
-
-
-def _is_uff(head: bytes) -> bool:
-    return _UFF_HEAD.match(head) is not None
-
-
 _UFF = "universal file (UFF, data set 58)"
-AUDIO = FileFormat("sound", "WAV, FLAC", _is_audio, load_audio, "sound file", ("soundfile", "soundfile"), PACKED)
-TDMS = FileFormat("TDMS", "TDMS", begins(b"TDSm"), load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED)
-UFF = FileFormat("UFF58", _UFF, _is_uff, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
-_LVM, _LVM_LIBRARY = begins(b"LabVIEW Measurement"), ("lvm_read", "lvm-read")
-LVM = FileFormat("LabVIEW", "LabVIEW .lvm", _LVM, load_lvm, "LabVIEW file", _LVM_LIBRARY, UFF_EXPANSION)
+AUDIO = FileFormat("sound", "WAV, FLAC", AUDIO_MARK, load_audio, "sound file", ("soundfile", "soundfile"), PACKED)
+TDMS = FileFormat("TDMS", "TDMS", b"TDSm", load_tdms, "TDMS file", ("nptdms", "npTDMS"), PACKED)
+UFF = FileFormat("UFF58", _UFF, UFF_MARK, load_uff, "universal file", ("pyuff", "pyuff"), UFF_EXPANSION)
+_LVM, _LVM_READ = b"LabVIEW Measurement", ("lvm_read", "lvm-read")
+LVM = FileFormat("LabVIEW", "LabVIEW .lvm", _LVM, load_lvm, "LabVIEW file", _LVM_READ, UFF_EXPANSION)

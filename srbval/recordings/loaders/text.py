@@ -26,6 +26,7 @@ _COMMENT = re.compile(r"^(?:%|//)")
 _KEY = re.compile(r'[#\s"]*([A-Za-z][^:=;,\t]{0,60}?)"?\s*(?:[:=;,\t]\s*)+"?(.+?)[\s";,]*')
 _COLON = re.compile(r"[#\s]*[A-Za-z][\w .()\[\]/-]*?\s*[:=]")
 _NUMBER = re.compile(r"[+-]?(?:\d++(?:[.,]\d*+)*+|[.,]\d++)(?:[eE][+-]?\d++)?", re.ASCII)
+_PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.IGNORECASE)
 _LIKE_A_NUMBER = re.compile(r"[+\-−]?[.,]?\d|(?:[+-]?(?:nan|inf|infinity)|null|none|n/?a)?$", re.IGNORECASE)
 _CLOCK = re.compile(r"[^,;]*\d:\d\d?")
 _DATE = re.compile(r"\d{4}[-/.]?\d\d[-/.]?\d\d(?:T.*)?|\d{1,2}[./-]\d{1,2}[./-]\d{2,4}|\d{1,2}-[A-Za-z]{3}-\d{2,4}")
@@ -85,10 +86,10 @@ def load_text(path: Path) -> RawFile:
     for i, (name, fields) in enumerate(zip(names, columns, strict=True)):
         key, wrong = name[:LONGEST_NAME] or f"col_{i + 1}", ""
         if kinds[i] == "t" or (kinds[i] == "d" and "t" not in kinds):
-            values, wrong = _times(
-                key, fields, columns[kinds.index("d")] if kinds.count("d") == kinds.count("t") else None
-            )
-            said[key] = "s"
+            days = columns[kinds.index("d")] if kinds.count("d") == kinds.count("t") else None
+            if (times := _times(fields, days)) is None:
+                wrong = f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
+            values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
         elif kinds[i] in "ne" and not np.isnan(values := _numbers(fields, comma=comma)).all():
             wrong = _not_finite(key, fields, values, table.lines)
         else:
@@ -109,16 +110,11 @@ def load_text(path: Path) -> RawFile:
     )
 
 
-def _times(key: str, fields: list[str], days: list[str] | None) -> tuple[NDArray[np.float64], str]:
-    """Seconds of time stamps, or of times of day beside a column of `days`, and why they are not understood."""
-    alone = days is not None and re.match(r"\d{1,2}:", fields[0])
-    texts = [f"{day} {field}" for day, field in zip(days, fields, strict=True)] if days and alone else fields
-    times = times_of_texts(texts)
-    if times is None:
-        return np.full(
-            len(fields), np.nan
-        ), f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
-    return times, ""
+def _times(fields: list[str], days: list[str] | None) -> NDArray[np.float64] | None:
+    """Seconds of time stamps, or of times of day beside a column of `days`; None if they are not understood."""
+    if days and re.match(r"\d{1,2}:", fields[0]):
+        return times_of_texts([f"{day} {field}" for day, field in zip(days, fields, strict=True)])
+    return times_of_texts(fields)
 
 
 def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
@@ -194,15 +190,11 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
         first += 1  # the names are numbers
     kinds = [list(map(_kind, column)) for column in zip(*(row for row in tried if is_row(row)), strict=True)]
     usual = "".join(max("entdx" if set(kind) == {"e"} else "ntdx", key=kind.count) for kind in kinds)
-    while (
-        usual[0] in "nt" and last - first > 1 and _kind(rows[last - 1][0]) == "x" and not _starts_number(rows[last - 1])
-    ):
+    while usual[0] in "nt" and last - first > 1 and _kind(begin := rows[last - 1][0]) == "x":
+        if _LIKE_A_NUMBER.match(begin):
+            break
         last -= 1  # below the table
     return TableLayout(separator=separator, lines=filled[first:last], rows=rows[first:last], kinds=usual)
-
-
-def _starts_number(fields: list[str]) -> bool:
-    return _LIKE_A_NUMBER.match(fields[0]) is not None
 
 
 def _numbered(fields: list[str]) -> bool:
@@ -345,38 +337,20 @@ def _settings(path: Path, above: list[str]) -> dict[str, float | str]:
 def _numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
     """Numbers of the fields, NaN for any other text."""
     texts = [field.replace(",", ".") for field in fields] if comma else fields
-    try:
-        values = np.array(texts, np.float64)
-    except ValueError:
-        values = np.array(
-            [
-                float(text) if _NUMBER.fullmatch(text) and text.count(".") < 2 and "," not in text else np.nan
-                for text in texts
-            ]
-        )
-    return values
+    return np.array([text if _PLAIN.fullmatch(text) else "nan" for text in texts], np.float64)
 
 
 def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table: TableLayout) -> bool:
     """True if the numbers have decimal commas; `DataError` if that cannot be decided."""
     numeric = [column for column, kind in zip(columns, kinds, strict=True) if kind in "ne"]
-    found = [(i, field) for column in numeric for i, field in enumerate(column) if "," in field]
+    places = [(i, field) for column in numeric for i, field in enumerate(column)]
+    found = [(i, field) for i, field in places if "," in field]
+    points = any("." in field for column in numeric for field in column)
     what, wrong = "", list[tuple[int, str]]()
     if table.separator == "," and not found:
         what = "has decimal commas that cannot be told from those between columns"
-        points = any("." in field for column in numeric for field in column)
-        odd = [
-            column
-            for column in numeric
-            if any(map(_SPLIT_DECIMAL.fullmatch, column)) or (not points and "-0" in column)
-        ]
-        wrong = [
-            (i, field)
-            for column in odd
-            for i, field in enumerate(column)
-            if _SPLIT_DECIMAL.fullmatch(field) or field == "-0"
-        ]
-    elif found and any("." in field for column in numeric for field in column):
+        wrong = [(i, f) for i, f in places if _SPLIT_DECIMAL.fullmatch(f) or (f == "-0" and not points)]
+    elif found and points:
         what, wrong = "is in a table of both decimal commas and points, or with thousands separators", found
     elif found and not any(_NO_THOUSANDS.search(field) for _, field in found):
         what, wrong = "has three digits after every comma: decimals or thousands", found
@@ -387,9 +361,6 @@ def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table:
     return bool(found)
 
 
-def _is_text(head: bytes) -> bool:
-    """True without control characters but white space, in any 8-bit encoding, and for UTF-16 with its mark."""
-    return head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
-
-
-FORMAT = FileFormat(TEXT, "a text table", _is_text, load_text, trusted=True)
+# No control characters but white space, in any 8-bit encoding, or UTF-16 with its mark.
+_TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"
+FORMAT = FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True)
