@@ -24,8 +24,6 @@ from .formats import BEARING, FS_HZ, SHAFT_HZ, WRITERS, G, record, whole
 
 DIGITS = 2e-6  # relative, of the largest sample: seven digits, or 24 bits
 LINE_DIGITS = 1e-5  # relative, of a line: six digits of a time step, and those of the samples
-TIME_DIGITS = 1e-6  # times written with six decimals
-SAMPLE_DIGITS = 1e-8  # samples written with ten digits
 
 
 @pytest.fixture(scope="module")
@@ -67,21 +65,6 @@ def test_a_library_that_is_missing_is_named(kind, tmp_path, monkeypatch):
     with pytest.raises(DataError, match=rf"library {name}, .* Install it: {re.escape(command)}$"):
         load_recording(path)
     limited.end_readers()
-
-
-def test_csv_with_time_column_and_settings(tmp_path):
-    table = np.stack([np.arange(1000) / 5000, files.vibration(1000)], axis=1)
-    path = tmp_path / "record.csv"
-    path.write_text("# unit = g\n# rpm = 1200\ntime_s,acc\n" + "\n".join(f"{t:.6f},{x:.9e}" for t, x in table))
-    r = load_recording(path)
-    assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=TIME_DIGITS), "acc", "m/s2")
-    np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * G, rtol=SAMPLE_DIGITS)
-    assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
-
-
-def test_a_unit_that_is_not_known(tmp_path):
-    savemat(tmp_path / "a.mat", {"x": np.array(files.vibration()), "fs": 8000.0, "unit": "furlong/s2"})
-    assert "left out: unit 'furlong/s2', which is not known" in load_recording(tmp_path / "a.mat", unit="g").notes
 
 
 def test_structs_cells_and_texts_of_matlab(tmp_path):

@@ -1,14 +1,14 @@
 """The register: add, list, verify, remove, what users state and the recordings that ship; download of an open set."""
 
 import dataclasses
-import hashlib
 import os
 import shutil
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import h5py
@@ -38,6 +38,7 @@ from srbval.recordings.registry import (
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
 from srbval.report.write import write_report
+from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
 from tests.campaign.campaigns import small
 from tests.recordings.synthetic_record import write_synthetic_record
@@ -460,39 +461,23 @@ def test_they_are_the_originals(recordings_dir):
 NAMES = ("H_877rpm_a.mat", "IR_877rpm_a.mat", "OR_877rpm_a.mat")
 
 
-class Server(ThreadingHTTPServer):
-    """Serves `contents`; `broken` names are cut half-way, `asked` lists the requests."""
-
-    def __init__(self, contents):
-        super().__init__(("127.0.0.1", 0), Handler)
-        self.contents, self.broken, self.asked = contents, set(), []
-        self.url = f"http://127.0.0.1:{self.server_port}"
-        threading.Thread(target=self.serve_forever, daemon=True).start()
-
-
-class Handler(BaseHTTPRequestHandler):
-    def do_GET(self):
-        name = self.path.lstrip("/")
-        self.server.asked.append(name)
-        body = self.server.contents[name]
-        self.send_response(200)
-        self.send_header("Content-Length", str(len(body)))
-        self.end_headers()
-        self.wfile.write(body[: len(body) // 2] if name in self.server.broken else body)
-
+class Handler(SimpleHTTPRequestHandler):
     def log_message(self, *_):
-        """Keep the test's output clean."""
+        """Note the request in place of a line on the screen."""
+        self.server.asked.append(self.path.lstrip("/"))
 
 
 @pytest.fixture
 def server(tmp_path, monkeypatch):
-    (tmp_path / "made").mkdir()
-    made = (files.excerpt(tmp_path / "made" / name, condition=name.split("_")[0]) for name in NAMES)
-    served = Server({path.name: path.read_bytes() for path in made})
-    expected = (
-        ExpectedFile(name=name, sha256=hashlib.sha256(body).hexdigest(), url=f"{served.url}/{name}")
-        for name, body in served.contents.items()
-    )
+    """Serves the files of its folder; `asked` lists the requests."""
+    made = tmp_path / "made"
+    made.mkdir()
+    served = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=made))
+    served.folder, served.asked = made, []
+    threading.Thread(target=served.serve_forever, daemon=True).start()
+    written = [files.excerpt(made / name, condition=name.split("_")[0]) for name in NAMES]
+    url = f"http://127.0.0.1:{served.server_port}"
+    expected = [ExpectedFile(name=p.name, sha256=file_sha256(p), url=f"{url}/{p.name}") for p in written]
     described = dataclasses.replace(dataset("torino-excerpts"), files=tuple(expected))
     monkeypatch.setattr(registry, "dataset", lambda _: described)
     yield served
@@ -515,22 +500,18 @@ def test_what_cannot_be_fetched_and_the_way_out(tmp_path, monkeypatch):
         fetch("nothing")
 
 
-def test_broken_off_then_resumed_at_the_file_that_is_missing(server, tmp_path):
-    server.broken = {NAMES[1]}
-    with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*data add"):
+@pytest.mark.parametrize("damage", [lambda body: body[:5000], lambda body: body[:5000] + b"x" + body[5001:]])
+def test_damaged_then_resumed_at_the_file_that_is_missing(server, tmp_path, damage):
+    """A file that is cut or is not the pinned one is refused, and not kept."""
+    path = server.folder / NAMES[1]
+    whole = path.read_bytes()
+    path.write_bytes(damage(whole))
+    with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*hash.*data add"):
         fetch("torino-excerpts", tmp_path / "data")
-    assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]  # no half a file
-    server.broken, reported = set(), []
+    assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]
+    path.write_bytes(whole)
+    reported = []
     result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
     assert [(Path(r.file).name, r.status) for r in result.recordings] == [(name, FileStatus.OK) for name in NAMES]
     assert reported == [("Download", part / 3) for part in range(4)]
     assert server.asked.count(NAMES[0]) == 1  # what was there was kept
-
-
-def test_file_that_is_not_the_pinned_one_is_refused(server, tmp_path):
-    body = bytearray(server.contents[NAMES[0]])
-    body[5000] ^= 1
-    server.contents[NAMES[0]] = bytes(body)
-    with pytest.raises(DataError, match="hash"):
-        fetch("torino-excerpts", tmp_path / "data")
-    assert not list((tmp_path / "data").iterdir())
