@@ -197,14 +197,14 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
 
 def files_under(folder: Path) -> list[Path]:
     """Files below `folder`, sorted; hidden ones and links to folders are skipped."""
-    if folder.is_file():
-        return [Path(os.path.abspath(folder))]
-    if not folder.is_dir():
+    whole = Path(os.path.abspath(folder))
+    if whole.is_file():
+        return [whole]
+    if not whole.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
-    found = []
-    for parent, folders, names in os.walk(os.path.abspath(folder)):
-        folders[:] = [name for name in folders if not name.startswith(".")]
-        found += [Path(parent, name) for name in names if not name.startswith(".")]
+    found = [
+        path for path in whole.rglob("*") if not path.is_dir() and "/." not in f"/{path.relative_to(whole).as_posix()}"
+    ]
     if not found:
         raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
     return sorted(found)

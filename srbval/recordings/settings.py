@@ -24,29 +24,11 @@ from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
 from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, without_settling
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
 from srbval.recordings.times import PLAUSIBLE_HZ
-from srbval.recordings.units import (
-    COUNTS,
-    DERIVATIVES,
-    DIFFERENTIATED,
-    FINE,
-    UNITS,
-    UNKNOWN,
-    known_unit,
-    split_unit,
-)
+from srbval.recordings.units import COUNTS, DERIVATIVES, DIFFERENTIATED, FINE, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
 from srbval.storage.tables import build
 
 FILE = "file"  # column of a table of labels
-# Options whose names are shorter than those of the settings.
-ALIASES = {
-    "fs": "fs_hz",
-    "band": "band_hz",
-    "sensitivity": "sensitivity_mv_per_g",
-    "rpm_tolerance": "rpm_tolerance_pct",
-    "resample": "resample_hz",
-    "skip": "skip_s",
-}
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
@@ -55,16 +37,9 @@ LIKELY_HZ = 25600.0  # for the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
-NOTED = (
-    ("unit", "unit"),
-    ("scale", "scale"),
-    ("sensitivity_mv_per_g", "sensitivity [mV/g]"),
-    ("state", "state"),
-    ("bearing", "bearing"),
-    ("radial_kn", "radial load [kN]"),
-    ("axial_kn", "axial load [kN]"),
-    ("band_hz", "demodulation band [Hz]"),
-)
+NOTED = ("unit", "scale", "sensitivity_mv_per_g", "state", "bearing", "radial_kn", "axial_kn", "band_hz")
+WORDS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
+WORDS |= {f"{direction}_kn": f"{direction} load [kN]" for direction in ("radial", "axial")}
 BEARING_QUESTION = OpenQuestion("no bearing", "--bearing NAME | FILE.toml", "--bearing skf-22240")
 SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --pulses-per-rev N", "--rpm 1480")
 
@@ -146,6 +121,12 @@ class RecordingSettings:
         return dataclasses.replace(stored, **given)
 
 
+# Settings by the names of their options, which are without units.
+ALIASES = {
+    re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in dataclasses.fields(RecordingSettings)
+}
+
+
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
     """`reading` with the user's settings; `DataError` if the file has no such channel, or a setting does not fit it."""
     reading = _of_origin(path, reading, settings.origin)
@@ -163,7 +144,7 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changes |= _sampling_rate(path, dataclasses.replace(reading, **changes), settings)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
-    notes += [f"{name} {v} given by the user" for key, name in NOTED if (v := getattr(settings, key)) is not None]
+    notes += [f"{WORDS.get(k, k)} {v} given by the user" for k in NOTED if (v := getattr(settings, k)) is not None]
     if settings.rpm is not None:
         changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
@@ -256,16 +237,13 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
     channels = {}
-    for name, c in reading.channels.items():
-        unit = {} if c.rotates else _unit_given(path, name, c, settings)
-        channels[name] = dataclasses.replace(c, **given | unit)
-    for name, c in channels.items():
-        if c.scale_missing:
-            caution = (
-                f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
-                "are not known, and not compared with another record's"
-            )
-            channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution))
+    for name, own in reading.channels.items():
+        c = dataclasses.replace(own, **given | ({} if own.rotates else _unit_given(path, name, own, settings)))
+        caution = (
+            f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
+            "are not known, and not compared with another record's"
+        )
+        channels[name] = dataclasses.replace(c, cautions=(*c.cautions, caution)) if c.scale_missing else c
     if (per_g := settings.sensitivity_mv_per_g) is None:
         return channels
     in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
@@ -398,9 +376,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     An empty field leaves `common`. Separated by semicolons or tabs, decimals may have a comma. `ConfigurationError`
     lists everything that is wrong.
     """
-    every = dataclasses.fields(RecordingSettings)
-    fields = {field.name: str(field.type) for field in every if field.name != "auto_band"}
-    columns, numbers = (FILE, *fields), {name for name, kind in fields.items() if "float" in kind}
+    fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
+    columns = (FILE, *(name for name in fields if name != "auto_band"))
     lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
@@ -420,12 +397,13 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
             file = Path(os.path.abspath(folder / stated.pop(FILE)))
             if not file.is_file():
                 raise ConfigurationError(f"{file}: no such file")
-            for key in set(stated) & numbers if separator != "," else ():
-                stated[key] = stated[key].replace(",", ".")
-            if str(stated.get("derivative")).isdecimal():
-                stated["derivative"] = int(stated["derivative"])
-            if "band_hz" in stated:  # both edges in one field
-                stated["band_hz"] = stated["band_hz"].split()
+            for key, text in stated.items():
+                if "float" in fields[key]:
+                    stated[key] = text.replace(",", ".") if separator != "," else text
+                if "tuple" in fields[key]:  # both edges of a band in one field
+                    stated[key] = stated[key].split()
+                elif "int" in fields[key] and text.isdecimal():
+                    stated[key] = int(text)
             settings = build(RecordingSettings, stated, "row")
             if file in found:
                 raise ConfigurationError(f"{file.name} is named twice")

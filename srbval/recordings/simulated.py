@@ -12,15 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.generic import MIN_SAMPLES
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.units import (
-    ACCELERATION,
-    REVOLUTIONS,
-    SI_FACTORS,
-    SPEED_HZ,
-    UNITS,
-    known_unit,
-    split_unit,
-)
+from srbval.recordings.units import ACCELERATION, REVOLUTIONS, SI_FACTORS, SPEED_HZ, UNITS, known_unit, split_unit
 
 PASSED, STOPPED = 0.4, 0.5  # shares of the sampling rate: all below the first is kept, nothing above the second
 STOPPED_DB = 80.0
