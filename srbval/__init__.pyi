@@ -7,8 +7,7 @@ from srbval.campaign.settings import load_campaign
 from srbval.check.check import run_check
 from srbval.cli.installation_commands import build_docs, doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
-from srbval.diagnosis.diagnose import Diagnosis, diagnose
-from srbval.diagnosis.fault_verdict import FaultVerdict, fault_verdict
+from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict
 from srbval.diagnosis.records import RecordRequest, read_record, read_records
 from srbval.diagnosis.trend import record_times, trend_of
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError

@@ -25,7 +25,7 @@ from srbval import __version__
 from srbval.bearing import DEFAULT_BEARING, DEFECTS, RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_means import cage_means
 from srbval.comparison.cage_readings import cage_readings
-from srbval.diagnosis.diagnose import diagnose
+from srbval.diagnosis.fault_verdict import diagnose
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.models.sensor import along_sensor, band_rms

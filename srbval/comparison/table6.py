@@ -14,7 +14,6 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
-from srbval.reading.verdict import sum_rule
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import build, read_toml
@@ -142,6 +141,24 @@ def _row(
         "uncertainty_parts_pct": made["parts"],
         "verdict": made["verdict"],
     } | further
+
+
+def sum_rule(pair: Mapping[str, Any]) -> dict[str, Any]:
+    """A pair of race lines, as orders of the shaft speed of each, with their sum, and the speed for which it is exact.
+
+    `closed` is true if the sum, less the `slip_difference` of the cage speeds of two records, agrees with the number of
+    rolling elements within `ci95`; None without an uncertainty.
+    """
+    total, rollers, ci95 = pair["bpfo_order"] + pair["bpfi_order"], pair["rolling_elements"], pair["ci95"]
+    slip = pair.get("slip_difference", 0.0)
+    return {
+        **pair,
+        "slip_difference": slip,
+        "total": total,
+        "difference_pct": 100 * (total / rollers - 1),
+        "implied_rpm": pair["stated_rpm"] * total / rollers,
+        "closed": None if ci95 is None else bool(abs(total - slip - rollers) <= ci95),
+    }
 
 
 def sum_rules(

@@ -64,6 +64,9 @@ class BaselineComparison:
         return "times as high" if self.by_level else "times as deep"
 
 
+NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same machine, speed and load to compare.")
+
+
 def registered_baseline(analysis: Analysis) -> Recording | None:
     """The registered healthy record of the same rig, speed and load; raises what loading it raises.
 
@@ -184,7 +187,7 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
     """
     healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
     if healthy is None:
-        return BaselineComparison(sentence="There is no healthy record of the same machine, speed and load to compare.")
+        return NO_HEALTHY
     if isinstance(baseline, Baseline) and baseline.fault:
         return BaselineComparison(
             sentence=f"The healthy record {healthy.recording.name} itself shows a fault: nothing is compared with it."

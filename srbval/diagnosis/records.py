@@ -22,6 +22,7 @@ from srbval.diagnosis.fault_posterior import (
     LABELS,
     UNDECIDED,
     decide,
+    fault_scores,
     faults_of,
     log_likelihood,
     most_probable,
@@ -30,15 +31,13 @@ from srbval.diagnosis.fault_posterior import (
     share_of,
     stands_out,
 )
-from srbval.diagnosis.fault_scores import fault_scores
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, ShortRecordError, analyse, bearing_of
-from srbval.reading.features import ACCELERATION, features_of
+from srbval.reading.features import ACCELERATION, features_of, snapshot_of
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, WHOLE_BAND, process
-from srbval.reading.snapshots import snapshot_of
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of

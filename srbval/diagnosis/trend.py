@@ -26,7 +26,7 @@ from scipy.stats import t
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import SAME_SHARE
 from srbval.errors import ConfigurationError, DataError, UnknownNameError
-from srbval.reading.snapshots import pooled
+from srbval.reading.features import pooled
 from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
 from srbval.storage.tables import read_toml

@@ -10,7 +10,7 @@ import numpy as np
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
-from srbval.reading.lines import Line, clearness, detected_fault_lines, sidak_corrected
+from srbval.reading.lines import RACE_LINES, Line, clearness, describe_lines, detected_fault_lines, sidak_corrected
 from srbval.reading.pipeline import (
     LEAST_REVOLUTIONS,
     SQUARED_UNIT,
@@ -23,7 +23,6 @@ from srbval.reading.pipeline import (
     whole_band_of,
 )
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
-from srbval.reading.verdict import closure_of, describe_lines
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
@@ -48,8 +47,24 @@ class Analysis(SpeedSearch):
 
     @property
     def closure(self) -> dict[str, Any]:
-        """Sum of the race lines (`closure_of`)."""
-        return closure_of(self.lines, self.bearing, self.speed)
+        """Sum of both race lines, with the uncertainty of lines and speed; None for the reason `why`.
+
+        BPFO + BPFI = Z f_shaft, whatever the slip (Randall 2011, sect. 2.2.3), else the stated speed is wrong.
+        """
+        expected, expected_ci = (self.bearing.rolling_elements * hz for hz in (self.speed.value_hz, self.speed.ci95_hz))
+        closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
+        races = [line for line in self.lines if line.name in RACE_LINES and line.harmonic == 1]
+        if missing := [line.name for line in races if not line.detected]:
+            closure |= dict.fromkeys(("sum_hz", "sum_ci95_hz", "difference_pct", "ci95_pct", "closed"))
+            why = f"{' and '.join(missing)} not detected in this recording, so there is no sum to compare."
+            return closure | {"why": why}
+        total = sum(line.found_hz or 0.0 for line in races)
+        total_ci = math.hypot(*(line.ci95_hz or 0.0 for line in races))
+        difference, ci_pct = 100 * (total / expected - 1), 100 * math.hypot(total_ci / expected, expected_ci / expected)
+        closed = abs(difference) <= ci_pct
+        why = "" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong."
+        found = {"sum_hz": total, "sum_ci95_hz": total_ci, "difference_pct": difference, "ci95_pct": ci_pct}
+        return closure | found | {"closed": closed, "why": why}
 
     @property
     def summary(self) -> str:

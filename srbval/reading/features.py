@@ -1,19 +1,30 @@
-"""Scalar features of one analysed channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity."""
+"""Scalar features of one analysed channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity.
+
+Snapshots are records too short to search for lines. Their levels, and their modulation at the lines, can be pooled.
+"""
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.bearing import DEFECTS, Bearing
+from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis
+from srbval.reading.pipeline import declared_band, process, whole_band_of
+from srbval.recordings import Recording
 from srbval.recordings.units import ACCELERATION, DISPLACEMENT, VELOCITY
 from srbval.signal import kurtosis
+from srbval.signal.envelope import END_PERIODS
 
 # Power of 2 pi f that makes a velocity of a unit, and the factor from there to m/s.
 VELOCITIES = {ACCELERATION: (-1, 1.0), VELOCITY: (0, 1e-3), DISPLACEMENT: (1, 1e-6)}
 HIGHEST_HZ = 1000.0
 SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for machines slower than 600 rpm, else 10 Hz
+BESIDE = (-2.0, -1.5, 1.5, 2.0)  # places of the neighbourhood of a snapshot's line, in widths of a line
+POOLED_REVOLUTIONS = 30.0
 LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude to mean something
 
 
@@ -54,3 +65,55 @@ def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
     within = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     power = 2 * np.abs(spectrum[within] * (2 * math.pi * frequency[within]) ** exponent) ** 2
     return factor * math.sqrt(float(power.sum()) / samples.size / float((window**2).sum()))
+
+
+def snapshot_of(recording: Recording, bearing: Bearing, band_hz: tuple[float, float] | None) -> dict[str, Any]:
+    """Document of a snapshot as far as a trend needs it, in the band given or stated, or else in the whole band.
+
+    `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over that
+    beside it. A line is as wide as two over the duration, so it is not told from a multiple of the shaft within that.
+    """
+    if (speed := recording.speed) is None:
+        raise ConfigurationError(f"{recording.name}: neither the file nor its data set states a speed; give --rpm.")
+    band = declared_band(recording, band_hz, bearing) or whole_band_of(recording)
+    ends_s = END_PERIODS / (band.band_hz[1] - band.band_hz[0])
+    done = process(recording, band_hz=band.band_hz, ends_s=ends_s)
+    read = Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)
+    time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
+    modulation, lines = window * (done.squared / done.squared.mean() - 1), []
+    for fault in DEFECTS:
+        at_hz = fault.line_order(bearing.orders) * speed.value_hz + 2 / done.seconds * np.array((0.0, *BESIDE))
+        waves = np.exp(-2j * math.pi * np.outer(at_hz, time_s))
+        power, *beside = np.abs(2 * waves @ modulation / window.sum()) ** 2
+        depth, snr = math.sqrt(power), float(power / np.mean(beside))
+        lines.append({"name": fault.line, "harmonic": 1, "depth": depth, "snr": snr, "detected": False})
+    return {
+        **{key: getattr(recording, key) for key in ("file", "channel", "seconds")},
+        "snapshot": True,
+        "shaft_hz": {"value": speed.value_hz},
+        "features": features_of(read),
+        "lines": lines,
+        "fault": {"verdict": None, "called": None, "probabilities": {}},
+    }
+
+
+def pooled(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
+    """Snapshots in their order, as one document for each of at least `groups` groups of `POOLED_REVOLUTIONS`.
+
+    Powers are averaged; a group has the file and the time of its last snapshot.
+    """
+    turns = sum(one["seconds"] * one["shaft_hz"]["value"] for one in snapshots)
+    count = min(len(snapshots), max(groups, round(turns / POOLED_REVOLUTIONS)))
+    found = []
+    for places in np.array_split(np.arange(len(snapshots)), count):
+        own = [snapshots[n] for n in places]
+        lines = []
+        for line in zip(*(one["lines"] for one in own), strict=True):
+            power = float(np.mean([each["depth"] ** 2 for each in line]))
+            beside = float(np.mean([each["depth"] ** 2 / each["snr"] for each in line]))
+            lines.append(line[-1] | {"depth": math.sqrt(power), "snr": len(own) * power / beside})
+        levels = {
+            name: math.sqrt(float(np.mean([one["features"][name] ** 2 for one in own]))) for name in ("rms", "band_rms")
+        }
+        found.append({**own[-1], "features": own[-1]["features"] | levels, "lines": lines})
+    return found

@@ -143,6 +143,20 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
+def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
+    """The detected race and roller lines and their clearness in a sentence."""
+    said = [
+        f"{line.name} ({fault.label}) line detected: "
+        f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
+        f"modulation {100 * (line.depth or 0.0):.0f} %, {line.deviation_pct:+.2f} % from kinematic"
+        for line in detected_fault_lines(lines)
+        if (fault := Fault.of_line(line.name))
+    ]
+    if said and speed.source is SpeedSource.NOMINAL:
+        said[0] += " (the speed is only nominal)"
+    return f"{'; also '.join(said)}." if said else "No race or rolling-element line detected."
+
+
 def read_lines(
     record: Periodogram,
     bearing: Bearing,

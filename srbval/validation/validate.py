@@ -16,9 +16,9 @@ import pandas as pd
 from srbval.bearing import Fault
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
+from srbval.comparison.table6 import sum_rule
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.reading.verdict import sum_rule
 from srbval.storage.stored_result import newest_result
 from srbval.validation.case import Case, CasePair, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of

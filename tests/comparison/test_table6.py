@@ -8,10 +8,9 @@ from srbval.bearing import Fault, load_bearing
 from srbval.comparison.compared_quantities import RACE_LINE
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import paper_cases, run_cases
-from srbval.comparison.table6 import published_rows, sum_rules, table6
+from srbval.comparison.table6 import published_rows, sum_rule, sum_rules, table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.verdict import sum_rule
 from srbval.recordings import recording_from_run
 from srbval.report.findings.rows import line_deviations
 

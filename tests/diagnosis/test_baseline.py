@@ -13,7 +13,7 @@ import scipy.signal
 from srbval import ConfigurationError, Origin, Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
 from srbval.bearing import Fault, load_bearing
 from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background, require_one_unit
-from srbval.diagnosis.fault_scores import OTHER, fault_scores
+from srbval.diagnosis.fault_posterior import OTHER, fault_scores
 from srbval.diagnosis.records import RecordRequest, read_recording
 from srbval.reading import pipeline
 from srbval.reading.pipeline import one_signal, process

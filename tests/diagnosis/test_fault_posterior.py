@@ -8,19 +8,24 @@ from srbval.bearing import Fault
 from srbval.diagnosis.fault_posterior import (
     BESIDE,
     CLASSES,
+    DEPTH,
     LABELS,
     MOST,
+    ONSET,
     OPEN,
+    OTHER,
     PRIOR,
     SHARED,
+    SLOPE,
     UNDECIDED,
+    Comb,
+    FaultScores,
     decide,
     faults_of,
     log_likelihood,
     of_one_machine,
     probabilities,
 )
-from srbval.diagnosis.fault_scores import DEPTH, ONSET, OTHER, SLOPE, Comb, FaultScores
 
 DEEP = 0.7
 

@@ -12,9 +12,17 @@ import pytest
 from srbval import Analysis, Origin, Recording, ShaftSpeed, SpeedSource, analyse
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline
-from srbval.diagnosis.diagnose import SHALLOW_DEPTH, is_fault_like, weigh
-from srbval.diagnosis.fault_scores import OTHER
-from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict, smallest_seen, verdict_of
+from srbval.diagnosis.fault_posterior import OTHER
+from srbval.diagnosis.fault_verdict import (
+    SHALLOW_DEPTH,
+    FaultVerdict,
+    Finding,
+    fault_verdict,
+    is_fault_like,
+    smallest_seen,
+    verdict_of,
+    weigh,
+)
 from srbval.reading.lines import SHAFT, Line, detected_fault_lines, read_lines
 from srbval.recordings.registry import listing
 from srbval.recordings.speed import nominal_speed, stated_speed

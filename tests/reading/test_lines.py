@@ -7,8 +7,15 @@ import pytest
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing
 from srbval.reading.families import SLIP_FREEDOM, SLIP_SPREAD, half_window_hz, identity_probability, window_share
-from srbval.reading.lines import LEAST_IDENTITY, Line, NotDetected, detected_fault_lines, read_lines, sidak_corrected
-from srbval.reading.verdict import describe_lines
+from srbval.reading.lines import (
+    LEAST_IDENTITY,
+    Line,
+    NotDetected,
+    describe_lines,
+    detected_fault_lines,
+    read_lines,
+    sidak_corrected,
+)
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, is_improbable
 from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
