@@ -93,7 +93,7 @@ def parser() -> Parser:
 
 def take_machine(options: argparse.Namespace) -> None:
     """Set what the machine's file states and the command line does not."""
-    from srbval.diagnosis.machine import BELONGS_TO, machine_options  # loads what is heavy
+    from srbval.cli.machine_file import BELONGS_TO, machine_options  # loads what is heavy
 
     given = {name for name, value in vars(options).items() if value}
     if options.command == "identify":

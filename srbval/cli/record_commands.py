@@ -12,9 +12,9 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
+from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
-from srbval.diagnosis.machine import machine_toml
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, load_bearing
+from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.diagnosis.baseline import (
     Baseline,
     baseline_of,
@@ -36,15 +36,13 @@ from srbval.errors import ConfigurationError, DataError, NoRecordingError, Srbva
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, ShortRecordError, analyse, bearing_of
-from srbval.reading.features import ACCELERATION, features_of, snapshot_of
-from srbval.reading.pipeline import LEAST_REVOLUTIONS, WHOLE_BAND, process
-from srbval.reading.speed_search import SpeedSearch
+from srbval.reading.features import ACCELERATION, features_of, read_short, snapshot_of
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
 from srbval.recordings.registry import listing, load_registered, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
-from srbval.signal.envelope import END_PERIODS
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
@@ -300,23 +298,16 @@ def pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
     Raises what loading them raises, and `DataError` if one has fewer than `LEAST_POOLED` turns or all have fewer than
     `LEAST_REVOLUTIONS` together.
     """
-    found, turns = list[SpeedSearch](), 0.0
-    for request in requests:
-        recording = load_registered(request.file, request.settings, request.band_hz)
-        bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
-        if (speed := recording.speed) is None:
-            raise ConfigurationError(f"{recording.name}: no shaft speed is stated; give it with --rpm.")
-        low_hz, high_hz = (share * recording.fs_hz for share in WHOLE_BAND)
-        processed = process(recording, band_hz=(low_hz, high_hz), ends_s=END_PERIODS / (high_hz - low_hz))
-        if (own := processed.seconds * speed.value_hz) < LEAST_POOLED:
-            raise DataError(f"{recording.name}: {own:.2g} turns of the shaft; {LEAST_POOLED:g} are needed to pool it.")
-        found.append(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))
-        turns += own
+    found = [read_short(*_loaded(request)) for request in requests]
+    own = [one.processed.seconds * one.speed.value_hz for one in found]
+    if (few := min(own)) < LEAST_POOLED:
+        name = found[own.index(few)].recording.name
+        raise DataError(f"{name}: {few:.2g} turns of the shaft; {LEAST_POOLED:g} are needed to pool it.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
             "--one-machine: the records are of several bearings or sampling rates; give those of one."
         )
-    if turns < LEAST_REVOLUTIONS:
+    if (turns := sum(own)) < LEAST_REVOLUTIONS:
         raise DataError(f"{len(found)} records of {turns:.3g} turns together; {LEAST_REVOLUTIONS} are needed.")
     scores = fault_scores(found[0], found[1:])
     together = log_likelihood([scores], {}, stands=False)
@@ -367,8 +358,13 @@ def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, An
     except ShortRecordError:
         if not request.one_band:
             raise
+    recording, bearing = _loaded(request)
+    return snapshot_of(read_short(recording, bearing, declared_band(recording, request.band_hz, bearing)))
+
+
+def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
     recording = load_registered(request.file, request.settings, request.band_hz)
-    return snapshot_of(recording, bearing_of(recording, request.bearing), request.band_hz)
+    return recording, bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
 
 
 def _content(request: RecordRequest, register: str) -> str:

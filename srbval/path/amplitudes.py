@@ -13,7 +13,6 @@ import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.errors import DataError
 from srbval.models.sensor import ORDER
 from srbval.reading.locked import locked_powers
 from srbval.reading.pipeline import choose_tracking, one_signal, process
@@ -123,9 +122,7 @@ def pattern(
 
     `line_order` is the order at which the fault's line was found; the squared envelope follows the shaft's angle.
     """
-    speed = recording.speed
-    if speed is None:
-        raise DataError(f"{recording.name}: no shaft speed; patterns are read at multiples of it. Give --rpm.")
+    speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
     spacing_hz = fault.sideband_order(bearing.orders) * speed.value_hz

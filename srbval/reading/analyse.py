@@ -159,11 +159,7 @@ def analyse(
     missing speed or an impossible band, `DataError` for a constant or short record.
     """
     bearing = load_bearing(bearing)
-    known_speed = speed if speed is not None else recording.speed
-    if known_speed is None:
-        raise ConfigurationError(
-            f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
-        )
+    known_speed = recording.known_speed if speed is None else speed
     if choose_on_record and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
     declared = None if choose_on_record else declared_band(recording, band_hz, bearing)

@@ -11,9 +11,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
-from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis
-from srbval.reading.pipeline import declared_band, process, whole_band_of
+from srbval.reading.pipeline import BandChoice, process, whole_band_of
 from srbval.recordings import Recording
 from srbval.recordings.units import ACCELERATION, DISPLACEMENT, VELOCITY
 from srbval.signal import kurtosis
@@ -67,30 +66,33 @@ def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
     return factor * math.sqrt(float(power.sum()) / samples.size / float((window**2).sum()))
 
 
-def snapshot_of(recording: Recording, bearing: Bearing, band_hz: tuple[float, float] | None) -> dict[str, Any]:
-    """Document of a snapshot as far as a trend needs it, in the band given or stated, or else in the whole band.
+def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
+    """Analysis without lines of a record that is too short to search for them, in a band or else in the whole band."""
+    band = band or whole_band_of(recording)
+    done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
+    speed = recording.known_speed
+    return Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)
+
+
+def snapshot_of(read: Analysis) -> dict[str, Any]:
+    """Document of a snapshot (`read_short`) as far as a trend needs it.
 
     `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over that
     beside it. A line is as wide as two over the duration, so it is not told from a multiple of the shaft within that.
     """
-    if (speed := recording.speed) is None:
-        raise ConfigurationError(f"{recording.name}: neither the file nor its data set states a speed; give --rpm.")
-    band = declared_band(recording, band_hz, bearing) or whole_band_of(recording)
-    ends_s = END_PERIODS / (band.band_hz[1] - band.band_hz[0])
-    done = process(recording, band_hz=band.band_hz, ends_s=ends_s)
-    read = Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)
+    done, shaft_hz = read.processed, read.speed.value_hz
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
     modulation, lines = window * (done.squared / done.squared.mean() - 1), []
     for fault in DEFECTS:
-        at_hz = fault.line_order(bearing.orders) * speed.value_hz + 2 / done.seconds * np.array((0.0, *BESIDE))
+        at_hz = fault.line_order(read.bearing.orders) * shaft_hz + 2 / done.seconds * np.array((0.0, *BESIDE))
         waves = np.exp(-2j * math.pi * np.outer(at_hz, time_s))
         power, *beside = np.abs(2 * waves @ modulation / window.sum()) ** 2
         depth, snr = math.sqrt(power), float(power / np.mean(beside))
         lines.append({"name": fault.line, "harmonic": 1, "depth": depth, "snr": snr, "detected": False})
     return {
-        **{key: getattr(recording, key) for key in ("file", "channel", "seconds")},
+        **{key: getattr(read.recording, key) for key in ("file", "channel", "seconds")},
         "snapshot": True,
-        "shaft_hz": {"value": speed.value_hz},
+        "shaft_hz": {"value": shaft_hz},
         "features": features_of(read),
         "lines": lines,
         "fault": {"verdict": None, "called": None, "probabilities": {}},

@@ -16,9 +16,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.errors import DataError
 from srbval.reading.pipeline import choose_tracking, one_signal, process
-from srbval.recordings import Recording, ShaftSpeed
+from srbval.recordings import Recording
 from srbval.signal import analytic_signal, drop_ends, end_s
 from srbval.signal.locked import LockedMean, locked_mean, steady_tone
 
@@ -33,7 +32,7 @@ def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
     """Power locked to the line at `found_order` in each band of `SPACINGS` or more; blocks are turns of the cage."""
-    speed = _speed(recording)
+    speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}
     for name, band_hz in bands_hz.items():
@@ -52,7 +51,7 @@ def without_passage_lines(
     recording: Recording, bearing: Bearing, found_order: float | None, within_hz: tuple[float, float]
 ) -> Recording:
     """Remove the `PASSAGE_LINES` in a range, read between the passages of a fault at `found_order` (`steady_tone`)."""
-    speed = _speed(recording)
+    speed = recording.known_speed
     course = choose_tracking(recording, bearing, speed).course
     at_s = np.arange(recording.samples) / recording.fs_hz
     turns = speed.value_hz * at_s if course is None else course.turns_at(at_s)
@@ -71,9 +70,3 @@ def without_passage_lines(
             slipped = slip * (np.arange(signal.size) - first) / kept
             signal = signal - (amplitude * np.exp(2j * np.pi * (order * turns + slipped))).real
     return replace(recording, channels={"sensor": signal}, channel="sensor", axes=None)
-
-
-def _speed(recording: Recording) -> ShaftSpeed:
-    if recording.speed is None:
-        raise DataError(f"{recording.name}: no shaft speed; what is locked to a fault follows it. Give --rpm.")
-    return recording.speed

@@ -8,7 +8,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 
 
 class Origin(enum.StrEnum):
@@ -120,6 +120,15 @@ class Recording(SourceFacts):
     def cage_ratio(self) -> float | None:
         """Mean speed of the cage over that of the shaft, None if either is not known."""
         return None if self.cage_hz is None or self.speed is None else self.cage_hz / self.speed.value_hz
+
+    @property
+    def known_speed(self) -> "ShaftSpeed":
+        """The speed of the shaft; `ConfigurationError` if none is stated."""
+        if self.speed is None:
+            raise ConfigurationError(
+                f"{self.name}: no shaft speed: neither the file nor its data set states one; give it with --rpm."
+            )
+        return self.speed
 
     @property
     def samples(self) -> int:

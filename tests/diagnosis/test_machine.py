@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from srbval import ConfigurationError, DataError, report_recordings
-from srbval.diagnosis.machine import machine_options, machine_toml
+from srbval.cli.machine_file import machine_options, machine_toml
 from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
 from srbval.reading.features import velocity_rms
 from srbval.recordings import RecordingSettings

@@ -205,7 +205,7 @@ def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing():
     assert sum(value.present for value in levels(one, other).values()) <= 1
     louder = dataclasses.replace(one, channels={"a": 1.4 * one.channels["a"]})
     assert sum(value.present for value in levels(louder, other).values()) > 10
-    with pytest.raises(DataError, match="no shaft speed"):
+    with pytest.raises(ConfigurationError, match="no shaft speed"):
         pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal.windows import hann
 
-from srbval import DataError, Recording
+from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
 from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
@@ -59,7 +59,7 @@ def test_a_known_power_is_found_whatever_the_background():
 def test_bands_that_cannot_show_the_line_are_left_out():
     found = locked_powers(record_of("made", Fault.OUTER, pulses(np.random.default_rng(2))), BEARING, ORDER, LEVEL_BANDS)
     assert list(found) == ["1259 Hz", "1585 Hz", "1995 Hz", "2512 Hz", "3162 Hz"]  # wider than 2 x 117 Hz
-    with pytest.raises(DataError, match="no shaft speed"):
+    with pytest.raises(ConfigurationError, match="no shaft speed"):
         locked_powers(replace(record_of("x", Fault.OUTER, TIME_S), speed=None), BEARING, ORDER, LEVEL_BANDS)
 
 
