@@ -134,14 +134,16 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
             "healthy one. With --unit unknown only shares of the mean are compared."
         )
     found = analyse(healthy, bearing=analysis.bearing, band_hz=processed.band_hz)
-    rpm, wanted_rpm = 60 * found.speed.value_hz, 60 * analysis.speed.value_hz
-    loads = (
-        (f"{kind} load", there / N_PER_KN, here / N_PER_KN)
-        for kind, there, here in (("radial", healthy.radial_n, ours.radial_n), ("axial", healthy.axial_n, ours.axial_n))
-        if there is not None and here is not None
+    compared = (
+        ("{:.0f} rpm instead of {:.0f} rpm", 60 * found.speed.value_hz, 60 * analysis.speed.value_hz, 1.0),
+        ("radial load {:.4g} kN instead of {:.4g} kN", healthy.radial_n, ours.radial_n, N_PER_KN),
+        ("axial load {:.4g} kN instead of {:.4g} kN", healthy.axial_n, ours.axial_n, N_PER_KN),
     )
-    conditions = [] if _same(rpm, wanted_rpm) else [f"{rpm:.0f} rpm instead of {wanted_rpm:.0f} rpm"]
-    conditions += [f"{what} {a:.4g} kN instead of {b:.4g} kN" for what, a, b in loads if not _same(a, b)]
+    conditions = [
+        said.format(there / unit, here / unit)
+        for said, there, here, unit in compared
+        if there is not None and here is not None and not math.isclose(there, here, rel_tol=SAME_SHARE)
+    ]
     remarks = []
     if None in (healthy.radial_n, ours.radial_n):
         remarks.append("the load is not stated for both records: it is taken to be the same")
@@ -175,30 +177,26 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
         )
 
 
-def _same(one: float, other: float) -> bool:
-    return abs(one - other) <= SAME_SHARE * max(abs(one), abs(other))
-
-
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
     """Compare the fault lines of `analysis` with those of a healthy record in the same band.
 
     Modulations are compared in the unit of the squared envelope if both records are in m/s2, else as depths. Nothing is
     compared if a `Baseline` states `conditions` that differ. Raises `ValueError` for different bands.
     """
-    healthy, conditions = (baseline.analysis, baseline.conditions) if isinstance(baseline, Baseline) else (baseline, ())
-    if healthy is None:
+    if baseline is None:
         return NO_HEALTHY
-    if isinstance(baseline, Baseline) and baseline.fault:
+    given = baseline if isinstance(baseline, Baseline) else Baseline(analysis=baseline)
+    healthy, name = given.analysis, given.analysis.recording.name
+    if given.fault:
         return BaselineComparison(
-            sentence=f"The healthy record {healthy.recording.name} itself shows a fault: nothing is compared with it."
+            sentence=f"The healthy record {name} itself shows a fault: nothing is compared with it."
         )
     if healthy.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
-    name = healthy.recording.name
-    if conditions:
+    if given.conditions:
         return BaselineComparison(
-            sentence=f"The healthy record {name} was taken at {', '.join(conditions)}: levels at unlike speeds or "
-            "loads are not comparable, so it neither shows nor excludes a fault."
+            sentence=f"The healthy record {name} was taken at {', '.join(given.conditions)}: levels at unlike speeds "
+            "or loads are not comparable, so it neither shows nor excludes a fault."
         )
     lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
     ratios = {x.name: found for x in lines if (found := _ratio(analysis, x, healthy))}

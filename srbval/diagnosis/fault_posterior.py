@@ -187,7 +187,8 @@ def log_likelihood(
     stated tolerance, are those of another part, the part is open.
     """
     found = [_of_combs(view, lines) for view in views]
-    together = {name: _log_sum([one[name] for one in found]) - math.log(len(found)) for name in CLASSES}
+    mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
+    together = dict(zip(CLASSES, mean.tolist(), strict=True))
     for name in CLASSES:
         reasons = int(stands) if name == OPEN else max(lines.get(part, 0) for part in name.split("+"))
         together[name] -= math.log(BESIDE) * reasons
@@ -212,7 +213,7 @@ def _of_combs(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
         both = ratios[view.strongest] + ratio(name, second)
         if OTHER in (name, view.strongest):
             part = name if view.strongest == OTHER else view.strongest
-            ratios[part] = _log_sum([ratios[part], math.log(BESIDE) + both])
+            ratios[part] = float(np.logaddexp(ratios[part], math.log(BESIDE) + both))
         else:
             ratios[PAIRS[frozenset((name, view.strongest))]] = both
     return ratios
@@ -273,7 +274,3 @@ def faults_of(name: str) -> tuple[Fault, ...]:
 LABELS = {name: " and ".join(fault.label for fault in faults_of(name)) for name in CLASSES}
 LABELS |= {Fault.HEALTHY.value: Fault.HEALTHY.label, OTHER: "something else", OPEN: "faulty, part open"}
 """Names of the classes in words."""
-
-
-def _log_sum(values: Sequence[float]) -> float:
-    return float(np.logaddexp.reduce(values))

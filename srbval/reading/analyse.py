@@ -206,7 +206,7 @@ def _clearest(
             )
         processed = process(recording, band_hz=band.band_hz, tracking=tracking)
         found = search(processed, bearing, known_speed)
-        lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * band.chosen_by_line)
+        lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * len(bands))
         readings.append((replace(found, lines=lines), band))
     return max(readings, key=lambda reading: clearness(reading[0].lines))
 

@@ -177,12 +177,11 @@ def one_signal(recording: Recording) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class BandChoice:
-    """A band [Hz], the origin of the choice, the bands tried on the record, and those among which the lines decided."""
+    """A band [Hz], the origin of the choice, and the number of bands tried on the record."""
 
     band_hz: tuple[float, float]
     why: str
     trials: int = 1
-    chosen_by_line: int = 1
 
 
 def declared_band(
@@ -231,7 +230,7 @@ def bands_of_record(
     said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
     tried = ((low, high), whole, impulsive, 2), (picture.best_hz, impulsive, whole, 2 * count)
     return tuple(
-        BandChoice(band_hz=band_hz, why=said.format(band, other, trials), trials=trials, chosen_by_line=2)
+        BandChoice(band_hz=band_hz, why=said.format(band, other, trials), trials=trials)
         for band_hz, band, other, trials in tried
     )
 

@@ -139,15 +139,6 @@ def test_no_increment_over_a_healthy_record(tmp_path, monkeypatch, srbval_text):
 OF_6203 = load_bearing("skf-6203")
 
 
-def test_an_inner_race_fault_is_named_without_a_healthy_record():
-    analysis = faulted_analysis()
-    naming = diagnose(analysis)
-    assert (naming.best_class, naming.state) == ("inner", "inner")
-    assert sum(naming.probabilities.values()) == pytest.approx(1)
-    assert "named: inner race" in naming.sentence
-    assert naming.probabilities["healthy"] < 0.01
-
-
 def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order():
     """At a speed 20 % too high the fault's comb stands at its own order over 1.2."""
     analysis = faulted_analysis()

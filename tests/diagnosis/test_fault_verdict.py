@@ -24,12 +24,10 @@ from srbval.diagnosis.fault_verdict import (
     weigh,
 )
 from srbval.reading.lines import SHAFT, Line, detected_fault_lines, read_lines
-from srbval.recordings.registry import listing
 from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.report.blocks import Tone
 from srbval.report.sections.user_report import TONES
 from srbval.storage.json_files import to_json
-from srbval.studies.naming.records import known_records
 from srbval.studies.reading.records import BACKGROUNDS, MACHINE_HZ, RATE_HZ
 from tests.diagnosis.test_baseline import faulted_analysis, healthy_analysis
 from tests.diagnosis.test_fault_posterior import scores
@@ -287,16 +285,6 @@ def test_backgrounds_are_not_named_and_contradict_nothing(name):
     for seed in range(3):
         samples = BACKGROUNDS[name](np.random.default_rng((9, seed)))
         assert judged(dataclasses.replace(plain, channels={"x": samples}, fs_hz=RATE_HZ), 60 * MACHINE_HZ).part is None
-
-
-@pytest.mark.recordings
-@pytest.mark.long_form
-def test_no_recording_is_called_two_things(recordings_dir, monkeypatch):
-    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
-    for known in known_records(listing().recordings):
-        recording, bearing = known.load()
-        analysis = analyse(recording, bearing=bearing)
-        assert_no_contradiction(analysis, fault_verdict(analysis, all_channels=True))
 
 
 @pytest.mark.parametrize(("name", "part"), [("bpfo", "outer"), ("bpfi", "inner"), (None, None)])

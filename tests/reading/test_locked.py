@@ -8,7 +8,7 @@ from scipy.signal.windows import hann
 
 from srbval import ConfigurationError, Recording
 from srbval.bearing import Fault
-from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, kurtoses, locked_levels
+from srbval.path.amplitudes import LEVEL_BANDS, WHOLE_HZ, locked_levels
 from srbval.reading.locked import PASSAGE_LINES, locked_powers, without_passage_lines
 from tests.path.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, background, record_of
 from tests.signal.test_envelope import bandpass
@@ -78,17 +78,6 @@ def test_the_line_is_taken_out_and_the_fault_s_own_harmonic_stays():
     fault = pulses(random) + background(random, 0.01)
     for with_line in (fault, fault + tone(2.0)):
         assert (cleaned(with_line).channels["sensor"] - fault).std() < 0.02 * fault.std()
-    name = "kurtosis 1400-2800 Hz"
-    true, before, after = (
-        kurtoses(one)[name].value
-        for one in (
-            record_of("x", Fault.OUTER, fault),
-            record_of("x", Fault.OUTER, fault + tone(2.0)),
-            cleaned(fault + tone(2.0)),
-        )
-    )
-    assert after == pytest.approx(true, rel=0.01)
-    assert before < 0.7 * true
 
 
 def test_a_healthy_bearing_has_its_own_multiples():
