@@ -226,6 +226,7 @@ def judged(recording: Recording, rpm: float, tolerance_pct: float = 0.0, **chang
     verdict = fault_verdict(analysis)
     assert_no_contradiction(analysis, verdict)
     assert verdict.diagnosis.probabilities["healthy"] <= 0.5 or not detected_fault_lines(analysis.lines)
+    assert not any("drifts by" in caution for caution in analysis.recording.cautions), "all of them are steady"
     return verdict
 
 

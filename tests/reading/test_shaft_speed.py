@@ -265,9 +265,6 @@ def test_a_bearing_file_may_state_it_and_the_option_overrides_it(tmp_path):
     made = record(shaft_hz=RPM / 60)
     assert bearing_of(made, str(path), largest_slip_pct=2.0).largest_slip == pytest.approx(0.02)
     assert bearing_of(made).largest_slip == LARGEST_SLIP
-    path.write_text(f"title = 'a'\nsource = 'b'\nlargest_slip_pct = 30\n{orders}")
-    with pytest.raises(ConfigurationError, match=r"30 %: must be positive and at most 5 %"):
-        load_bearing(path)
 
 
 def of_course(order: float, course: np.ndarray, swing: float) -> Recording:
@@ -302,10 +299,3 @@ def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, lin
     said = [float(x) for one in found.recording.cautions for x in re.findall(r"drifts by (\S+) to (\S+) %", one)[0]]
     assert found.processed.tracking.used == bool(span_pct)
     assert sum(map(abs, said)) == pytest.approx(span_pct, rel=0.1)
-
-
-def test_noise_does_not_drift():
-    for seed in range(3):
-        signal = np.random.default_rng(seed).standard_normal(STEADY_S.size)
-        plain = dataclasses.replace(record(shaft_hz=25.0, fault=False), channels={"x": signal})
-        assert not analyse(plain, bearing=BEARING).recording.cautions
