@@ -95,20 +95,20 @@ def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignC
     except SrbvalError as error:
         key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
         return CampaignCase(index=index, key=key, point=point, refused=str(error))
-    guessed_s, expected_s = _cost(scene)
+    planned_s, expected_s = cost_of(scene)
     return CampaignCase(
         index=index,
         key=content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY),
         point=point,
         model=scene.model,
         expected_s=expected_s,
-        planned_s=guessed_s if expected_s is None else expected_s,
+        planned_s=planned_s,
         expected_bytes=FILE_BYTES + 8 * max(COLUMNS.get(output, 0) for output in campaign.outputs) * scene.samples,
     )
 
 
-def _cost(scene: Scene) -> tuple[float, float | None]:
-    """Wall time [s]: a guess from the number of right-hand sides, and the measured one, None if unknown."""
+def cost_of(scene: Scene) -> tuple[float, float | None]:
+    """Wall time [s] by the measured models' or else a guess from the number of right-hand sides; None for a guess."""
     seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name)
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
@@ -117,7 +117,8 @@ def _cost(scene: Scene) -> tuple[float, float | None]:
     except DataError:
         return GUESSED_S * weight, None
     pace, measured = table.pace.get(scene.model), table.values
-    if pace is not None and not lesser:
-        other = right_hand_sides_per_step(measured["solver.name"])
-        pace *= each / other * measured["solver.step_s"] / scene.solver.step_s
-    return GUESSED_S * weight, None if pace is None else pace * seconds
+    if pace is None:
+        return GUESSED_S * weight, None
+    other = right_hand_sides_per_step(measured["solver.name"]) / measured["solver.step_s"]
+    expected_s = pace * seconds * (1.0 if lesser else each / scene.solver.step_s / other)
+    return expected_s, expected_s

@@ -61,6 +61,19 @@ def json_text(value: Any, *, ascii_only: bool = False) -> str:
     return json.dumps(to_json(value), indent=2, ensure_ascii=ascii_only, allow_nan=False) + "\n"
 
 
+def rows_text(content: Mapping[str, Any]) -> str:
+    """One JSON document in which every row of a list has a line: half the size of `json_text`, and still compared."""
+
+    def text(value: Any) -> str:
+        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+
+    items = (
+        f"{text(key)}: " + ("[\n" + ",\n".join(map(text, value)) + "\n]" if isinstance(value, list) else text(value))
+        for key, value in to_json(content).items()
+    )
+    return "{" + ",\n".join(items) + "}\n"
+
+
 def parse_json(text: str | bytes) -> Any:
     """The value of a JSON document that may be damaged; `ValueError` for NaN and infinities too, and deep nesting."""
 

@@ -5,12 +5,12 @@ interrupted command continues with the same words.
 """
 
 import argparse
-import contextlib
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
+from unittest.mock import patch
 
 from srbval.check.check import fingerprint
 from srbval.errors import ConfigurationError
@@ -19,7 +19,7 @@ from srbval.recordings.manifest import HOME_VARIABLE
 from srbval.recordings.registry import RECORDINGS_VARIABLE
 from srbval.storage.installation import git_revision, is_source_tree, shipped_folder
 from srbval.storage.stored_result import REPORTS, Fingerprint, ResultKind, StoredResult, newest_result, read_result
-from srbval.studies.harness import Study, load_study, make_result, study_names
+from srbval.studies.harness import load_study, make_result, study_names
 
 State = dict[str, Any]  # of a result: name, kind, fresh, why, made_utc, machine, minutes, sound
 
@@ -36,26 +36,17 @@ def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
     `minutes` is the wall time of its computation, None if it was never computed or does not state it. Empty for a
     result that neither exists nor belongs to a study.
     """
-    unknown = {"made_utc": None, "machine": None, "minutes": None, "sound": True}
-    if result is None:
-        kind = {"kind": load_study(name).kind} if name in study_names() else {}
-        return kind and {"name": name, **kind, "fresh": False, "why": "it was never computed", **unknown}
-    why, origin = result.why_stale(now), result.origin
-    known = {"made_utc": result.made_utc, "machine": origin["processor"], "minutes": origin["minutes"]}
-    return {"name": name, "kind": result.kind, "fresh": why is None, "why": why, **unknown, **known}
-
-
-@contextlib.contextmanager
-def without_own_recordings() -> Iterator[None]:
-    """Within, nobody's recordings are registered: evidence rests on what comes with the program."""
-    before = {name: os.environ.pop(name, None) for name in (HOME_VARIABLE, RECORDINGS_VARIABLE)}
-    with tempfile.TemporaryDirectory(prefix="srbval-") as home:
-        os.environ[HOME_VARIABLE] = home
-        try:
-            yield
-        finally:
-            del os.environ[HOME_VARIABLE]
-            os.environ.update({name: value for name, value in before.items() if value is not None})
+    if result is None and name not in study_names():
+        return {}
+    kind = load_study(name).kind if result is None else result.kind
+    why = "it was never computed" if result is None else result.why_stale(now)
+    origin: Mapping[str, Any] = {} if result is None else result.origin
+    made = {
+        "made_utc": result and result.made_utc,
+        "machine": origin.get("processor"),
+        "minutes": origin.get("minutes"),
+    }
+    return {"name": name, "kind": kind, "fresh": why is None, "why": why, **made, "sound": True}
 
 
 def recompute(
@@ -81,11 +72,9 @@ def recompute(
             f"srbval study run {recorded[0]}"
         )
     revision, now = git_revision(), fingerprint(jobs=jobs, progress=progress)
-    wanted, kept = list[tuple[Study, State]](), list[tuple[Study, State]]()
-    for study in (one for one in studies if one.kind is ResultKind.EVIDENCE):
-        state = _state(study.name, newest_result(study.name), now)
-        (wanted if every or not state["fresh"] else kept).append((study, state))
-    yield from (state for _, state in kept)
+    states = [(one, _state(one.name, newest_result(one.name), now)) for one in studies if one.name not in recorded]
+    wanted = [(study, state) for study, state in states if every or not state["fresh"]]
+    yield from (state for _, state in states if state["fresh"] and not every)
     minutes = sum(study.minutes for study, _ in wanted)
     if wanted:
         message(f"{len(wanted)} results to compute, about {minutes:.0f} minutes on two cores")
@@ -95,7 +84,11 @@ def recompute(
         output = shipped_folder(REPORTS) / f"{study.name}.json" if is_source_tree() else None
         options = argparse.Namespace(**study.defaults(), jobs=jobs, output=output)
         origin: dict[str, Any] = {"command": command, "revision": revision, "behaviour": now}
-        with without_own_recordings():
+        # Nobody's recordings are registered: evidence rests on what comes with the program.
+        with (
+            tempfile.TemporaryDirectory(prefix="srbval-") as home,
+            patch.dict(os.environ, {HOME_VARIABLE: home, RECORDINGS_VARIABLE: ""}),
+        ):
             found, stored = make_result(study.name, options, prefixed(progress, study.name), **origin)
         message(f"{study.name}: stored after {(time.perf_counter() - started) / 60:.1f} minutes")
         yield _state(study.name, read_result(stored["file"]), now) | {"sound": found.sound}

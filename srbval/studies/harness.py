@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -18,7 +17,7 @@ from srbval.progress import Progress, silent
 from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.files import check_suffix
 from srbval.storage.installation import git_revision, shipped_folder
-from srbval.storage.json_files import to_json, write_json
+from srbval.storage.json_files import rows_text, to_json, write_json
 from srbval.storage.sources import code_sha256
 from srbval.storage.stored_result import DIRTY, REPORTS, SCHEMA_VERSION, Fingerprint, ResultKind
 from srbval.storage.tables import build, read_toml
@@ -27,7 +26,6 @@ if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
-TYPES = ("count", "finite", "jobs", "positive", "seed")  # of options; `srbval.cli.arguments` has these and more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,11 +65,10 @@ class Study:
 
     def defaults(self) -> dict[str, Any]:
         """Its options by name, with their default values."""
-        parser = argparse.ArgumentParser()
-        for kind in TYPES:
-            parser.register("type", kind, lambda value: value)  # values from Python are what they are
-        self.add_options(parser)
-        return vars(parser.parse_args([]))
+        usual = {
+            words: about.get("default", False if "action" in about else None) for words, about in self.options.items()
+        }
+        return {words.split()[-1].strip("-").replace("-", "_"): value for words, value in usual.items()}
 
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
@@ -168,16 +165,3 @@ def make_result(
     path = path or cache_folder(RESULTS) / f"{study.name}.json"
     write_json(path, content, rows_text)
     return found, content | {"file": path}
-
-
-def rows_text(content: Mapping[str, Any]) -> str:
-    """One JSON document in which every row of a list has a line: half the size of `json_text`, and still compared."""
-
-    def text(value: Any) -> str:
-        return json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-
-    items = (
-        f"{text(key)}: " + ("[\n" + ",\n".join(map(text, value)) + "\n]" if isinstance(value, list) else text(value))
-        for key, value in to_json(content).items()
-    )
-    return "{" + ",\n".join(items) + "}\n"

@@ -4,8 +4,6 @@ The errors of a row's step are those against the same model's run at a finer ste
 if its run works and these errors are within `LIMITS`; a run that works beyond them is ``inaccurate``.
 """
 
-import importlib
-import itertools
 import math
 import statistics
 import time
@@ -16,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from srbval.campaign.cases import cost_of
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.models.jit import is_compiled, kernels_of
@@ -23,7 +22,7 @@ from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
 from srbval.models.run import RunStatus, works
 from srbval.models.simulate import compile_for
-from srbval.models.solvers import METHODS, SOLVERS
+from srbval.models.solvers import SOLVERS
 from srbval.plan.measures import measure
 from srbval.processes.machine import load_average, this_machine, usable_cores
 from srbval.progress import Progress, silent, stage
@@ -32,28 +31,26 @@ from srbval.report.figures.style import Drawn, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
+from srbval.studies.speed_accuracy import page, study
+from srbval.studies.stability import page as stability_page
+from srbval.studies.stability.study import LEAST_S, PASSAGES, SETTLE_PASSAGES, STEPS_PER_S
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
 
 LIMITS = {"line_error_pct": 0.1, "band_rms_error_db": 0.42}  # a rig's record of some seconds resolves as much
 SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
-STEPS_PER_S, TIMED_S, COMPARED_S = (40960, 61440, 122880), 0.2, 1.0  # simulated in a run that is timed, or compared
-QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S = (61440,), 0.05, 0.3
+WHOLE, QUICK = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)  # steps per s; s of a timed, a compared run
 PAIRS = 2  # of timed runs, after one that does not count
 FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
-# For the planned time alone: processor time to compile a kernel, and to evaluate a model's equations of motion.
-COMPILE_S, EVALUATION_S = 15.0, {"full": 4e-6, "slices": 1e-5}
-STABILITY_STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)
-PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
+COMPILE_S = 15.0  # of processor time for a kernel; for the planned time alone
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
-COST = ("wall_per_simulated_s", "cpu_per_simulated_s")
+MEASURED = ("cage_ratio", "noise_floor", "band_rms_m_s2")
 UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
 SHOWN = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
 SHOWN |= {"level [dB]": "band_rms_error_db", "level, from bundled [dB]": "bundled_band_rms_error_db"}
 SHOWN = {"scene": "scene", "solver": "series"} | SHOWN | {"status": "status"}
 Row = dict[str, Any]
-Message = Callable[[str], None]
 
 
 def bench(
@@ -63,7 +60,7 @@ def bench(
     solvers: Sequence[str] = (),
     quick: bool = False,
     progress: Progress = silent,
-    message: Message = lambda _: None,
+    message: Callable[[str], None] = lambda _: None,
 ) -> StudyResult:
     """Cost and errors of `model`, if there is one, and of the bundled solvers at the same steps.
 
@@ -72,15 +69,14 @@ def bench(
     `cpu_ratio`: median cost in that of the default solver at the same step, timed in turns, with its range. Errors
     named ``bundled_`` are differences from the bundled model's converged run.
     """
-    full = STEPS_PER_S, TIMED_S, COMPARED_S
-    steps, timed_s, compared_s = (QUICK_STEPS_PER_S, QUICK_TIMED_S, QUICK_COMPARED_S) if quick else full
+    steps, timed_s, compared_s = QUICK if quick else WHOLE
     check_names(scenes, () if model else solvers)
     own = [(model, name) for name in _offered(model, solvers)] if model else []
     others = USUAL[1:] if model and quick else SOLVERS if model or not solvers else solvers
     bundled = sorted([(USUAL[0], name) for name in others], key=lambda one: one != USUAL)
     first = {one["solver"]: _probed(one, timed_s, progress) for one in _cases(scenes[:1], own, steps[:1])}
     models = [(name, solver) for name, solver in own if first[solver][0].works]
-    cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)  # half of the kernels give the first points
+    cases = _cases(scenes, [*bundled[:1], *models, *bundled[1:]], steps)
     fine = [(USUAL, FINER_BUNDLED), *((one, FINER) for one in models)]
     converged = [row for one, finer in fine for row in _cases(scenes, [one], (finer * max(steps),))]
 
@@ -94,28 +90,27 @@ def bench(
     planned_s, compile_s = _planned([*map(whole, converged), *(one for row in cases for one in in_turns(row))], first)
     once = f", {compile_s:.0f} s of it to compile the solvers once" if compile_s else ""
     message(f"about {planned_s:.0f} s{once}; stop with Ctrl-C, and the same command goes on from there")
-    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
     load, rows, how = load_average(), list[Row](), dict[str, Any](jobs=1, progress=progress)
     right = records(sweep(pd.DataFrame(converged), whole, measures, task="converged runs", **how))
     references = {(row["scene"], row["model"], row["solver"]): row for row in right}
-    early = len(scenes) * len(steps) * (1 + len(models))
-    for part in (cases[:early], cases[early:]):
-        compile_for(*map(whole, part), progress=progress)
-        for case in part:
-            task = f"{_series(case)} at 1/{case['steps_per_s']} s"
-            (row,) = records(sweep(pd.DataFrame([case]), in_turns, measures, task=task, **how))
-            rows.append(_compared(row, references))
-            lines = text_rows(rows, columns).splitlines()
-            message("\n".join(lines if len(rows) == 1 else lines[-1:]))
+    compile_for(*map(whole, cases), progress=progress)
+    for case in cases:
+        task = f"{_series(case)} at 1/{case['steps_per_s']} s"
+        (row,) = records(sweep(pd.DataFrame([case]), in_turns, measures, task=task, **how))
+        usual = references[row["scene"], *USUAL]
+        own_step = judged(row, references.get((row["scene"], row["model"], row["solver"]), usual))
+        rows.append(own_step | {f"bundled_{name}": value for name, value in errors(row, usual).items()})
+        lines = _table(rows, model).splitlines()
+        message("\n".join(lines if len(rows) == 1 else lines[-1:]))
     for row in _cases(scenes, [one for one in own if one not in models], steps):
         tried = first[row["solver"]][0]
         rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
-    rows = [row | {"pareto": on_front(row, rows)} for row in rows]
-    machine = this_machine() | {"load_before": load, "load_after": load_average()}
+    machine, front = this_machine() | {"load_before": load, "load_after": load_average()}, _front(rows)
+    rows = [row | {"pareto": place in front} for place, row in enumerate(rows)]
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
     named = [row | {"model": row["model"] or _scene(row, timed_s).model} for row in rows]
     content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": named}
-    return StudyResult(content=content, text=_bench_text(rows, model, columns))
+    return StudyResult(content=content, text=_bench_text(rows, model))
 
 
 def stability(
@@ -129,29 +124,27 @@ def stability(
 ) -> StudyResult:
     """Largest stable step of `model` by speed and solver, found by bisection; `how`: `jobs` and `progress`."""
     check_names(scenes, ())
-    rpm, offered = rpm or (RPM[1:2] if quick else RPM), _offered(model, solvers)
-    groups = grid(scene=list(scenes), solver=list(offered), rpm=list(rpm)).assign(model=model)
-    steps = pd.Series(STABILITY_STEPS_PER_S, name="steps_per_s")
+    axes = {"scene": list(scenes), "solver": _offered(model, solvers), "rpm": rpm or (RPM[1:2] if quick else RPM)}
+    groups, steps = grid(**axes).assign(model=model), pd.Series(STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
-        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
+        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=SETTLE_PASSAGES)
 
     fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
-    right = {(row["scene"], row["solver"], row["rpm"]): row for row in records(fine)}
+    right = {tuple(row[axis] for axis in axes): row for row in records(fine)}
 
     def judged_cell(cell: Case) -> Row:
-        own = judged(cell, right[cell["scene"], cell["solver"], cell["rpm"]])
+        own = judged(cell, right[tuple(cell[axis] for axis in axes)])
         return own | {"stable": own["ok"], "predicted_limit_dt_s": None}
 
     lines, cells = bisect(groups, steps, passing, measures, lambda cell: judged_cell(cell)["stable"], **how)
-    found = [judged_cell(cell) for cell in records(cells)]
     note = "" if lines["bounded"].all() else "\n\nThe longest step is stable: does the model use scene.solver.step_s?"
-    columns = {"scene": "scene", "solver": "solver", "rpm": "rpm", "steps per s": "steps_per_s"}
-    text = f"Largest stable step (-: none that was tried):\n\n{text_rows(records(lines), columns)}{note}"
+    shown = text_rows(records(lines), {axis: axis for axis in axes} | {"steps per s": "steps_per_s"})
     none = dict.fromkeys(("predicted_limit_dt_s", "predicted_elastic_limit_dt_s"))
-    limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"]))
-    limits = [row | none | {"series": _series(row)} for row in limits]
-    return StudyResult(content={"tolerances": LIMITS, "limits": limits, "cells": found}, text=text)
+    limits = records(lines.assign(largest_stable_dt_s=1 / lines["steps_per_s"], **none))
+    limits = [row | {"series": _series(row)} for row in limits]
+    content = {"tolerances": LIMITS, "limits": limits, "cells": [judged_cell(cell) for cell in records(cells)]}
+    return StudyResult(content=content, text=f"Largest stable step (-: none that was tried):\n\n{shown}{note}")
 
 
 def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
@@ -162,60 +155,47 @@ def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
         beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
         rows = pd.concat([known[beside].assign(series=known["solver"]), rows], ignore_index=True)
     with figure_style():
-        drawn: Drawn = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
-        return drawn
+        return stability_page.chart(rows) if name == "stability" else page.chart(rows)
 
 
-def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
+def measures(case: Case, own: Attempt, *pairs: Attempt) -> Row:
     """Measures of a run that works, None if it does not; its cost by `pairs`, the usual run and the row's in turns."""
-    found: Row = {"dt_s": own.scene.solver.step_s} | dict.fromkeys(("cage_ratio", "noise_floor", "band_rms_m_s2"))
-    found |= dict.fromkeys((*COST, "cpu_ratio", "cpu_ratio_range")) if pairs else {}
-    if own.run is None or not own.measurable:
+    known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
+    found: Row = {"dt_s": own.scene.solver.step_s}
+    found |= {name: value if (value := known.get(name)) and math.isfinite(value) else None for name in MEASURED}
+    if not pairs:
         return found
-    found |= {name: value if value and math.isfinite(value) else None for name, value in vars(measure(own.run)).items()}
     runs = [one.run for one in pairs[2:] if one.run is not None and one.run.samples == one.scene.samples]
-    if runs and len(runs) == len(pairs) - 2:
-        ratios = [theirs.cpu_s / usual.cpu_s for usual, theirs in zip(runs[::2], runs[1::2], strict=True)]
-        found |= {name: min(getattr(run, name) for run in runs[1::2]) for name in COST}
-        found |= {"cpu_ratio": statistics.median(ratios), "cpu_ratio_range": [min(ratios), max(ratios)]}
-    return found
+    whole = bool(known) and len(runs) == len(pairs) - 2
+    ratios = [row.cpu_s / usual.cpu_s for usual, row in zip(runs[::2], runs[1::2], strict=True)] if whole else []
+    found |= study.cost(case, *(pairs[1::2] if whole else ()))
+    found["cpu_ratio"] = statistics.median(ratios) if ratios else None
+    return found | {"cpu_ratio_range": [min(ratios), max(ratios)] if ratios else None}
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
-    cage, band = (own[n] / right[n] if own[n] and right[n] else None for n in ("cage_ratio", "band_rms_m_s2"))
-    off = {"cage_error": cage, "band_rms_error": band}
-    found: Row = {name: None if ratio is None else abs(ratio - 1) for name, ratio in off.items()}
-    found["line_error_pct"] = None if cage is None else 100 * abs(cage - 1)
-    return found | {"band_rms_error_db": None if band is None else 20 * math.log10(band)}
+    """The study's errors, and that of the cage speed in per cent of BPFO, which follows it; None if unknown."""
+    found = study.errors(own, right)
+    return found | {"line_error_pct": None if found["cage_error"] is None else 100 * found["cage_error"]}
 
 
-def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
-    """True if the row is ok, and no other ok row of its scene is as cheap and as near, by the level."""
-    keys = ("cpu_per_simulated_s", "band_rms_error")
-    good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
-    own = tuple(row.get(key) for key in keys)
-    return own in good and not any(a <= own[0] and b <= own[1] for a, b in good if (a, b) != own)
+def _front(rows: Sequence[Row]) -> set[int]:
+    """Places of the rows that are ok, and that no other of their scene beats in both processor time and level."""
+    good = pd.DataFrame(rows).query("ok").dropna(subset=[page.COST, "band_rms_error"])
+    return {place for _, of in good.groupby("scene") for place in page.front_of(of, "band_rms_error").index}
 
 
 def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
     """The row with the errors of its step and `ok`; ``inaccurate`` if they are beyond `LIMITS`, or all unknown."""
     off = errors(row, right)
     known = {name: abs(off[name]) for name in LIMITS if off[name] is not None}
-    beyond = [f"{known[name]:.3g} {UNITS[name]}" for name in known if known[name] > LIMITS[name]]
+    beyond = " and ".join(f"{known[name]:.3g} {UNITS[name]}" for name in known if known[name] > LIMITS[name])
     found = {**row, **off, "series": _series(row)}
     if works(row["status"]) and (beyond or not known):
         most = " and ".join(f"{limit} {UNITS[name]}" for name, limit in LIMITS.items())
-        why = f"its step is wrong by {' and '.join(beyond)}" if beyond else "no converged run tells the step's error"
+        why = f"its step is wrong by {beyond}" if beyond else "no converged run tells the step's error"
         found |= {"status": RunStatus.INACCURATE.value, "reason": f"{why}; accepted are {most}"}
     return found | {"ok": works(found["status"])}
-
-
-def _compared(row: Row, references: Mapping[tuple[str, str, str], Row]) -> Row:
-    """The row, judged by its own converged run, with its differences from the bundled model's."""
-    usual = references[row["scene"], *USUAL]
-    own = judged(row, references.get((row["scene"], row["model"], row["solver"]), usual))
-    return own | {f"bundled_{name}": value for name, value in errors(row, usual).items()}
 
 
 def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
@@ -236,15 +216,11 @@ def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
     kernels = {kernel for scene in bundled if not is_compiled(scene) for kernel in kernels_of(scene)}
     compile_s = total_s = COMPILE_S * len(kernels) / min(usable_cores(), max(len(kernels), 1))
-    for scene in scenes:
-        name, whole_s = scene.solver.name, scene.settle_s + scene.duration_s
-        if is_outside(scene.model):
-            run, start_s = first[name][0].run, first[name][1]
-            cost = 0.0 if run is None else run.cpu_per_simulated_s * run.scene.solver.step_s
-            total_s += start_s + whole_s * cost / scene.solver.step_s
-        else:
-            cost = EVALUATION_S[scene.model] * METHODS[name].evaluations
-            total_s += whole_s * cost / scene.solver.step_s
+    total_s += sum(cost_of(scene)[0] for scene in bundled)
+    for scene in (scene for scene in scenes if is_outside(scene.model)):
+        tried, start_s = first[scene.solver.name]
+        cost = 0.0 if tried.run is None else tried.run.cpu_per_simulated_s * tried.scene.solver.step_s
+        total_s += start_s + (scene.settle_s + scene.duration_s) * cost / scene.solver.step_s
     return total_s, compile_s
 
 
@@ -259,9 +235,8 @@ def _series(row: Mapping[str, Any]) -> str:
 
 def _cases(scenes: Iterable[str], models: Iterable[tuple[str, str]], steps_per_s: Iterable[int]) -> list[Row]:
     """Every combination, as rows."""
-    names = ("scene", "model", "solver", "steps_per_s")
-    found = itertools.product(models, scenes, steps_per_s)
-    return [dict(zip(names, (scene, *one, steps), strict=True)) for one, scene, steps in found]
+    found = records(grid(of=list(models), scene=list(scenes), steps_per_s=list(steps_per_s)))
+    return [row | dict(zip(("model", "solver"), row.pop("of"), strict=True)) for row in found]
 
 
 def _scene(case: Case, seconds: float) -> Scene:
@@ -272,16 +247,17 @@ def _scene(case: Case, seconds: float) -> Scene:
     return replace(usual, model=case["model"] or usual.model, solver=solver)
 
 
-def _bench_text(rows: Sequence[Row], model: str | None, columns: Mapping[str, str]) -> str:
+def _table(rows: Sequence[Row], model: str | None) -> str:
+    """The rows, with their differences from the bundled model if there is another `model`."""
+    columns = {title: key for title, key in SHOWN.items() if model or not key.startswith("bundled_")}
+    return text_rows([dict.fromkeys(SHOWN.values()) | row for row in rows], columns)
+
+
+def _bench_text(rows: Sequence[Row], model: str | None) -> str:
     """All rows, and of the model the ratio of cost to the default solver's and the reasons of its failures."""
     own = [row for row in rows if model and row["model"] == model]
-    shown = [dict.fromkeys(SHOWN.values()) | row for row in rows]
-    ratios = [
-        f"{row['series']} takes {row['cpu_ratio']:.3g} times ({low:.3g} to {high:.3g}) the CPU of "
-        f"{USUAL[1]} at the same step, 1/{row['steps_per_s']} s."
-        for row in own
-        if row.get("cpu_ratio")
-        for low, high in [row["cpu_ratio_range"]]
-    ]
+    ratio = "{series} takes {cpu_ratio:.3g} times ({cpu_ratio_range[0]:.3g} to {cpu_ratio_range[1]:.3g}) the CPU of "
+    ratio += f"{USUAL[1]} at the same step, 1/{{steps_per_s}} s."
+    ratios = [ratio.format(**row) for row in own if row.get("cpu_ratio")]
     reasons = {f"{row['series']}: {row['status']}, {row['reason']}" for row in own if not row["ok"]}
-    return "\n".join([text_rows(shown, columns), "", *ratios, *sorted(reasons)]).rstrip()
+    return "\n".join([_table(rows, model), "", *ratios, *sorted(reasons)]).rstrip()

@@ -32,19 +32,11 @@ def chart(limits: pd.DataFrame) -> Drawn:
     for axes, name in zip(figure.subplots(1, len(names), sharey=True, squeeze=False)[0], names, strict=True):
         for series, line in limits[limits["scene"] == name].groupby("series", sort=False):
             mark, colour = looks[str(series)]
-            axes.plot(
-                line["rpm"],
-                1 / line["largest_stable_dt_s"],
-                f"{mark}-",
-                color=colour,
-                ms=5,
-                mfc="none",
-                lw=1,
-                label=series,
-            )
+            look = {"color": colour, "ms": 5}
+            axes.plot(line["rpm"], 1 / line["largest_stable_dt_s"], f"{mark}-", mfc="none", lw=1, label=series, **look)
             axes.plot(line["rpm"], 1 / line["predicted_elastic_limit_dt_s"], "--", color=colour, lw=0.7)
             none = line["rpm"][line["largest_stable_dt_s"].isna()]
-            axes.plot(none, 0.98 + 0 * none, "x", color=colour, ms=5, transform=axes.get_xaxis_transform())
+            axes.plot(none, 0.98 + 0 * none, "x", transform=axes.get_xaxis_transform(), **look)
         axes.set(xscale="log", yscale="log", xlabel="Shaft speed, rpm")
         axes.set_xticks([200, 1000, 5000], labels=["200", "1000", "5000"])
         axes.minorticks_off()
@@ -58,11 +50,8 @@ def chart(limits: pd.DataFrame) -> Drawn:
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
     """What counts as stable, the map, the claims."""
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
-    values = {
-        "cells": len(cells),
-        "stable": sum(cell["stable"] for cell in cells),
-        "finest": max(content["steps_per_s"]),
-    }
+    values = {"cells": len(cells), "stable": sum(cell["stable"] for cell in cells)}
+    values |= {"finest": max(content["steps_per_s"])}
     yield prose.paragraph("intro", **values, **content["tolerances"])
     yield prose.figure("stability-chart", panel(chart)(limits), badge=Badge.SIMULATED, **values)
     yield Listing(items=tuple(claim["answer"] for claim in content["claims"]))
@@ -70,21 +59,11 @@ def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
 
 def tile(prose: Prose, content: Mapping[str, Any]) -> Callout:
     """The largest steps of the default and of the paper's solver at the paper's speed."""
-    steps = {
-        name: {solver: longest(content["limits"], name, solver) for solver in (DEFAULT, PAPERS)} for name in SCENES
-    }
-    paper = [min(steps[name][solver] for name in list(SCENES)[:2]) for solver in (DEFAULT, PAPERS)]
-    words = {
-        "rpm": RPM,
-        "default": DEFAULT,
-        "ode4": PAPERS,
-        "default_paper": step(paper[0]),
-        "ode4_paper": step(paper[1]),
-    }
-    words |= {
-        f"{name}_rig": step(steps["rig-outer"][solver]) for name, solver in (("default", DEFAULT), ("ode4", PAPERS))
-    }
-    return prose.callout("tile", tone=Tone.NEUTRAL, **words, finest=max(content["steps_per_s"]))
+    words: dict[str, Any] = {"default": DEFAULT, "ode4": PAPERS}
+    for name, solver in tuple(words.items()):
+        *paper, rig = (longest(content["limits"], scene, solver) for scene in SCENES)
+        words |= {f"{name}_paper": step(min(paper)), f"{name}_rig": step(rig)}
+    return prose.callout("tile", tone=Tone.NEUTRAL, rpm=RPM, **words, finest=max(content["steps_per_s"]))
 
 
 def longest(limits: Sequence[Mapping[str, Any]], scene: str, solver: str) -> float:
