@@ -41,12 +41,8 @@ def _state(name: str, result: StoredResult | None, now: Fingerprint) -> State:
     kind = load_study(name).kind if result is None else result.kind
     why = "it was never computed" if result is None else result.why_stale(now)
     origin: Mapping[str, Any] = {} if result is None else result.origin
-    made = {
-        "made_utc": result and result.made_utc,
-        "machine": origin.get("processor"),
-        "minutes": origin.get("minutes"),
-    }
-    return {"name": name, "kind": kind, "fresh": why is None, "why": why, **made, "sound": True}
+    state = {"name": name, "kind": kind, "fresh": why is None, "why": why, "made_utc": result and result.made_utc}
+    return state | {"machine": origin.get("processor"), "minutes": origin.get("minutes"), "sound": True}
 
 
 def recompute(

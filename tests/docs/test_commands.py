@@ -89,10 +89,6 @@ def files(tmp_path, monkeypatch, request):
     np.savetxt("run_outer.csv", table, delimiter=",", header="time [s],acc [m/s2]", comments="")
     turned = np.column_stack([table, 0.431 * 2 * np.pi * 710 / 60 * seconds])
     np.savetxt("run.csv", turned, delimiter=",", header="time [s],acc_y [m/s2],cage_angle [rad]", comments="")
-    frequency = np.arange(300.0, 3500.0, 2.0)  # of a mass on a spring, beside another one: about 1 kHz
-    response = 1 / 92 - (0.02 * frequency**2) / (1000.0**2 - frequency**2 + 2j * 0.03 * 1000 * frequency)
-    table = np.column_stack([frequency, response.real, response.imag])
-    np.savetxt("hammer.csv", table, delimiter=",", header="frequency_hz,real_m_s2_n,imag_m_s2_n", comments="")
     rig = tmp_path / ABSOLUTE.removeprefix("/") / "rig7"
     rig.mkdir(parents=True)
     for name in ("healthy", "run01", "run02"):

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import srbval
-from srbval.bearing import load_bearing
 from srbval.recordings.datasets.description import DatasetDescription
 from srbval.storage.tables import build, read_toml
 from tests.test_layers import ORDER
@@ -142,10 +141,6 @@ def toml(title: str, tmp_path: Path) -> Path:
     path = tmp_path / "example.toml"
     path.write_text(text, encoding="utf-8")
     return path
-
-
-def test_the_bearing_is_a_bearing(tmp_path):
-    assert load_bearing(str(toml("A bearing", tmp_path))).orders == load_bearing("skf-6203").orders
 
 
 def test_the_data_set_is_a_description(tmp_path):
