@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, only_error, read_recording, summary_of
 from srbval.errors import ConfigurationError, SrbvalError
@@ -31,6 +30,7 @@ from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
 
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
+OPEN_CAGE = 5e-3  # 95 % of a ball bearing's cage ratio, by contact angles up to 18 degrees and slips that vary together
 HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's band reaches beyond it
 
 
@@ -38,23 +38,22 @@ HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's b
 class ModelSide:
     """A run of the model at a record's speed, with the defect of `state`, and its arrays for figures.
 
-    `open_cage` is the uncertainty of the cage's speed if the model computes it from the dimensions. `stated_load` is
-    false if the scene's load was used.
+    `open_cage` is the relative 95 % half width of the cage's speed if the model computes it from the dimensions.
+    `stated_load` is false if the scene's load was used.
     """
 
     run: Run
     base: str
     state: Fault
     stated_load: bool
-    open_cage: CageInputs | None
+    open_cage: float
     view: RecordView
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
         """Lines at the cage's mean speed [Hz], with 95 % half widths of what the dimensions leave open [%]."""
         elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
-        shift, ci95 = (0.0, 0.0) if self.open_cage is None else (self.open_cage.shift, self.open_cage.ci95)
-        cage = self.run.cage_ratio * (1 + shift)
+        cage, ci95 = self.run.cage_ratio, self.open_cage
         return {
             "BPFO": (elements * cage * shaft_hz, 100 * ci95),
             "BPFI": (elements * (1 - cage) * shaft_hz, 100 * ci95 * cage / (1 - cage)),
@@ -176,6 +175,6 @@ def _model_side(
         base=base,
         state=state,
         stated_load=recording.radial_n is not None,
-        open_cage=cage_inputs(elements) if geometry is None and elements is not None else None,
+        open_cage=OPEN_CAGE if geometry is None else 0.0,
         view=record_view(found),
     )

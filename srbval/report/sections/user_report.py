@@ -245,7 +245,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     of_dimensions, opened, scene = "", "", f", scene `{model.base}`"
     if model.open_cage:
         of_dimensions, scene = ", with what the bearing's dimensions leave open of it", ""
-        opened = f"{TEXTS.text('open-cage', angle_deg=model.open_cage.angle_deg)} "
+        opened = f"{TEXTS.text('open-cage', percent=100 * model.open_cage)} "
     defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
     load = " and load" if model.stated_load else "; the record states no load, so the scene's own was taken"
     of_model = {"model": model.run.scene.model, "scene": scene, "defect": defect}
