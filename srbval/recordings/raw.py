@@ -43,12 +43,8 @@ class RawFile:
 
     def _value(self, name: str) -> Value | float | None:
         """The variable or attribute called `name`, if there is none that of another case."""
-        for held in (self.variables, self.attributes):
-            if name in held:
-                return held[name]
-        names = {key.lower(): key for key in (*self.attributes, *self.variables)} if name else {}
-        key = names.get(name.lower(), "")
-        return self.variables.get(key, self.attributes.get(key))
+        held = {**self.attributes, **self.variables}
+        return held[name] if name in held else {key.lower(): value for key, value in held.items()}.get(name.lower())
 
     def check_usable(self, name: str) -> None:
         """Refuse (`DataError`) a variable that is `unusable`."""

@@ -95,12 +95,12 @@ def add(
         first = f"{found.left_out[0].file}: {found.left_out[0].reason}"
         raise DataError(f"{folder}: {len(found.left_out)} of {len(files)} files to register are no recordings; {first}")
     hashes = {entry.sha256 for entry in found.recordings if entry.sha256}
-
-    def change(entries: Entries) -> Entries:
-        kept = {file: e for file, e in entries.items() if e.sha256 not in hashes or os.path.exists(file)}
-        return kept | {entry.file: entry for entry in found.recordings}
-
-    update_manifest(change)
+    update_manifest(
+        lambda entries: (
+            {file: e for file, e in entries.items() if e.sha256 not in hashes or os.path.exists(file)}
+            | {entry.file: entry for entry in found.recordings}
+        )
+    )
     return found
 
 
@@ -110,24 +110,19 @@ def remove(name: str | Path) -> RegisterListing:
     Returns the removed entries; raises `DataError` if there are none.
     """
     path, wanted = Path(os.path.abspath(name)), str(name)
-    removed: list[RegisteredRecording] = []
-
-    def change(entries: Entries) -> Entries:
-        registered = [entry for entry in entries.values() if entry.registered]
-        named = [entry for entry in registered if Path(entry.file).name == wanted]
-        removed[:] = (
-            [entry for entry in registered if Path(entry.file).is_relative_to(path)]
-            or [entry for entry in registered if entry.dataset == wanted]
-            or (named if len(named) == 1 else [])
+    registered = [entry for entry in read_manifest().values() if entry.registered]
+    named = [entry for entry in registered if Path(entry.file).name == wanted]
+    removed = (
+        [entry for entry in registered if Path(entry.file).is_relative_to(path)]
+        or [entry for entry in registered if entry.dataset == wanted]
+        or (named if len(named) == 1 else [])
+    )
+    if not removed:
+        raise DataError(
+            f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
+            f"Give a path of `srbval data list`. What {RECORDINGS_VARIABLE} names is listed as long as that is set."
         )
-        if not removed:
-            raise DataError(
-                f"{wanted}: no registered file, folder or data set, or the name of several files; nothing was removed. "
-                f"Give a path of `srbval data list`. What {RECORDINGS_VARIABLE} names is listed as long as that is set."
-            )
-        return {file: entry for file, entry in entries.items() if entry not in removed}
-
-    update_manifest(change)
+    update_manifest(lambda entries: {file: entry for file, entry in entries.items() if entry not in removed})
     return RegisterListing(removed)
 
 
@@ -137,12 +132,7 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
     Only files of another size or time of change are hashed, or all of them with `hash_all`. With `or_none` a register
     that cannot be read counts as empty, and the listing has the reason in `unreadable`.
     """
-    try:
-        known, unreadable = read_manifest(), ""
-    except DataError as error:
-        if not or_none:
-            raise
-        known, unreadable = {}, str(error).removeprefix(f"{home_folder()}{os.sep}")
+    known, unreadable = _manifest_or_none() if or_none else (read_manifest(), "")
     files = [Path(file) for file, entry in known.items() if entry.registered]
     if set_by_user := os.environ.get(RECORDINGS_VARIABLE):
         folder = Path(set_by_user).expanduser()
@@ -159,11 +149,16 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
-    try:
-        known = read_manifest()
-    except DataError:  # the shipped files do not depend on it
-        known = {}
+    known, _ = _manifest_or_none()  # the shipped files do not depend on it
     return RegisterListing(_looked_at(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
+
+
+def _manifest_or_none() -> tuple[Entries, str]:
+    """Entries of the manifest, or none and the reason if it cannot be read."""
+    try:
+        return read_manifest(), ""
+    except DataError as error:
+        return {}, str(error).removeprefix(f"{home_folder()}{os.sep}")
 
 
 def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
@@ -342,9 +337,6 @@ def registered_settings(
 
     A signal that is resampled is resampled for the band of its analysis, `band_hz`.
     """
-    try:
-        entry = read_manifest().get(os.path.abspath(path))
-    except DataError:
-        entry = None
-    merged = (settings or RecordingSettings()).over((entry and entry.settings) or RecordingSettings())
+    entry = _manifest_or_none()[0].get(os.path.abspath(path))
+    merged = (settings or NO_SETTINGS).over((entry and entry.settings) or NO_SETTINGS)
     return replace(merged, band_hz=band_hz, auto_band=None) if band_hz and merged.resample_hz else merged

@@ -37,6 +37,7 @@ LIKELY_HZ = 25600.0  # for the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
+POSITIVE = ("fs_hz", "rpm", "rpm_tolerance_pct", "scale", "sensitivity_mv_per_g", "pulses_per_rev", "resample_hz")
 NOTED = ("unit", "scale", "sensitivity_mv_per_g", "state", "bearing", "radial_kn", "axial_kn", "band_hz")
 WORDS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
 WORDS |= {f"{direction}_kn": f"{direction} load [kN]" for direction in ("radial", "axial")}
@@ -80,24 +81,17 @@ class RecordingSettings:
     shaft_channel: str | None = None
 
     def __post_init__(self) -> None:
-        positive = {
-            "sampling rate": self.fs_hz,
-            "shaft speed": self.rpm,
-            "sensitivity": self.sensitivity_mv_per_g,
-            "scale": self.scale,
-            "pulses per revolution": self.pulses_per_rev,
-            "tolerance of the speed": self.rpm_tolerance_pct,
-            "rate to resample to": self.resample_hz,
-            "time to skip": self.skip_s or None,
-        }
-        for name, value in positive.items():
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"{name} {value} must be a positive number.")
+        for name in POSITIVE:
+            value = getattr(self, name)
+            if value is not None and not (0 < value < math.inf):
+                raise ConfigurationError(f"{name} = {value:g} must be a positive number.")
         if self.rpm_tolerance_pct is not None and (self.rpm is None or self.rpm_tolerance_pct > MOST_TOLERANCE_PCT):
             raise ConfigurationError(
                 f"a tolerance of {self.rpm_tolerance_pct:g} % belongs to a speed of --rpm and is at most "
                 f"{MOST_TOLERANCE_PCT:g} %; --rpm is {'not given' if self.rpm is None else f'{self.rpm:g}'}."
             )
+        if self.skip_s is not None and not (0 <= self.skip_s < math.inf):
+            raise ConfigurationError(f"skip_s = {self.skip_s:g} must be a time of 0 s or more.")
         if self.derivative not in (None, *DERIVATIVES.values()):
             raise ConfigurationError(f"derivative {self.derivative} must be 1, of a velocity, or 2, of a position.")
         if self.unit is not None and self.unit not in UNITS:

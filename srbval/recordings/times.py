@@ -175,47 +175,44 @@ def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
 def times_of(raw: RawFile, name: str) -> TimeColumn:
     """Meaning of the variable `name` as times."""
     shown, values = printable(name), np.ravel(np.asarray(raw.array(name)))
+    column = TimeColumn(name=shown)
     if name in raw.unusable:
-        return TimeColumn(name=shown, problem=raw.unusable[name], uneven=True)
+        return replace(column, problem=raw.unusable[name], uneven=True)
     with np.errstate(invalid="ignore"):  # damaged numbers, which are counted below
         wrong = np.count_nonzero(~(np.abs(values.astype(np.float64)) < LARGEST_TIME))
     if wrong:
-        return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
+        return replace(column, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
     times = (values - values[0]).astype(np.float64)
     unit = _unit_of(raw, name, float(values[0]), float(times[-1]) / (times.size - 1))
     steps, usual = np.diff(times), float(np.median(np.diff(times)))
     factor = TIME_UNITS_S.get(unit or "s", 1.0)
-    places = np.concatenate(([0], np.cumsum(np.round(steps / usual)))).astype(np.int64) if usual > 0 else None
-    count = int(places[-1]) if places is not None else 0
+    places = np.concatenate(([0], np.cumsum(np.round(steps / (usual if usual > 0 else np.inf))))).astype(np.int64)
+    count = int(places[-1])
     mean = float(times[-1]) / max(count, 1)
     rate = 1 / (mean * factor) if mean > 0 else 0.0
     is_known = unit in TIME_UNITS_S or (not unit and PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1])
-    digit = _rounding(values)
-    off = np.inf if places is None or mean <= 0 else np.abs(times - mean * places).max()
-    fits = places is not None and (np.diff(places) > 0).all() and times.size >= (1 - MOST_MISSING) * (count + 1)
-    fits = fits and places is not None and np.mean(np.diff(places) > 1) <= MOST_GAPS
+    digit, gaps = _rounding(values), np.diff(places)
+    off = np.abs(times - mean * places).max()
+    fits = usual > 0 and mean > 0 and gaps.min() > 0 and times.size >= (1 - MOST_MISSING) * (count + 1)
+    fits = fits and np.mean(gaps > 1) <= MOST_GAPS
     exact = 0.0 if values.dtype.kind in "iu" else 2 * float(np.spacing(np.abs(values).max()))
     if not fits or (off > UNEVEN * mean + exact and not off <= 1.01 * digit + exact < COARSEST * mean):
         if (steps >= 0).all() and times[-1] > 0 and (is_known or unit is None) and np.mean(steps == 0) > MOST_MISSING:
             likely = (times.size - 1) / (float(times[-1]) * factor)
             zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
-            problem = f"the times of {shown} are too coarse for a rate: {zero}"
-            return TimeColumn(name=shown, problem=problem, likely_hz=likely)
-        usable = is_known and steps.min() >= 0 and usual > 0
-        times_s = times * factor if usable else None
-        return TimeColumn(name=shown, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
+            return replace(column, problem=f"the times of {shown} are too coarse for a rate: {zero}", likely_hz=likely)
+        times_s = times * factor if is_known and steps.min() >= 0 and usual > 0 else None
+        return replace(column, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
-        return TimeColumn(name=shown, problem=f"the times of {shown} are in {printable(unit)!r}")
-    missing = places if count + 1 > times.size else None
+        return replace(column, problem=f"the times of {shown} are in {printable(unit)!r}")
+    column = replace(column, places=places if count + 1 > times.size else None)
     if is_known:
-        return TimeColumn(name=shown, rates_hz=(round(rate, 6),), places=missing)
+        return replace(column, rates_hz=(round(rate, 6),))
     if mean == 1:
-        problem = f"{shown} counts the samples: a step of 1 is not a time"
-        return TimeColumn(name=shown, problem=problem, places=missing)
-    readings = ", ".join(f"{rate / TIME_UNITS_S[u]:.6g} Hz if in {u}" for u in ("s", "ms", "us"))
-    rates = (rate, rate * 1e3, rate * 1e6)
-    problem = f"{shown} has a step of {mean:.6g}, {readings}"
-    return TimeColumn(name=shown, rates_hz=rates, problem=problem, places=missing)
+        return replace(column, problem=f"{shown} counts the samples: a step of 1 is not a time")
+    rates = {u: rate / TIME_UNITS_S[u] for u in ("s", "ms", "us")}
+    readings = ", ".join(f"{hz:.6g} Hz if in {u}" for u, hz in rates.items())
+    return replace(column, rates_hz=tuple(rates.values()), problem=f"{shown} has a step of {mean:.6g}, {readings}")
 
 
 def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
@@ -227,10 +224,8 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
     for unit in ("s", "ms", "us", "ns"):
         if EPOCH_S[0] < first * TIME_UNITS_S[unit] < EPOCH_S[1]:
             return unit
-    is_date = (
-        DAYS[0] < first < DAYS[1] and PLAUSIBLE_HZ[0] <= 1 / max(step * TIME_UNITS_S["d"], 1e-12) <= PLAUSIBLE_HZ[1]
-    )
-    return "d" if is_date else None
+    rate_hz = 1 / max(step * TIME_UNITS_S["d"], 1e-12)
+    return "d" if DAYS[0] < first < DAYS[1] and PLAUSIBLE_HZ[0] <= rate_hz <= PLAUSIBLE_HZ[1] else None
 
 
 def _rounding(times: NDArray[np.generic]) -> float:

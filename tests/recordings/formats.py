@@ -37,13 +37,6 @@ def write_csv(path, other, sensor):
     path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
 
 
-def write_tab(path, other, sensor):
-    """Names and units in lines of their own, m/s² in a signal's column."""
-    rows = (f"{t:.7f}\t{a:.8f}\t{b:.8f}" for t, a, b in zip(TIME * 1e3, other, sensor * G, strict=True))
-    lines = ["% exported", "time\tacc NDE\tacc DE", "ms\tg\tm/s²", *rows]
-    path.write_text("\n".join(lines) + "\n", encoding="latin-1")
-
-
 def write_sound(path, other, sensor, *, scale, **kind):
     samples = np.stack([other, sensor], axis=1) * scale
     pytest.importorskip("soundfile").write(path, samples, round(FS_HZ), **kind)
@@ -103,7 +96,6 @@ write_parquet = functools.partial(write_columns, module="pyarrow.parquet", write
 write_feather = functools.partial(write_columns, module="pyarrow.feather", write="write_feather")
 WRITERS = {
     "csv": (write_csv, {}),
-    "tab": (write_tab, {}),
     "wav": (write_wav, {"channel": "data[2]", "unit": "g"}),
     "flac": (write_flac, {"channel": "data[2]", **IN_VOLT}),
     "tdms": (write_tdms, {}),

@@ -138,7 +138,7 @@ def test_names_patterns_addresses_and_bands_are_usable(d):
     assert d.access in ("open", "restricted")
     assert all(b.low_hz < b.high_hz and b.reason for b in d.bands)
     for band in () if d.name.startswith("torino") else d.bands:
-        fs_hz = band.fs_hz or d.rate.value_hz or 1e6
+        fs_hz = band.fs_hz or d.rate_hz or 1e6
         assert band.low_hz == 500.0
         assert band.high_hz == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=BAND_EDGE)
 

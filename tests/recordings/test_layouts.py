@@ -38,6 +38,7 @@ SPELLINGS = {
     "V": "V",
     "Pa": "Pa",
 }
+TIME_NAMES = ("Time [{}]", "t ({})", "time/{}", "t_{}", "a.T/{}")  # the first ones with blanks
 EPOCHS = {"epoch_s": (10**9, 6), "epoch_ms": (10**6, 3), "epoch_us": (10**3, 0), "epoch_ns": (1, 0)}  # ns, digits
 TIMES = ("none", "s", "ms", "us", "ns", "iso", "iso T", "hms", "german", "american", "two columns", "counter", *EPOCHS)
 # What an example may be refused for: the commas of two kinds cannot be told apart.
@@ -81,7 +82,7 @@ def drawn(rng):
         fs_hz=one(*RATES),
         gaps=bool(rng.random() < 0.3),
         more=one("none", "none", "empty", "text", "nan", "temperature"),
-        ends=one("\n", "\r\n", "\n utf-8-sig", "\n utf-16"),
+        ends=one("\n", "\r\n", "\n utf-8-sig", "\n utf-16", "\n latin-1"),
     )
 
 
@@ -118,7 +119,8 @@ def written(layout, rng, samples):
     times = stamps(layout, places)
     quantity = {"two columns": ["Date", "Time"], "counter": ["sample"]}.get(layout.times, ["Time"] * len(times))
     if layout.times in ("s", "ms", "us", "ns"):
-        quantity = [f"Time [{layout.times}]" if mark != "  " else f"t_{layout.times}"]
+        forms = TIME_NAMES[2:] if mark == "  " else TIME_NAMES
+        quantity = [forms[int(rng.integers(len(forms)))].format(layout.times)]
         times = [[x.replace(".", decimal) for x in times[0]]]
     if layout.times in ("epoch_s", "epoch_ms"):
         times = [[x.replace(".", decimal) for x in times[0]]]

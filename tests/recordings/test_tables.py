@@ -115,18 +115,6 @@ def text(tmp_path, name, times):
     return load_recording(tmp_path / "a.csv", unit="g")
 
 
-@pytest.mark.parametrize(
-    ("name", "fs_hz", "scale"),
-    [
-        *((name, 10_000, 1e3) for name in ("time_ms", "t [ms]", "Time (ms)", "time/ms", "T_MSEC")),
-        *((name, 20_480, 1.0) for name in ("t", "time_s", "Time (s)", "time [seconds]", "a.t/s", "Timestamp")),
-    ],
-)
-def test_unit_in_the_name(tmp_path, name, fs_hz, scale):
-    times = [f"{scale * i / fs_hz:.6f}" for i in range(N)]
-    assert text(tmp_path, name, times).fs_hz == pytest.approx(fs_hz, rel=1e-4)
-
-
 @pytest.mark.parametrize(("units", "factor"), [("ms", 1e3), ("s", 1), ("us", 1e6)])
 def test_units_attribute(tmp_path, units, factor):
     with h5py.File(tmp_path / "a.h5", "w") as file:

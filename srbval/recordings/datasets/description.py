@@ -1,7 +1,6 @@
 """Description of a published data set, as `data_manifest/*.toml` states it, and the rules to recognise its files."""
 
 import functools
-import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -66,15 +65,6 @@ class ChannelRule:
         """The channel with the samples of `variable`."""
         samples = raw.signal(variable)
         return Channel(samples=samples, unit=self.unit, bearing=self.bearing, state=state, variable=variable)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RateRule:
-    """Sampling rate [Hz]: a variable of the file, else a value the set's description states."""
-
-    variable: str | None = None
-    value_hz: float | None = None
-    note: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,6 +158,7 @@ class OperatingGrid:
 class DatasetDescription:
     """One data set; `reader` names the recogniser: ``variables`` or ``signal-structs``.
 
+    The sampling rate is that of `rate_variable` in the file, else `rate_hz`.
     `labels` are states of the bearing by the pattern of the file's label, `orders` published fault orders of a bearing.
     With `one_rig_a_folder` the set contains several machines, each in its folder.
     """
@@ -181,7 +172,9 @@ class DatasetDescription:
     reader: str = "variables"
     match: MatchRule = MatchRule()
     channels: tuple[ChannelRule, ...] = ()
-    rate: RateRule = RateRule()
+    rate_variable: str | None = None
+    rate_hz: float | None = None
+    rate_note: str | None = None
     speed: SpeedRule = SpeedRule()
     labels: Mapping[str, Fault] = field(default_factory=dict)
     bands: tuple[BandRule, ...] = ()
@@ -201,9 +194,10 @@ class DatasetDescription:
         """State, radial and axial load [kN] and nominal speed [rpm] of each point of the grid, none without a grid."""
         if self.grid is None:
             return ()
-        loads = zip(self.grid.radial_kn, self.grid.axial_kn, strict=True)
-        points = itertools.product(self.grid.states, loads, self.grid.nominal_rpm)
-        return tuple((state, *load, rpm) for state, load, rpm in points)
+        loads = tuple(zip(self.grid.radial_kn, self.grid.axial_kn, strict=True))
+        return tuple(
+            (state, *load, rpm) for state in self.grid.states for load in loads for rpm in self.grid.nominal_rpm
+        )
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
         """The declared band at this sampling rate, or None; a band of the channel itself takes precedence."""

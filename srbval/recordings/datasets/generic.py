@@ -129,9 +129,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
             if variable not in raw.unusable:  # a column that nobody filled
                 continue
         elif unit == ENVELOPE:
-            problem = (
-                f"{shown} is in gE, an acceleration envelope that a meter has demodulated: export the acceleration."
-            )
+            problem = f"{shown} is in gE, an acceleration envelope of a meter, demodulated: export the acceleration."
         rpm = unit is None and _stated_rpm(name, 1.0) is not None
         whole = unit in (None, COUNTS) and bool((samples == np.floor(samples)).all())
         yield (

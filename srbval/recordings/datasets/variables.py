@@ -47,7 +47,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     original = raw.attributes.get("copy_of")  # of a compact copy, such as the records that come with the program
     notes = [f"record {int(record)} by its variables' names"] if record else []
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
-    notes += [note for note in (description.rate.note, listed and listed.note) if note]
+    notes += [note for note in (description.rate_note, listed and listed.note) if note]
     notes += [f"left out: signals of record {', '.join(others)}"] if others else []
     notes += [f"compact copy of {printable(original, LONGEST_NOTE)}"] if isinstance(original, str) else []
     return Reading(
@@ -103,14 +103,14 @@ def _rate_hz(
     raw: RawFile, description: DatasetDescription, said: dict[str, str], listed: RecordRange | None
 ) -> float | None:
     """Sampling rate by the file's name, the list of records, a variable of the file, or the description."""
-    named_hz, rate = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate
+    named_hz, variable = scaled(said.get("rate_khz"), HZ_PER_KHZ), description.rate_variable
     if named_hz and listed and named_hz != listed.fs_hz:
         raise DataError(
             f"{raw.path}: its name says {named_hz:g} Hz, the data set's list {listed.fs_hz:g} Hz for this record; "
             "rename the file or correct the list."
         )
-    stated_hz = raw.number(rate.variable) if rate.variable else None
-    return named_hz or (listed and listed.fs_hz) or stated_hz or rate.value_hz
+    stated_hz = raw.number(variable) if variable else None
+    return named_hz or (listed and listed.fs_hz) or stated_hz or description.rate_hz
 
 
 def _nominal_rpm(

@@ -53,7 +53,7 @@ class _Hdf5Reader:
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
         for name, item in members:
             self._visit(name, item, 1)
-        self._attributes(file, "")
+        self.found["attributes"] |= self._attributes(file)
 
     def _count(self, items: int) -> None:
         self.items += items
@@ -61,11 +61,9 @@ class _Hdf5Reader:
             held = f"{self.items} or more links, references and attributes"
             raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. Not a recording.")
 
-    def _attributes(self, group: Any, prefix: str) -> None:
-        self._count(len(group.attrs))
-        for name in group.attrs:
-            if (value := self._attribute(group, name)) is not None:
-                self.found["attributes"][f"{prefix}{name}"] = value
+    def _attributes(self, item: Any) -> list[tuple[str, float | str]]:
+        self._count(len(item.attrs))
+        return [(name, value) for name in item.attrs if (value := self._attribute(item, name)) is not None]
 
     def _claim(self, count: int, what: str) -> None:
         self.claimed += count
@@ -85,7 +83,7 @@ class _Hdf5Reader:
         if depth > MAX_DEPTH:
             raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. Not a recording.")
         if isinstance(item, h5py.Group):
-            self._attributes(item, f"{name}.")
+            self.found["attributes"] |= {f"{name}.{key}": value for key, value in self._attributes(item)}
             for key, member in self._members(item):
                 self._visit(f"{name}.{key}", member, depth + 1)
         elif isinstance(item, h5py.Dataset) and not (item.shape is None or item.is_virtual or item.external):
@@ -103,10 +101,7 @@ class _Hdf5Reader:
             return
         self._claim(size * dtype.itemsize, f"dataset {name!r}")
         check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
-        self._count(len(dataset.attrs))
-        for key in dataset.attrs:
-            if (value := self._attribute(dataset, key)) is None:
-                continue
+        for key, value in self._attributes(dataset):
             if is_unit_key(key) and isinstance(value, str):
                 self.found["units"].setdefault(name, value)
             elif stated := stated_rate(key, value):

@@ -1,6 +1,5 @@
 """Files of measuring systems and sound cards, by libraries of their own: WAV and FLAC, TDMS, universal files."""
 
-import hashlib
 import itertools
 import re
 from collections.abc import Iterator, Mapping
@@ -18,7 +17,6 @@ from srbval.recordings.units import is_unit_key
 PACKED = 8  # times: bits packed without loss, or 8 and 16-bit samples, become 32 or 64-bit ones
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # sizes from here on: of a header that was not completed, as of a stream
-FLAC_MD5 = slice(26, 42)  # of the unpacked samples, in the block STREAMINFO (RFC 9639, section 8.2)
 MAX_CHANNELS = 256
 UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
 FUNCTION, UNITS = 58, 164  # data sets
@@ -57,8 +55,6 @@ def load_audio(path: Path) -> RawFile:
         samples = file.read(dtype=kind, always_2d=True)
         if len(samples) != frames:
             raise DataError(f"{path}: truncated: {len(samples)} of {frames} samples. Copy it again.")
-        if file.format == "FLAC" and bits:
-            _check_md5(path, file, bits)
         rate = float(file.samplerate)
     note = f"{bits}-bit samples read as shares of full scale; --scale states what that is"
     return RawFile(
@@ -70,17 +66,6 @@ def load_audio(path: Path) -> RawFile:
         full_scale=bool(bits),
         cautions=cautions,
     )
-
-
-def _check_md5(path: Path, file: Any, bits: int) -> None:
-    """Unpack once more, to whole numbers of as many bytes as the samples have, and hash those."""
-    with path.open("rb") as stream:
-        stated = stream.read(FLAC_MD5.stop)[FLAC_MD5]
-    file.seek(0)
-    whole = np.ascontiguousarray(file.read(dtype="int32", always_2d=True) >> (32 - bits), "<i4")
-    packed = whole.view("u1").reshape(-1, 4)[:, : -(-bits // 8)]
-    if any(stated) and hashlib.md5(packed.tobytes(), usedforsecurity=False).digest() != stated:
-        raise DataError(f"{path}: damaged: its samples do not have the checksum in its header. Copy it again.")
 
 
 def load_tdms(path: Path) -> RawFile:
@@ -114,14 +99,14 @@ def load_tdms(path: Path) -> RawFile:
         shared = [set(properties.items()) for properties in stated.values()]
         common = dict(set.intersection(*shared)) if shared else {}
         facts = _plain_properties(file.properties) | {k: v for k, v in common.items() if not stated_rate(k, v)}
-        rates = {name: [r for k, v in p.items() if (r := stated_rate(k, v))] for name, p in stated.items()}
+        rates = {name: [r[0] for k, v in p.items() if (r := stated_rate(k, v))] for name, p in stated.items()}
         return RawFile(
             path=path,
             format=TDMS.name,
             variables={name: c[:] for name, c in channels.items()},
             attributes=facts,
             units={name: str(v) for name, p in stated.items() for k, v in p.items() if is_unit_key(k) and v},
-            rates_hz={name: found[0][0] for name, found in rates.items() if found},
+            rates_hz={name: found[0] for name, found in rates.items() if found},
             cautions=cautions,
         )
 
@@ -138,13 +123,10 @@ def load_uff(path: Path) -> RawFile:
     """
     import pyuff
 
-    file, types = pyuff.UFF(str(path)), list[int]()
-    blocks = []
-    for start, end, kind in _uff_blocks(path):
-        blocks.append((start, end - 1))
-        types.append(kind)
+    file, blocks = pyuff.UFF(str(path)), list(_uff_blocks(path))
+    types = [kind for _, _, kind in blocks]
     # pyuff takes bytes of samples for marks; the sets are given to it as their own headers count them.
-    file._block_ind, file._n_sets = np.array(blocks, np.int64).reshape(-1, 2), len(blocks)
+    file._block_ind, file._n_sets = np.array(blocks, np.int64).reshape(-1, 3)[:, :2], len(blocks)
     file._set_types, file._set_formats = np.array(types), np.zeros(len(blocks))
     functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
     systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
@@ -175,7 +157,7 @@ def load_uff(path: Path) -> RawFile:
 
 
 def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
-    """Begin, end and type of each data set; a binary one has as many bytes as its header states.
+    """Begin, last byte and type of each data set; a binary one has as many bytes as its header states.
 
     Raises `DataError` for a set that does not end.
     """
@@ -195,7 +177,7 @@ def _uff_blocks(path: Path) -> Iterator[tuple[int, int, int]]:
             stop, end = begin + size, _UFF_END.match(content, begin + size)
         if end is None or stop > len(content):
             raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
-        yield mark.start(), stop, int(head[1])
+        yield mark.start(), stop - 1, int(head[1])
         at = end.end()
 
 

@@ -86,8 +86,10 @@ def load_text(path: Path) -> RawFile:
     for i, (name, fields) in enumerate(zip(names, columns, strict=True)):
         key, wrong = name[:LONGEST_NAME] or f"col_{i + 1}", ""
         if kinds[i] == "t" or (kinds[i] == "d" and "t" not in kinds):
-            days = columns[kinds.index("d")] if kinds.count("d") == kinds.count("t") else None
-            if (times := _times(fields, days)) is None:
+            stamps = fields
+            if kinds.count("d") == kinds.count("t") and re.match(r"\d{1,2}:", fields[0]):  # times of day beside days
+                stamps = [f"{day} {time}" for day, time in zip(columns[kinds.index("d")], fields, strict=True)]
+            if (times := times_of_texts(stamps)) is None:
                 wrong = f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
             values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
         elif kinds[i] in "ne" and not np.isnan(values := _numbers(fields, comma=comma)).all():
@@ -108,13 +110,6 @@ def load_text(path: Path) -> RawFile:
     return RawFile(
         path=path, format=TEXT, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable
     )
-
-
-def _times(fields: list[str], days: list[str] | None) -> NDArray[np.float64] | None:
-    """Seconds of time stamps, or of times of day beside a column of `days`; None if they are not understood."""
-    if days and re.match(r"\d{1,2}:", fields[0]):
-        return times_of_texts([f"{day} {field}" for day, field in zip(days, fields, strict=True)])
-    return times_of_texts(fields)
 
 
 def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
