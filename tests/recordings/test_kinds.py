@@ -200,7 +200,8 @@ def upper_case(path):
 def hdf5(path):
     with h5py.File(path, "w") as file:
         group = file.create_group("run")
-        group["acc"] = X
+        group["acc"], group["time"] = X, 1e3 * T
+        group["time"].attrs["units"] = "ms"
         group["acc"].attrs["UNITS"], group.attrs["SampleRate"] = "g", FS_HZ
 
 

@@ -5,7 +5,7 @@ Every combination of header, lines above it, separator, decimal sign, times, uni
 
 import datetime
 import re
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,28 +50,13 @@ SHAFT_HZ = 40.0
 START = datetime.datetime(2024, 5, 6, 23, 59, 59, 900_000, tzinfo=datetime.UTC)
 
 
-@dataclass
-class Layout:
-    """A drawn layout, whose values are the names of what is written."""
-
-    separator: str
-    comma: bool
-    times: str
-    unit: str
-    where_unit: str
-    header: str
-    above: str
-    fs_hz: int
-    gaps: bool
-    more: str
-    ends: str
-
-
 def drawn(rng):
+    """A layout; its values are the names of what is written."""
+
     def one(*values):
         return values[int(rng.integers(len(values)))]
 
-    return Layout(
+    return SimpleNamespace(
         separator=one(",", ";", "\t", "  "),
         comma=bool(rng.random() < 0.4),
         times=one(*TIMES),
@@ -171,18 +156,15 @@ def is_read_right(i, path):
     samples = np.round(rng.normal(0, 1, 512), 5) if i % ANALYSED else knocks(layout.fs_hz, rng)
     content, places = written(layout, rng, samples)
     path.write_bytes(content)
-    refusal, given = "", {}
     try:
         found = load_recording(path)
     except LeftOpenError as error:
-        given = answers(layout, {question.missing.split(" (")[0] for question in error.questions})
+        asked = {question.missing.split(" (")[0] for question in error.questions}
+        found = load_recording(path, **answers(layout, asked))
     except DataError as error:
-        refusal = str(error)
-    if refusal:
-        assert OBSTACLES.search(refusal), (i, layout, refusal)
+        if not OBSTACLES.search(str(error)):
+            raise AssertionError(i, layout) from error
         return False
-    if given:
-        found = load_recording(path, **given)
     check(i, layout, found, samples, places)
     return True
 

@@ -2,7 +2,6 @@
 
 import codecs
 
-import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -113,14 +112,6 @@ def text(tmp_path, name, times):
     rows = (f"{t},{x:.6f}" for t, x in zip(times, files.vibration(len(times)), strict=True))
     (tmp_path / "a.csv").write_text("\n".join([f"{name},x", *rows, ""]))
     return load_recording(tmp_path / "a.csv", unit="g")
-
-
-@pytest.mark.parametrize(("units", "factor"), [("ms", 1e3), ("s", 1), ("us", 1e6)])
-def test_units_attribute(tmp_path, units, factor):
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file["x"], file["time"] = files.vibration(N), GRID * factor
-        file["time"].attrs["units"] = units
-    assert load_recording(tmp_path / "a.h5", unit="g").fs_hz == pytest.approx(20_480, rel=1e-6)
 
 
 @pytest.mark.parametrize(("digits", "fs_hz"), [(5, 20_480.0), (6, 25_600.0), (7, 20_480.0), (9, 10_000.0)])
