@@ -75,11 +75,6 @@ class Diagnosis:
     channel: str | None
 
     @property
-    def best_class(self) -> str:
-        """The most probable class."""
-        return most_probable(self.probabilities)
-
-    @property
     def sentence(self) -> str:
         """The diagnosis in words."""
         shown = {name: share for name, share in self.probabilities.items() if "+" not in name or share >= BESIDE}
@@ -222,7 +217,7 @@ class FaultVerdict:
         """Headline and probability in one sentence."""
         if self.diagnosis is None:
             return self.sentence
-        name = self.diagnosis.state if self.parts else self.diagnosis.best_class
+        name = self.diagnosis.state if self.parts else most_probable(self.diagnosis.probabilities)
         share = f"{LABELS[name]} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {RIGS} rigs)."
 

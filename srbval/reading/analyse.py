@@ -166,7 +166,7 @@ def analyse(
     if declared is None and not whole_band:
         bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
     else:
-        bands = (declared or whole_band_of(recording),)
+        bands = (declared or whole_band_of(recording.fs_hz),)
     tracking = choose_tracking(recording, bearing, known_speed)
     if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)

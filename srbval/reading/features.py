@@ -68,7 +68,7 @@ def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
 
 def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
     """Analysis without lines of a record that is too short to search for them, in a band or else in the whole band."""
-    band = band or whole_band_of(recording)
+    band = band or whole_band_of(recording.fs_hz)
     done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
     speed = recording.known_speed
     return Analysis(processed=done, bearing=bearing, lines=(), speed=speed, recording=recording, band=band)

@@ -206,10 +206,10 @@ def declared_band(
     return None
 
 
-def whole_band_of(recording: Recording) -> BandChoice:
-    """The whole band of a record whose level is compared with those of others."""
-    low, high = (share * recording.fs_hz for share in WHOLE_BAND)
-    return BandChoice(band_hz=(low, high), why="the whole band, the same for all records that are compared")
+def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all records that are compared") -> BandChoice:
+    """The whole band of a record sampled at `fs_hz`."""
+    low, high = (share * fs_hz for share in WHOLE_BAND)
+    return BandChoice(band_hz=(low, high), why=why)
 
 
 def bands_of_record(
@@ -221,17 +221,15 @@ def bands_of_record(
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
-    low, high = (share * fs_hz for share in WHOLE_BAND)
     count, whole = picture.kurtosis.size, "the whole band"
     if count == 0:
         why = f"{whole}: no narrower one holds {HARMONICS_HELD} harmonics of the race lines and enough of the record"
-        return (BandChoice(band_hz=(low, high), why=why),)
+        return (whole_band_of(fs_hz, why),)
     impulsive = f"the most impulsive of {count} bands of this very record (kurtogram)"
     said = "{}, where a fault's line is clearer than in {}; false-alarm probabilities count {} trials"
-    tried = ((low, high), whole, impulsive, 2), (picture.best_hz, impulsive, whole, 2 * count)
-    return tuple(
-        BandChoice(band_hz=band_hz, why=said.format(band, other, trials), trials=trials)
-        for band_hz, band, other, trials in tried
+    return (
+        replace(whole_band_of(fs_hz, said.format(whole, impulsive, 2)), trials=2),
+        BandChoice(band_hz=picture.best_hz, why=said.format(impulsive, whole, 2 * count), trials=2 * count),
     )
 
 
@@ -272,7 +270,7 @@ def whitened_bands(
 
     They are those of squared envelopes after cepstrum prewhitening, clipped lest a few loud knocks form combs.
     """
-    low, high = (share * processed.fs_hz for share in WHOLE_BAND)
+    low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE
     edges = np.linspace(low, high, 1 + max(1, min(most, math.floor((high - low) / needed_hz)))).tolist()
     white, ends, found = prewhitened(processed.whole), min(processed.end_s, end_s((low, high))), []

@@ -4,15 +4,11 @@ A set point may be wrong by more than a window. Then the shaft is searched first
 speeds within the tolerance, each a trial. A speed outside it, or a line outside all windows, is a finding only.
 """
 
-import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 import numpy as np
-import scipy.special
-import scipy.stats
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import CubicSpline
 
 from srbval.bearing import DEFECTS, Bearing, Fault
@@ -20,21 +16,13 @@ from srbval.reading.families import HARMONICS, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, periodogram_of, whitened_bands
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, frequency_error_hz, read_comb
-from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, read_comb
+from srbval.signal.comb_spectrum import CombSpectrum, highest_path
 from srbval.signal.false_alarm import COMBS
+from srbval.signal.shaft_lines import RIVAL_SHARE, shaft_by_lines
 
-SIDEBANDS = 3  # shaft orders to either side of each
-SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 SEARCH_SHARE = 0.1  # half width of the search, as a share of the nominal speed: set points turn out 6 % wrong
 COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two bands, is below `comb.PLACEBO_FALSE_ALARM`
-RIVAL_SHARE = 0.5  # largest rise of the next best peak of the score above the median, as a share of the best peak's
-SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
-LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
-NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
-FALSE_ALARM = 1e-3
-SHOWN_SNR, LEAST_TERMS = 12.0, 4  # least power over noise of a term, and least number of shaft terms, for a fit
-LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a parabola, and speeds are not constant
 # Share of the speed that the fit's scatter does not show: clocks, drift, rounding. With each record of measured speed
 # left out, the largest excess of the others covers 16 of 17 (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
@@ -243,40 +231,17 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
 
 
 def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` speed.
+    """Shaft speed about a `nominal` one by the periodogram of a squared envelope (`shaft_by_lines`), or None.
 
-    First the speed within `SEARCH_SHARE` of the nominal one is found at which sidebands of the deepest detected fault
-    line and harmonics of the shaft stand out most together. Then line and shaft are fitted by least squares through the
-    peaks of all terms that stand out; the scatter about the fit (Birge's ratio) and `ALLOWANCE` widen the interval.
-    None if noise does as well or another speed nearly as well (`RIVAL_SHARE`), or fewer than `LEAST_TERMS` terms show.
+    Sidebands are those of the deepest detected fault line; `ALLOWANCE` widens the interval.
     """
-    bare = replace(record, masks_hz=np.empty((0, 2)))
     line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
-    nominal_hz, bin_hz = nominal.value_hz, record.bin_hz
-    half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal_hz) * nominal_hz
-    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / 16)
-    score, used = np.zeros(speeds.size), 0  # joint -log p of all terms
-    for harmonic, order in _terms(line_hz):
-        frequencies = harmonic * line_hz + order * speeds
-        ends = frequencies[0], frequencies[-1]
-        if min(ends) < 3 * bin_hz or max(ends) > record.limit_hz:
-            continue
-        noise = bare.noise_near(harmonic * line_hz + order * nominal_hz, abs(order) * half_hz)
-        snr = bare.power_at(frequencies) / noise.mean_power
-        score += np.minimum(NOISE_BINS * np.log1p(snr / NOISE_BINS), LARGEST_NEG_LOG_P)
-        used += 1
-    if not used:
+    half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
+    found = shaft_by_lines(record.unmasked(), line_hz, nominal.value_hz, half_hz, harmonics=HARMONICS)
+    if found is None:
         return None
-    best = int(np.argmax(score))
-    trials = max(1.0, 2 * half_hz / bin_hz * SIDEBANDS)  # independent speeds
-    rival = np.max(score, where=np.abs(speeds - speeds[best]) > SAME_BINS * bin_hz, initial=-np.inf)
-    usual = float(np.median(score))
-    if rival - usual > RIVAL_SHARE * (score[best] - usual):
-        return None
-    if trials * scipy.special.gammaincc(used, float(score[best])) >= FALSE_ALARM:
-        return None
-    found = _fit(bare, line_hz, float(speeds[best]))
-    return None if found is None or abs(found.value_hz - nominal_hz) > half_hz else found
+    value, ci95_hz = found
+    return ShaftSpeed(value_hz=value, ci95_hz=math.hypot(ci95_hz, ALLOWANCE * value), source=SpeedSource.ESTIMATED)
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
@@ -284,8 +249,7 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
     The interval reaches to the farthest comb that rises by `RIVAL_SHARE` of the best; None if that is beyond `SMEAR`.
     """
-    bare = replace(record, masks_hz=np.empty((0, 2)))
-    combs = CombSpectrum.of([[bare]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
+    combs = CombSpectrum.of([[record.unmasked()]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
     score, hz = combs.score[inside], combs.frequency_hz[inside]
     if not score.size or (highest := float(score.max())) < LEAST_COMB:
@@ -315,15 +279,8 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
         if not inside.any():
             continue
         score = np.array([one.score[inside] - one.typical(LARGEST_STEP) for one in combs])
-        total, origins = score[0], []
-        for own in score[1:]:
-            near = sliding_window_view(np.pad(total, reach, constant_values=-np.inf), 2 * reach + 1)
-            origins.append(np.arange(total.size) + near.argmax(axis=1) - reach)
-            total = own + near.max(axis=1)
-        path = [int(np.argmax(total))]
-        for origin in reversed(origins):
-            path.append(int(origin[path[-1]]))
-        paths.append((float(total.max()) / DRIFT_PARTS, combs[0].frequency_hz[inside][path[::-1]]))
+        mean, path = highest_path(score, reach)
+        paths.append((mean, combs[0].frequency_hz[inside][path]))
     mean, course = max(paths, key=lambda one: one[0], default=(0.0, np.ones(1)))
     course = speed.value_hz * course / course.mean()
     if mean < LEAST_PART or np.ptp(course) < 2 * window_share(bearing, speed) * speed.value_hz:
@@ -335,47 +292,3 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
         CubicSpline(middle, course, bc_type="natural")(at), round(processed.end_s * rate_hz) + 1, mode="edge"
     )
     return ShaftAngle.from_speed(whole, rate_hz)
-
-
-def _terms(line_hz: float) -> list[tuple[int, int]]:
-    """Terms (h, k), lines at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
-    orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
-    sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
-    return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
-
-
-def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
-    """Fit line and shaft by least squares through the peaks of all terms that stand out."""
-    whole = [(h, 0) for h in range(1, HARMONICS + 1)] if line_hz else []
-    read = [(k, h, *p) for h, k in whole + _terms(line_hz) if (p := _peak(record, h * line_hz + k * shaft_hz))]
-    order, harmonic, peak_hz, sigma = np.array(read, dtype=np.float64).reshape(-1, 4).T
-    unknowns = 2 if np.any(harmonic) else 1
-    if np.count_nonzero(order) < LEAST_TERMS or len(read) <= unknowns:
-        return None
-    design = np.column_stack((order, harmonic)[:unknowns])
-    weighted = design / sigma[:, None]
-    if np.linalg.matrix_rank(weighted) < unknowns:
-        return None
-    solution, *_ = np.linalg.lstsq(weighted, peak_hz / sigma, rcond=None)
-    freedom = len(read) - unknowns
-    scatter = float(np.sum(((peak_hz - design @ solution) / sigma) ** 2)) / freedom
-    variance = float(np.linalg.inv(weighted.T @ weighted)[0, 0]) * max(1.0, scatter)
-    value = float(solution[0])
-    half = math.hypot(float(scipy.stats.t.ppf(0.975, freedom)) * math.sqrt(variance), ALLOWANCE * value)
-    return ShaftSpeed(value_hz=value, ci95_hz=half, source=SpeedSource.ESTIMATED)
-
-
-def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
-    """Frequency of the peak nearest `about_hz` and its standard error [Hz]; None if no peak stands out."""
-    reach = record.bin_hz
-    if not 3 * reach < about_hz < record.limit_hz:
-        return None
-    first = math.floor((about_hz - reach) / record.step_hz)
-    power = record.power[first : math.ceil((about_hz + reach) / record.step_hz) + 1]
-    top = int(np.argmax(power))
-    snr = float(power[top]) / record.noise_near(about_hz, 3 * reach).mean_power
-    if top in (0, power.size - 1) or snr < SHOWN_SNR:
-        return None
-    left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak
-    peak_hz = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
-    return peak_hz, max(frequency_error_hz(snr, 1 / record.bin_hz), LEAST_PEAK_ERROR_BINS * record.bin_hz)

@@ -122,6 +122,10 @@ class Periodogram:
         zones[:, 1] = np.maximum.accumulate(zones[:, 1])  # so that the last zone to begin tells whether any covers
         return replace(self, masks_hz=zones)
 
+    def unmasked(self) -> Periodogram:
+        """The periodogram without masks."""
+        return replace(self, masks_hz=np.empty((0, 2)))
+
     @property
     def seconds(self) -> float:
         """Duration [s]."""
