@@ -28,6 +28,7 @@ ROWS = (  # of Table 6: source of the rig's value, source of the row, key of the
     (PRINTED, Badge.PUBLISHED, "paper_model_hz", ""),
     (PRINTED, Badge.PUBLISHED, "paper_rig_hz", ""),
     (PRINTED, Badge.SIMULATED, "model_cage_hz", ""),
+    (OWN, Badge.SIMULATED, "model_hz", ""),
     (OWN, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz"),
     (OWN, Badge.MEASURED, "rig_hz", "rig_ci95_hz"),
 )
@@ -65,15 +66,19 @@ def finding(stated: Sequence[Row]) -> str:
     missed = []
     for scene, name in SCENES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
-        missed += [f"{name} ({', '.join(map(endpoint_words, own))})"] if own else []
+        missed += [f"{name} ({' and '.join(map(endpoint_words, own))})"] if own else []
     name = "finding" if missed else "not-missed" if stated else "not-known"
     return TEXTS.text(name, limit_pct=TOLERANCE.limit_pct, missed=" and in ".join(missed))
 
 
 def endpoint_words(endpoint: str) -> str:
-    """Name of an endpoint of the cage ratio in words, such as "from 877 rpm to 353 rpm"."""
+    """Name of an endpoint of the cage ratio in words, such as "its change from 877 to 353 rpm"."""
     later, less, first = endpoint.partition(" less ")
-    return f"from {first} to {later} rpm" if less and first.endswith("rpm") else f"at {endpoint}"
+    return (
+        f"its change from {first.removesuffix(' rpm')} to {later} rpm"
+        if less and first.endswith("rpm")
+        else f"at {endpoint}"
+    )
 
 
 def near_sentence(data: Row) -> str:
