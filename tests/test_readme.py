@@ -1,8 +1,11 @@
 """The README's commands are those of `.ci/run`, and its links exist."""
 
+import json
 import re
 import tomllib
 from pathlib import Path
+
+import pandas as pd
 
 from srbval.recordings.loaders import FORMATS
 
@@ -28,3 +31,18 @@ def test_the_extra_for_formats_brings_what_they_need():
 def test_what_the_readme_points_to_exists():
     for place in re.findall(r"\]\(([\w/.]+)\)", README):
         assert (ROOT / place).exists(), place
+
+
+def test_the_graded_benchmark_is_the_stored_one():
+    """Counts by grade in the README and in the guide's table, columns in its order."""
+    stored = pd.DataFrame(json.loads((ROOT / "reports" / "naming.json").read_text(encoding="utf-8"))["graded"]["table"])
+    guide = (ROOT / "srbval" / "docs" / "guide" / "own_report.md").read_text(encoding="utf-8")
+    columns = ["records", "right", "wrong", "undecided", "nothing_found", "public_right", "public_wrong"]
+    every = stored[stored["part"] == "all"].set_index("grade")[columns]
+    shown = re.findall(r"^\| ([YPN].*?), \w+ \|(.*)\|$", guide, flags=re.MULTILINE)
+    assert {grade for grades, _ in shown for grade in grades.split(", ")} == set(every.index) - {"-"}
+    for grades, counts in shown:
+        assert [int(one) for one in counts.split("|")] == every.loc[grades.split(", ")].sum().tolist(), grades
+    records, right, wrong, _, _, *public = every.loc[["Y1", "Y2"]].sum().tolist()
+    text = f"Of the {records} diagnosable records (grades Y1, Y2) of CWRU's graded benchmark it names {right} right and {wrong}"
+    assert f"{text} wrong, a public tool {public[0]} and {public[1]}" in " ".join(README.split())
