@@ -34,12 +34,6 @@ class FaultOrders(Limited):
 
         ``rolling_elements`` counts one row. Assumes no slip and a stationary outer ring.
         """
-        if not 1 <= rolling_elements <= MOST:
-            raise ConfigurationError(f"rolling_elements = {rolling_elements} must be 1 or more, at most {MOST}.")
-        if not (element_diameter_m > 0 and pitch_diameter_m > 0):
-            raise ConfigurationError(
-                f"element diameter {element_diameter_m:g} m, pitch {pitch_diameter_m:g} m: both must be positive."
-            )
         ratio = element_diameter_m / pitch_diameter_m * math.cos(contact_angle_rad)
         if not 0 < ratio < 1:
             raise ConfigurationError(
@@ -86,9 +80,9 @@ class RollingElements(Limited):
     thick. All `rows` are alike, in phase, and share the load evenly.
     """
 
-    rolling_elements: int
-    element_diameter_m: float = quantity("length")
-    pitch_diameter_m: float = quantity("length")
+    rolling_elements: int = limited(least=1)
+    element_diameter_m: float = quantity("length", above=0)
+    pitch_diameter_m: float = quantity("length", above=0)
     contact_angle_rad: float = quantity("angle")
     shape: ElementShape = ElementShape.BALL
     rows: int = limited(least=1, most=MOST_ROWS, default=1)
@@ -97,8 +91,8 @@ class RollingElements(Limited):
     length_m: float | None = quantity("length", above=0, default=None)
 
     def __post_init__(self) -> None:
-        assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         super().__post_init__()
+        assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.length_m is not None and self.length_m >= self.pitch_diameter_m:
             raise ConfigurationError(
                 f"elements length_m = {self.length_m} must be below the pitch diameter, {self.pitch_diameter_m:g} m."

@@ -125,16 +125,14 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         band_hz = dataset(reading.dataset).band_hz(reading.fs_hz, reading.channel)
     facts = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
+    facts |= {key: getattr(main, key) for key in ("bearing", "state", "scale_missing")}
     return Recording(
         **facts | {"axes": None if reading.channel is not None else reading.axes},
         name=reading.name or printable(path.stem),
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,
-        bearing=main.bearing,
-        state=main.state,
         band_hz=band_hz,
-        scale_missing=main.scale_missing,
         file=str(path),
         sha256=sha256,
     )

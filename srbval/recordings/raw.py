@@ -87,18 +87,15 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
-    with np.errstate(invalid="ignore"):  # NaN makes either comparison false
-        whole = values.dtype.kind != "f" or values.size == 0
-        sound = whole or (float(values.min()) > -LARGEST and float(values.max()) < LARGEST)
-    if not sound:
-        with np.errstate(invalid="ignore"):
-            wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
-        bad = int(np.flatnonzero(wrong)[0])
+    with np.errstate(invalid="ignore"):  # of NaN
+        samples = np.ascontiguousarray(values, dtype=np.float64).ravel()
+        wrong = np.flatnonzero(~(np.abs(samples) < LARGEST))
+    if wrong.size:
         raise DataError(
-            f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite and below "
-            f"{LARGEST:g}. Export the record again, or cut the damaged part off."
+            f"{what}: sample {wrong[0]} of {values.size} is {values.ravel()[wrong[0]]}; every sample must be finite and "
+            f"below {LARGEST:g}. Export the record again, or cut the damaged part off."
         )
-    return np.ascontiguousarray(values, dtype=np.float64).ravel()
+    return samples
 
 
 def samples_down(values: NDArray[Any]) -> NDArray[Any]:

@@ -142,11 +142,6 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
     return RegisterListing(_looked_at(files, known, again=hash_all, progress=progress), unreadable)
 
 
-def verify(*, progress: Progress = silent) -> RegisterListing:
-    """All registered files, each hashed again and compared with its entry."""
-    return listing(hash_all=True, progress=progress)
-
-
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
     known, _ = _manifest_or_none()  # the shipped files do not depend on it
@@ -293,19 +288,19 @@ def healthy_baseline(recording: Recording) -> RegisteredRecording | None:
     rpm = mean_rpm if recording.dataset is None else recording.nominal_rpm
     if recording.file is None or rpm is None:
         return None
-    rig = rig_of(recording.dataset, os.path.abspath(recording.file))
-    conditions = recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n
+    rig, is_simulated = rig_of(recording.dataset, os.path.abspath(recording.file)), recording.origin is Origin.SIMULATED
+    conditions = rig, is_simulated, recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n
 
     def comparable(entry: RegisteredRecording) -> bool:
         loads_n = scaled(entry.radial_kn, N_PER_KN), scaled(entry.axial_kn, N_PER_KN)
-        if (entry.channel, entry.fs_hz, *loads_n) != conditions or rig_of(entry.dataset, entry.file) != rig:
+        own = rig_of(entry.dataset, entry.file), entry.origin is Origin.SIMULATED, entry.channel, entry.fs_hz, *loads_n
+        if own != conditions:
             return False
         if recording.dataset is not None:
             return entry.nominal_rpm == rpm
         return entry.bearing == recording.bearing and abs((entry.rpm or 0.0) / rpm - 1) <= SAME_SPEED
 
     usable = (r for r in (*listing().recordings, *shipped_recordings()) if r.status is FileStatus.OK)
-    usable = (r for r in usable if (r.origin is Origin.SIMULATED) == (recording.origin is Origin.SIMULATED))
     healthy = (r for r in usable if r.state is Fault.HEALTHY and r.sha256 != recording.sha256 and comparable(r))
     return max(healthy, key=lambda entry: entry.seconds or 0.0, default=None)
 

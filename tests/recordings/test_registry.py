@@ -33,7 +33,6 @@ from srbval.recordings.registry import (
     remove,
     rig_recordings,
     shipped_recordings,
-    verify,
 )
 from srbval.report.blocks import Report, Tone, VerdictBox
 from srbval.report.findings.provenance import provenance
@@ -83,7 +82,7 @@ def test_every_recording_is_described(folder, srbval_json, srbval_text):
     (readme,) = result.left_out
     assert (Path(readme.file).name, "not a table of numbers" in (readme.reason or "")) == ("README.md", True)
     assert (result.problems, reported[-1]) == ((), ("Register", 1.0))
-    assert listing().recordings == verify().recordings == result.recordings
+    assert listing().recordings == listing(hash_all=True).recordings == result.recordings
     shown = next(line for line in srbval_text("data", "list").out.splitlines() if "105.mat" in line)
     assert ("skf-6205" in shown, " 1797 " in shown) == (True, True)  # bearing and speed
     document = srbval_json("data", "list")
@@ -102,7 +101,7 @@ def test_a_changed_file_keeps_its_hash_until_it_is_registered_again(folder, srbv
     data[20000] ^= 1
     path.write_bytes(data)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # size and time are those of the registration
-    changed = by_name(verify().problems)["105.mat"]
+    changed = by_name(listing(hash_all=True).problems)["105.mat"]
     assert (changed.status, "when registered" in (changed.reason or "")) == (FileStatus.CHANGED, True)
     srbval_json("data", "verify", code=1)
     files.cwru(path, "105", rpm=1700)
@@ -110,10 +109,10 @@ def test_a_changed_file_keeps_its_hash_until_it_is_registered_again(folder, srbv
     again = by_name(add(folder).recordings)["105.mat"]
     assert (again.status, again.sha256) == (FileStatus.CHANGED, first.sha256)
     anew = by_name(add(folder, repin=True).recordings)["105.mat"]
-    assert (anew.status, anew.sha256 != first.sha256, verify().problems) == (FileStatus.OK, True, ())
+    assert (anew.status, anew.sha256 != first.sha256, listing(hash_all=True).problems) == (FileStatus.OK, True, ())
     (folder / "s.h5").unlink()
     path.write_bytes(path.read_bytes()[:1000])
-    for result in (listing(), verify()):
+    for result in (listing(), listing(hash_all=True)):
         assert statuses(result.problems) == {"s.h5": FileStatus.MISSING, "105.mat": FileStatus.TRUNCATED}
 
 
@@ -287,9 +286,9 @@ def test_stated_once_and_stored(machine):
     given = RecordingSettings(channel="data[2]", **GIVEN)
     (entry,) = add(path, settings=given).recordings
     assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
-    for again in (add(path), verify()):
+    for again in (add(path), listing(hash_all=True)):
         assert again.recordings[0].settings == given
-    for recording in (load_registered(path), load_entry(verify().recordings[0])):
+    for recording in (load_registered(path), load_entry(listing(hash_all=True).recordings[0])):
         assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
     with pytest.raises(DataError, match="leaves open"):
         load_recording(path)  # the plain loader does not use the register
