@@ -46,12 +46,7 @@ class SphericalRollerGeometry(Limited):
         super().__post_init__()
         if self.tilt_rad >= math.pi / 4:
             raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
-        chord = 2 * self.pitch_radius_m * math.sin(math.pi / self.rollers_per_row)
-        if self.roller_diameter_m >= chord:
-            raise ConfigurationError(
-                f"rollers overlap: {self.rollers_per_row} of diameter {self.roller_diameter_m} m stand "
-                f"{chord:.6g} m apart; use fewer or smaller rollers."
-            )
+        assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
         if self.roller_width_m / 2 <= self.raceway_radius_m * math.sin(self.tilt_rad / 2):
             raise ConfigurationError(
                 f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "

@@ -40,6 +40,12 @@ class FaultOrders(Limited):
                 f"element diameter {element_diameter_m:g} m on a pitch diameter of {pitch_diameter_m:g} m: the "
                 f"ratio times cos(contact angle) is {ratio:.4g} and must lie between 0 and 1."
             )
+        chord = pitch_diameter_m * math.sin(math.pi / max(rolling_elements, 2))
+        if element_diameter_m > chord:
+            raise ConfigurationError(
+                f"elements overlap: {rolling_elements} of {element_diameter_m:g} m are {chord:.6g} m apart; count one "
+                "row, and use fewer or smaller ones."
+            )
         return cls(
             bpfo=rolling_elements / 2 * (1 - ratio),
             bpfi=rolling_elements / 2 * (1 + ratio),
@@ -96,12 +102,6 @@ class RollingElements(Limited):
         if self.length_m is not None and self.length_m >= self.pitch_diameter_m:
             raise ConfigurationError(
                 f"elements length_m = {self.length_m} must be below the pitch diameter, {self.pitch_diameter_m:g} m."
-            )
-        chord = self.pitch_diameter_m * math.sin(math.pi / max(self.rolling_elements, 2))
-        if self.element_diameter_m > chord:
-            raise ConfigurationError(
-                f"elements overlap: {self.rolling_elements} of {self.element_diameter_m:g} m are {chord:.6g} m "
-                "apart; count one row, and use fewer or smaller ones."
             )
 
     @property

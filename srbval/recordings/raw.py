@@ -92,8 +92,8 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
         wrong = np.flatnonzero(~(np.abs(samples) < LARGEST))
     if wrong.size:
         raise DataError(
-            f"{what}: sample {wrong[0]} of {values.size} is {values.ravel()[wrong[0]]}; every sample must be finite and "
-            f"below {LARGEST:g}. Export the record again, or cut the damaged part off."
+            f"{what}: sample {wrong[0]} of {values.size} is {values.ravel()[wrong[0]]}; every sample must be finite "
+            f"and below {LARGEST:g}. Export the record again, or cut the damaged part off."
         )
     return samples
 
