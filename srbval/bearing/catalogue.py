@@ -19,7 +19,7 @@ from srbval.bearing.designations import Designation, read_designation, read_tabl
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
-from srbval.storage.tables import Limited, build, quantity, read_toml
+from srbval.storage.tables import Limited, build, quantity, read_toml, without_unit
 
 DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
@@ -288,8 +288,7 @@ def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
 
 def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
     kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", PublishedOrders)
-    keys = {f.name: f.name for f in dataclasses.fields(cls)}
-    keys |= {name.rsplit("_", 1)[0]: name for name in keys if name.endswith(("_m", "_rad"))}
+    keys = {without_unit(field) for field in dataclasses.fields(cls)}
     filled = {key: value for key, value in row.items() if key in keys and value}
     values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
     return {"title": row["title"], "source": sources[row["source"]], kind: values}
