@@ -16,16 +16,15 @@ A variable has the unit of the model description, or the one stated here if ther
 scene's solver step.
 """
 
-import importlib
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from srbval.errors import ConfigurationError, DataError, UnknownNameError
-from srbval.models.outside.signals import NUMBERS, VECTORS
+from srbval.models.outside.signals import VECTORS, SimulatedSignals
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, paper_scene
 from srbval.storage.installation import MissingLibraryError
@@ -33,7 +32,8 @@ from srbval.storage.tables import SI_SUFFIX, UNITS, flattened, read_toml
 
 SUFFIXES = {"_m_s2": {"m/s2": 1.0, "m/s^2": 1.0, "mm/s2": 1e-3, "g": 9.80665}, "_w": {"W": 1.0, "kW": 1e3}}
 SUFFIXES |= {suffix: UNITS[dimension] for dimension, suffix in SI_SUFFIX.items()}
-SIGNALS = (*VECTORS, *NUMBERS, *(of_axis.format(axis) for of_axis in VECTORS.values() for axis in "xyz"))
+SIGNALS = tuple(one.name for one in fields(SimulatedSignals) if one.name not in ("time_s", "wall_s"))
+SIGNALS += tuple(of_axis.format(axis) for of_axis in VECTORS.values() for axis in "xyz")
 
 
 class FmuVariable(NamedTuple):
@@ -57,7 +57,12 @@ def load_fmu(path: Path) -> Any:
     Raises `ConfigurationError` for a missing library, no co-simulation, an unknown key or variable or a wrong unit;
     `DataError` for a file that is missing or damaged.
     """
-    fmpy, table = _library(), read_toml(path.with_suffix(".toml"))
+    try:
+        import fmpy
+    except ImportError:
+        raise MissingLibraryError("a model in an FMU", "fmpy") from None
+    where = path.with_suffix(".toml")
+    table = read_toml(where)
     try:
         description = fmpy.read_model_description(str(path))
     except Exception as error:  # a damaged archive or description fails in many ways
@@ -67,11 +72,10 @@ def load_fmu(path: Path) -> Any:
     if description.coSimulation is None:
         raise ConfigurationError(f"{path}: there is no co-simulation in it; export it as a co-simulation FMU.")
     known = {variable.name: variable for variable in description.modelVariables}
-    keys = tuple(dict(flattened(scene_dict(paper_scene()))))
-    where = path.with_suffix(".toml")
+    parts = {"scene": tuple(dict(flattened(scene_dict(paper_scene())))), "signals": SIGNALS}
     given, read = (
         [_variable(f"{where} [{part}]", key, entry, known, allowed) for key, entry in table.get(part, {}).items()]
-        for part, allowed in (("scene", keys), ("signals", SIGNALS))
+        for part, allowed in parts.items()
     )
     if not any(one.key.startswith("acceleration") for one in read):
         raise ConfigurationError(f"{where} [signals]: no acceleration, which is acceleration_m_s2 or x and y of it.")
@@ -94,13 +98,6 @@ def load_fmu(path: Path) -> Any:
         return signals | {"time_s": found["time"]}
 
     return simulate
-
-
-def _library() -> ModuleType:
-    try:
-        return importlib.import_module("fmpy")
-    except ImportError:
-        raise MissingLibraryError("a model in an FMU", "fmpy") from None
 
 
 def _variable(place: str, key: str, entry: Any, known: Mapping[str, Any], allowed: tuple[str, ...]) -> FmuVariable:

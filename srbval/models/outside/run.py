@@ -1,6 +1,7 @@
 """Run a scene with a model from outside, in a process of its own with limits of time and memory."""
 
 import contextlib
+import math
 import os
 import sys
 import tempfile
@@ -111,10 +112,7 @@ def _announce(name: str) -> None:
 def _limit(variable: str, usual: float) -> float:
     """A limit from the environment, or the usual one."""
     text = os.environ.get(variable) or str(usual)
-    try:
-        number = float(text)
-    except ValueError:
-        number = -1.0
-    if not 0 < number < float("inf"):
-        raise ConfigurationError(f"environment variable {variable} = {text!r} must be a positive number.")
-    return number
+    with contextlib.suppress(ValueError):
+        if 0 < float(text) < math.inf:
+            return float(text)
+    raise ConfigurationError(f"environment variable {variable} = {text!r} must be a positive number.")

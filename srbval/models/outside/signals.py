@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from srbval.scene import SENSOR_ANGLE_RAD, Scene
 UNEVEN = 0.02  # of a step, by which a time may be off an even grid, as in a column of few digits
 SAME_RATE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
 VECTORS = {"acceleration_m_s2": "acceleration_{}_m_s2", "ring_displacement_m": "ring_displacement_{}_m"}
-NUMBERS = ("cage_ratio", "cage_angle_rad", "drive_power_w")
 FIRST_COLUMN = {
     "acceleration_m_s2": col.ACCELERATION_X,
     "ring_displacement_m": col.DISPLACEMENT_X,
@@ -59,13 +58,12 @@ def signals_of(returned: Any) -> SimulatedSignals:
         return SimulatedSignals(*returned)
     if not hasattr(returned, "keys"):
         raise _unusable(f"it returned {type(returned).__name__}; return (time_s, acceleration_m_s2)")
-    found = {name: returned[name] for name in (*VECTORS, *NUMBERS, "time_s", "wall_s") if name in returned}
+    found = {one.name: returned[one.name] for one in fields(SimulatedSignals) if one.name in returned}
     for name, of_axis in VECTORS.items():
         axes = "".join(axis for axis in "xyz" if of_axis.format(axis) in returned)
         if axes not in ("", "xy", "xyz"):
-            raise _unusable(
-                f"of {name} it returned {axes} alone; x and y are needed, or {name} along the sensor's axis"
-            )
+            needed = f"x and y are needed, or {name} along the sensor's axis"
+            raise _unusable(f"of {name} it returned {axes} alone; {needed}")
         if axes:
             found[name] = np.stack([np.asarray(returned[of_axis.format(axis)]) for axis in axes], axis=1)
     found |= {"time_s": returned["time"]} if "time" in returned else {}
