@@ -142,6 +142,11 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
     return RegisterListing(_looked_at(files, known, again=hash_all, progress=progress), unreadable)
 
 
+def verify(*, progress: Progress = silent) -> RegisterListing:
+    """All registered files, each hashed again and compared with its entry."""
+    return listing(hash_all=True, progress=progress)
+
+
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
     known, _ = _manifest_or_none()  # the shipped files do not depend on it
