@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import this_machine
@@ -73,9 +73,7 @@ class Study:
     @property
     def run(self) -> Callable[[argparse.Namespace, Progress], StudyResult]:
         """The function of its ``study.py``, imported only when it is asked for."""
-        function: Callable[[argparse.Namespace, Progress], StudyResult]
-        function = importlib.import_module(f"srbval.studies.{self.name}.study").run
-        return function
+        return cast("Callable[..., StudyResult]", importlib.import_module(f"srbval.studies.{self.name}.study").run)
 
 
 def study_names() -> tuple[str, ...]:

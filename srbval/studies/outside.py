@@ -4,6 +4,7 @@ The errors of a row's step are those against the same model's run at a finer ste
 if its run works and these errors are within `LIMITS`; a run that works beyond them is ``inaccurate``.
 """
 
+import importlib
 import math
 import statistics
 import time
@@ -31,9 +32,6 @@ from srbval.report.figures.style import Drawn, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
-from srbval.studies.speed_accuracy import page, study
-from srbval.studies.stability import page as stability_page
-from srbval.studies.stability.study import LEAST_S, PASSAGES, SETTLE_PASSAGES, STEPS_PER_S
 from srbval.sweep.pool import Attempt, attempt
 from srbval.sweep.scenes import PAPER, bench_scene, check_names, lasting_passages
 from srbval.sweep.sweep import Case, bisect, grid, records, sweep
@@ -44,8 +42,10 @@ WHOLE, QUICK = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)  # step
 PAIRS = 2  # of timed runs, after one that does not count
 FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
 COMPILE_S = 15.0  # of processor time for a kernel; for the planned time alone
+STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)  # of the stability map
+PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
-MEASURED = ("cage_ratio", "noise_floor", "band_rms_m_s2")
+MEASURED, COST = ("cage_ratio", "noise_floor", "band_rms_m_s2"), ("wall_per_simulated_s", "cpu_per_simulated_s")
 UNITS = {"line_error_pct": "% of the line", "band_rms_error_db": "dB of the level"}
 SHOWN = {"1/dt [Hz]": "steps_per_s", "CPU [s/s]": "cpu_per_simulated_s", "line [%]": "line_error_pct"}
 SHOWN |= {"level [dB]": "band_rms_error_db", "level, from bundled [dB]": "bundled_band_rms_error_db"}
@@ -105,8 +105,8 @@ def bench(
     for row in _cases(scenes, [one for one in own if one not in models], steps):
         tried = first[row["solver"]][0]
         rows.append(row | {"series": _series(row), "status": tried.status, "reason": tried.reason, "ok": False})
-    machine, front = this_machine() | {"load_before": load, "load_after": load_average()}, _front(rows)
-    rows = [row | {"pareto": place in front} for place, row in enumerate(rows)]
+    machine = this_machine() | {"load_before": load, "load_after": load_average()}
+    rows = [row | {"pareto": on_front(row, rows)} for row in rows]
     reference = {row["scene"]: row for row in right if (row["model"], row["solver"]) == USUAL}
     named = [row | {"model": row["model"] or _scene(row, timed_s).model} for row in rows]
     content = {"machine": machine, "seconds_planned": planned_s, "reference": reference, "runs": named}
@@ -128,7 +128,7 @@ def stability(
     groups, steps = grid(**axes).assign(model=model), pd.Series(STEPS_PER_S, name="steps_per_s")
 
     def passing(case: Case) -> Scene:
-        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=SETTLE_PASSAGES)
+        return lasting_passages(_scene(case, LEAST_S), PASSAGES, least_s=LEAST_S, settle=PASSAGES / 2)
 
     fine = sweep(groups.assign(steps_per_s=FINER * steps[0]), passing, measures, task="converged runs", **how)
     right = {tuple(row[axis] for axis in axes): row for row in records(fine)}
@@ -155,10 +155,11 @@ def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
         beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
         rows = pd.concat([known[beside].assign(series=known["solver"]), rows], ignore_index=True)
     with figure_style():
-        return stability_page.chart(rows) if name == "stability" else page.chart(rows)
+        drawn: Drawn = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
+        return drawn
 
 
-def measures(case: Case, own: Attempt, *pairs: Attempt) -> Row:
+def measures(_: Case, own: Attempt, *pairs: Attempt) -> Row:
     """Measures of a run that works, None if it does not; its cost by `pairs`, the usual run and the row's in turns."""
     known = vars(measure(own.run)) if own.run is not None and own.measurable else {}
     found: Row = {"dt_s": own.scene.solver.step_s}
@@ -168,21 +169,25 @@ def measures(case: Case, own: Attempt, *pairs: Attempt) -> Row:
     runs = [one.run for one in pairs[2:] if one.run is not None and one.run.samples == one.scene.samples]
     whole = bool(known) and len(runs) == len(pairs) - 2
     ratios = [row.cpu_s / usual.cpu_s for usual, row in zip(runs[::2], runs[1::2], strict=True)] if whole else []
-    found |= study.cost(case, *(pairs[1::2] if whole else ()))
+    found |= {name: min(getattr(run, name) for run in runs[1::2]) if whole else None for name in COST}
     found["cpu_ratio"] = statistics.median(ratios) if ratios else None
     return found | {"cpu_ratio_range": [min(ratios), max(ratios)] if ratios else None}
 
 
 def errors(own: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
-    """The study's errors, and that of the cage speed in per cent of BPFO, which follows it; None if unknown."""
-    found = study.errors(own, right)
-    return found | {"line_error_pct": None if found["cage_error"] is None else 100 * found["cage_error"]}
+    """Errors of the cage speed, also in per cent of BPFO, which follows it, and of the band's RMS; None if unknown."""
+    cage, band = (own[n] / right[n] if own[n] and right[n] else math.nan for n in ("cage_ratio", "band_rms_m_s2"))
+    found = {"cage_error": abs(cage - 1), "band_rms_error": abs(band - 1)}
+    found |= {"line_error_pct": 100 * found["cage_error"], "band_rms_error_db": 20 * math.log10(band)}
+    return {name: None if math.isnan(error) else error for name, error in found.items()}
 
 
-def _front(rows: Sequence[Row]) -> set[int]:
-    """Places of the rows that are ok, and that no other of their scene beats in both processor time and level."""
-    good = pd.DataFrame(rows).query("ok").dropna(subset=[page.COST, "band_rms_error"])
-    return {place for _, of in good.groupby("scene") for place in page.front_of(of, "band_rms_error").index}
+def on_front(row: Mapping[str, Any], rows: Sequence[Row]) -> bool:
+    """True if the row is ok, and no other ok row of its scene is as cheap and as near, by the level."""
+    keys = ("cpu_per_simulated_s", "band_rms_error")
+    good = [tuple(one[key] for key in keys) for one in rows if one["ok"] and one["scene"] == row["scene"]]
+    own = tuple(row.get(key) for key in keys)
+    return own in good and not any(a <= own[0] and b <= own[1] for a, b in good if (a, b) != own)
 
 
 def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
@@ -199,10 +204,7 @@ def judged(row: Mapping[str, Any], right: Mapping[str, Any]) -> Row:
 
 
 def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, float]:
-    """A first short run of a row, and the time that its process took to start [s].
-
-    Raises `ConfigurationError` if it is refused, as for a wrong name or unit.
-    """
+    """A first short run of a row, and the time that its process took to start [s]; `ConfigurationError` if refused."""
     began = time.perf_counter()
     with stage(progress, f"a first short run of {_series(row)}, from which the time of all follows"):
         found = attempt(_scene(row, seconds))
