@@ -260,9 +260,7 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
     line = _highest_line(document) or dict.fromkeys(("name", "found_hz", "snr"))
     is_open = shares[part] and fault["verdict"] != Finding.NOTHING_FOUND
     return {
-        "file": document["file"],
-        "name": document["name"],
-        "channel": document["channel"],
+        **{key: document[key] for key in ("file", "name", "channel")},
         "state": f"{called} fault" if called else fault["verdict"] or document["origin"],
         "strongest_fault": part if is_open else None,
         "probability": shares[part] if is_open else None,

@@ -74,10 +74,7 @@ class Analysis(SpeedSearch):
 
     def line(self, name: str, harmonic: int = 1) -> Line:
         """Line of this name and harmonic; `KeyError` if it was not searched."""
-        for line in self.lines:
-            if (line.name, line.harmonic) == (name, harmonic):
-                return line
-        raise KeyError(f"{name}, harmonic {harmonic}")
+        return {(line.name, line.harmonic): line for line in self.lines}[name, harmonic]
 
     def line_of(self, fault: Fault) -> Line:
         """First harmonic of a fault's line."""

@@ -75,12 +75,6 @@ def inner():
     return analyse(recording(samples), bearing=BEARING)
 
 
-def both_races():
-    outer_hz = BEARING.orders.bpfo * SHAFT_HZ * 0.998
-    samples = impulses(outer_hz) + impulses(19 * SHAFT_HZ - outer_hz, seed=3)
-    return analyse(recording(samples), bearing=BEARING)
-
-
 def detected(analysis):
     return {line.name for line in analysis.lines if line.detected and line.harmonic == 1}
 
@@ -140,7 +134,9 @@ def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
 
 
 def test_both_race_lines_close_on_the_number_of_rollers():
-    closure = both_races().closure
+    outer_hz = BEARING.orders.bpfo * SHAFT_HZ * 0.998
+    samples = impulses(outer_hz) + impulses(19 * SHAFT_HZ - outer_hz, seed=3)
+    closure = analyse(recording(samples), bearing=BEARING).closure
     assert closure["expected_hz"] == pytest.approx(19 * SHAFT_HZ)
     assert closure["difference_pct"] == pytest.approx(0.0, abs=2 * READING_PCT)
     assert closure["closed"]
