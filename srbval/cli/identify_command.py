@@ -57,6 +57,5 @@ def _print(found: Identified) -> None:
             f"\ngain across the load over gain along it: {path.cross[0] / path.load[0]:.3g}, known to "
             f"{path.cross_u_db:.2g} dB; sidebands of the record {record} dB, of the run behind the path {run} dB"
         )
-    if path.used:
-        print("\nfitted records, which no verdict may use: " + ", ".join(path.used))
+    print("\nfitted records, which no verdict may use: " + ", ".join(path.used))
     print(f"From ring to sensor, along the load, the path multiplies by {min(path.load):.2g} to {max(path.load):.2g}.")

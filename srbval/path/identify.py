@@ -132,8 +132,9 @@ def identify(
     scatter = float(np.std(20 * np.log10(gain), ddof=min(1, gain.size - 1)))
     u_db = np.hypot(u_db, scatter * (np.bincount(place) > 1))
     path = replace(path_of(gain, ratio), cross_u_db=cross_u_db)
-    bands_table = _band_table(path, levels[place], ring[:, place])
-    return Identified(path=path, bands=bands_table, sidebands_db=sidebands, band_why=why)
+    table = {name: getattr(path, name) for name in ("frequency_hz", "load", "cross", "u_db")}
+    table |= {"record_db": levels[place], "ring_load_db": ring[0, place], "ring_cross_db": ring[1, place]}
+    return Identified(path=path, bands=pd.DataFrame(table), sidebands_db=sidebands, band_why=why)
 
 
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
@@ -141,12 +142,6 @@ def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
     low, high = BAND_HZ
     held_hz = WITHIN * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
     return (low, min(high, held_hz)), CHOSEN + (", as far as record and run hold it" if held_hz < high else "")
-
-
-def _band_table(path: SensorPath, record_db: FloatArray, ring_db: FloatArray) -> pd.DataFrame:
-    columns = {name: getattr(path, name) or math.nan for name in ("frequency_hz", "load", "cross", "u_db")}
-    powers = {"record_db": record_db, "ring_load_db": ring_db[0], "ring_cross_db": ring_db[1]}
-    return pd.DataFrame(columns | powers)
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
