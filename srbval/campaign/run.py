@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +22,7 @@ from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
 from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.models.run import RunStatus
 from srbval.progress import Progress, silent
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
@@ -95,24 +97,31 @@ def read_results(folder: Path, table: CampaignTable) -> dict[str, CaseResult]:
 
 
 def counted(table: CampaignTable, results: Mapping[str, CaseResult]) -> dict[str, Any]:
-    """Name of a campaign, number of `cases`, of those with a result (`done`), and the `failed` ones."""
+    """Name of a campaign, number of `cases`, of those with a result (`done`), by status, and the ones not to be used.
+
+    `failed` cases have no numbers; numbers of `inaccurate` ones have errors of the step beyond the tolerances.
+    """
     found = [(case.index, results[case.key]) for case in table.cases if case.key in results]
-    failed = [
-        {"case": index, "key": result.key, "status": result.status, "reason": result.reason}
-        for index, result in found
-        if not result.usable
-    ]
-    return {"name": table.campaign.name, "cases": len(table.cases), "done": len(found), "failed": failed}
+    listed = [({"case": i, "key": r.key, "status": r.status, "reason": r.reason}, r.usable) for i, r in found]
+    return {
+        "name": table.campaign.name,
+        "cases": len(table.cases),
+        "done": len(found),
+        "statuses": dict(Counter(result.status for _, result in found)),
+        "failed": [entry for entry, usable in listed if not usable],
+        "inaccurate": [entry for entry, _ in listed if entry["status"] == RunStatus.INACCURATE],
+    }
 
 
 def write_results(folder: Path, table: CampaignTable, results: Mapping[str, CaseResult]) -> Path:
-    """Write the results as CSV: one row per case and quantity, in the order of the cases; returns the file.
+    """Write the results as CSV: a row per case, in their order, a column per quantity; returns the file.
 
-    A failed case has one row without a quantity; a case without an intact result has none. The same results give the
-    same text. Raises `DataError` if the file cannot be written.
+    Names of quantities end with their SI unit, others have none. A failed case has no quantities; a case without an
+    intact result has no row. The same results give the same text. Raises `DataError` if the file cannot be written.
     """
-    points = dict.fromkeys(key for case in table.cases for key in case.point)
-    columns = ["case", "key", *points, "model", "status", "reason", "quantity", "value", "unit"]
+    points = [key for case in table.cases for key in case.point]
+    quantities = [n for case in table.cases if case.key in results for n in results[case.key].quantities]
+    columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *quantities])
     with (
         atomic_write(folder / RESULTS) as part,
         part.open("w", newline="", encoding="utf-8", errors="replace") as stream,
@@ -123,8 +132,7 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
             if (result := results.get(case.key)) is not None:
                 about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
                 about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
-                numbers = [{"quantity": n, "value": v, "unit": u} for n, (v, u) in result.quantities.items()]
-                writer.writerows(about | row for row in numbers or [{}])
+                writer.writerow(about | {name: value for name, (value, _) in result.quantities.items()})
     return folder / RESULTS
 
 
@@ -206,9 +214,9 @@ def run_campaign(
     `choose_engine()` by default. `progress` counts the expected cost of the cases of this time; `message` gets a line
     about each of the first cases that fail.
 
-    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, `failed` lists the cases without
-    a good result. Raises `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for
-    a folder that cannot be written or a disk that is full.
+    Returns the document of ``campaign run``: `ran` of the `cases` were run this time, see `counted`. Raises
+    `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
+    be written or a disk that is full.
     """
     started, engine, folder = time.perf_counter(), engine or choose_engine(), Path(path).resolve()
     table = CampaignTable(campaign=campaign, version=version(), cases=tuple(plan_cases(campaign)))

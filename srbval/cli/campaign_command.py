@@ -2,7 +2,7 @@
 
 import argparse
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the cases; exit code 1 if some failed, each of which has its reason."""
+    """Run the cases; exit code 1 if some failed or are inaccurate, each of which has its reason."""
     campaign = load_campaign(options.campaign)
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
@@ -37,11 +37,12 @@ def run(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     text = (
-        f"{done['done']} of {done['cases']} cases have a result, {done['ran']} of them new, in {done['wall_s']:.1f} s "
-        f"({done['engine']}); {len(done['failed'])} failed. Results: {done['table']}"
+        f"{_ended(done)}; {done['ran']} of them new, in {done['wall_s']:.1f} s ({done['engine']}). "
+        f"Results: {done['table']}"
     )
-    text = "\n".join([text, *_reasons(done["failed"])])
-    status, code = ("with failures", WITH_FAILURES) if done["failed"] else ("ok", DONE)
+    text = "\n".join([text, *_reasons(done)])
+    bad = "with failures" if done["failed"] else "with inaccurate cases" if done["inaccurate"] else None
+    status, code = (bad, WITH_FAILURES) if bad else ("ok", DONE)
     return answer(options, done | {"folder": folder}, text, status=status, code=code)
 
 
@@ -68,11 +69,8 @@ def status(options: argparse.Namespace) -> int:
     """Show the progress of a campaign and rewrite its results table."""
     found = campaign_status(Path(options.folder))
     running = "running" if found["running"] else "not running"
-    text = (
-        f"{found['name']}: {found['done']} of {found['cases']} cases have a result, {len(found['failed'])} failed; "
-        f"{running}. Results: {found['table'] or 'cannot be written here'}"
-    )
-    return answer(options, found, "\n".join([text, *_reasons(found["failed"])]))
+    text = f"{found['name']}: {_ended(found)}; {running}. Results: {found['table'] or 'cannot be written here'}"
+    return answer(options, found, "\n".join([text, *_reasons(found)]))
 
 
 def verify(options: argparse.Namespace) -> int:
@@ -85,10 +83,19 @@ def verify(options: argparse.Namespace) -> int:
     return answer(options, found, "\n".join(lines), code=DONE if found["ok"] else DAMAGED)
 
 
-def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Failures by reason, the most frequent first."""
+def _ended(found: Mapping[str, Any]) -> str:
+    """Number of cases by status, in words."""
+    statuses = ", ".join(f"{count} {status}" for status, count in found["statuses"].items()) or "none"
+    return (
+        f"{found['done']} of {found['cases']} cases have a result: {statuses} ({len(found['failed'])} failed, "
+        f"{len(found['inaccurate'])} with errors of the step beyond the tolerances)"
+    )
+
+
+def _reasons(found: Mapping[str, Any]) -> Iterator[str]:
+    """Failures and inaccurate cases by reason, the most frequent first."""
     reasons = defaultdict[str, list[int]](list)
-    for entry in failed:
+    for entry in found["failed"] + found["inaccurate"]:
         reasons[f"{entry['status']}: {printable(entry['reason'], LONGEST_REASON)}"].append(entry["case"])
     for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
         which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")

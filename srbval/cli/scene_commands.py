@@ -13,11 +13,11 @@ from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of, models_of
-from srbval.models.run import works
+from srbval.models.run import RunSummary, works
 from srbval.models.simulate import Step, stored_summary
 from srbval.models.solvers import METHODS
 from srbval.progress import ProgressDisplay
-from srbval.scene import Scene, load_scene, paper_scene, scene_table
+from srbval.scene import LoadPath, Scene, load_scene, paper_scene, scene_table
 from srbval.scene.read import BUNDLED
 from srbval.storage.files import check_suffix
 from srbval.storage.hdf5_files import HDF5
@@ -33,7 +33,16 @@ OF_RUN += ["stored_utc", "reason", "not_validated"]
 IN_OIL = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
 LINES = ("bpfo", "bpfi", "bsf", "ftf")
 BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "models up to", "title")
-IN_WORDS = ("reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s")
+IN_WORDS = (
+    "reason",
+    "not_validated",
+    "roller_load_share",
+    "file",
+    "stored_utc",
+    "compile_s",
+    "check_wall_s",
+    "wall_per_simulated_s",
+)
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
 
@@ -104,7 +113,7 @@ def run_scene(options: argparse.Namespace) -> int:
                 if one is not None and not key.endswith("scatter_pct"):
                     rows.append(_row(f"{name} {key}".strip(), one))
         print_table(("quantity", "value", "unit"), rows)
-        print(f"\nnot validated: {'; '.join(result.not_validated)}")
+        print(f"\n{_carried(result)}not validated: {'; '.join(result.not_validated)}")
         known = not math.isnan(result.cage_ratio)  # a model from outside need not have a cage
         lines = f". BPFO {result.bpfo_hz:.2f} Hz, BPFI {result.bpfi_hz:.2f} Hz" if known else ""
         print(f"{result.status}: {result.reason}{lines}{f', written to {output}' if output else ''}.")
@@ -117,13 +126,24 @@ def run_scene(options: argparse.Namespace) -> int:
     return 0
 
 
+def _carried(run: RunSummary) -> str:
+    """A line about the rollers' part of the load, its usual value and what carries the rest; empty if not known."""
+    if math.isnan(run.roller_load_share):
+        return ""
+    beside = run.scene.load.path is LoadPath.HOUSING
+    return (
+        f"the rollers carry {run.roller_load_share:.1%} of the radial load, usual is {run.balanced_share:.1%} as in "
+        f"static balance; {'the spring of the housing carries the rest' if beside else 'nothing else carries any'}\n"
+    )
+
+
 def _row(name: str, value: Any) -> tuple[str, str, str]:
     """A row of the printed table: name in words, value, and the unit at the end of the name."""
     words, unit = name.replace("bpfo", "BPFO").replace("bpfi", "BPFI").replace("numerics", "error of the step,"), ""
     for part in name.split():
         end = next((end for end in UNITS if part.endswith(end)), "")
         words, unit = words.replace(end, "", 1) if end else words, UNITS.get(end, unit)
-    words = words.replace("_", " ").replace("roller load share", "share of the load that rollers carry")
+    words = words.replace("_", " ")
     return words, f"{value:.5g}" if isinstance(value, float) else str(value), unit
 
 

@@ -30,6 +30,7 @@ LEAST = {"cage": 0.0, "band_rms": 1e-4**2, "drive_power": 1e-3}  # -, (m/s2)^2, 
 LEAST_BLOCKS = 4  # blocks that carry a band's power; if fewer do, knocks carry it and blocks are compared one by one
 MOST_FINER = 8  # steps in one of the scene's: a run that nobody asked to be finer costs no more
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
+LONGER = 4.0  # times that, of a step to be chosen if chance hides its errors: a third of a ten-second run
 PASSAGES = 4.0  # least number of roller passages over a point of the outer race in a piece
 LONGEST_S = 1.0  # longest piece: at slow shafts it has fewer passages
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
@@ -62,7 +63,9 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     """The scene with the longest step that keeps all errors within tolerance, and these errors; see `step_error`.
 
     The search begins with the scene's own step, or the longest below the limit of stability, and tries 2, 4 and 8 times
-    finer ones. If none is fine enough, it takes the finest, or the first if finer ones gain nothing.
+    finer ones. If none is fine enough, it takes the finest, or the first if finer ones gain nothing. If chance hides
+    the errors of the step that is found, they are estimated again in a piece `LONGER` times as long, if the run is
+    longer, and the longest of 1, 2 and 4 times finer steps is taken that is then known to be fine enough.
     """
     steady, coarser = _steady(scene), level_of(scene.model).coarser
 
@@ -73,24 +76,36 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     most = MOST_FINER * run.steps_per_output
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
     start = run.with_finer_steps(min(MOST_FINER, max(1, math.ceil(run.step_s / limit_s))))
-    piece = _Piece(steady, bearing, start.with_finer_steps(1))
+    chosen, error = _search(steady, bearing, start, most)
+    if error.open and not error.stalled and scene.duration_s > PIECE_S:
+        longer = _Piece(steady, bearing, start.with_finer_steps(1), longer=LONGER).error()
+        for finer in (1, 2, FINER):
+            known = longer.with_steps(finer)
+            if start.steps_per_output * finer <= most and not (known.certain or known.open):
+                return stepping(start.steps_per_output * finer), known
+    return stepping(chosen), error
+
+
+def _search(scene: Scene, bearing: Bearing, start: FullRun, most: int) -> tuple[int, StepError]:
+    """Number of steps per output, at `most` that many, and errors, see `with_chosen_step`."""
+    piece = _Piece(scene, bearing, start.with_finer_steps(1))
     steps, first = start.steps_per_output, piece.error()
     second = error = first
     while True:
         for finer in (1, 2, FINER):
             if steps * finer <= most and not error.with_steps(finer).beyond:
-                return stepping(steps * finer), error.with_steps(finer)
+                return steps * finer, error.with_steps(finer)
         if steps * FINER > most:
             break
         steps *= FINER
         if error.lost:
-            piece = _Piece(steady, bearing, start.with_finer_steps(steps // start.steps_per_output))
+            piece = _Piece(scene, bearing, start.with_finer_steps(steps // start.steps_per_output))
         second = piece.error(1 if error.lost else steps // start.steps_per_output)
         error = second.with_coarser(error)
     if second is not first and not second.gains(first):
-        return stepping(start.steps_per_output), replace(first, stalled=True)
+        return start.steps_per_output, replace(first, stalled=True)
     finest = most // steps
-    return stepping(steps * finest), error.with_steps(finest)
+    return steps * finest, error.with_steps(finest)
 
 
 def _steady(scene: Scene) -> Scene:
@@ -110,9 +125,9 @@ class _Piece:
     Outputs are taken more often if `BLOCKS` need it. Bands are compared if the run's outputs have them, in long pieces.
     """
 
-    def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:
+    def __init__(self, scene: Scene, bearing: Bearing, run: FullRun, *, longer: float = 1.0) -> None:
         passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
-        length_s = min(scene.duration_s, max(PIECE_S, min(PASSAGES * passage_s, LONGEST_S)))
+        length_s = min(scene.duration_s, longer * max(PIECE_S, min(PASSAGES * passage_s, LONGEST_S)))
         self.run = run = run.with_outputs(2 * BLOCKS / length_s)
         self.rate_hz, self.bands_below_hz = run.output_rate_hz, 0.5 * scene.output_rate_hz * (length_s >= LEAST_S)
         self.settle, self.length = round(scene.settle_s * self.rate_hz), max(2 * BLOCKS, round(length_s * self.rate_hz))

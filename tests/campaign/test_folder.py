@@ -6,14 +6,16 @@ import os
 import random
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas
 import pytest
 
 from srbval.campaign.export import export_campaign
-from srbval.campaign.results import TIMED_OUT, CaseResult, write_result
+from srbval.campaign.results import TIMED_OUT, CaseResult, read_result, write_result
 from srbval.campaign.run import RESULTS, TABLE, campaign_status, folder_lock
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
@@ -94,6 +96,20 @@ def test_results_that_are_gone_and_results_to_try_again(whole: Path, folder: Pat
     assert (status["done"], sorted(entry["status"] for entry in status["failed"])[-1]) == (5, "timed-out")
     assert resume(folder)["ran"] == 2
     assert content(folder) == content(whole)
+
+
+def test_status_counts_inaccurate_cases_and_the_table_has_a_row_for_each(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = good_results(folder)[0]
+    write_result(changed, replace(read_result(changed), status="inaccurate", reason="the step is too long"))
+    assert main(["campaign", "status", str(folder)]) == 0
+    text = capsys.readouterr().out
+    assert all(f"1 {how}" in text for how in ("inaccurate", "load-lost", "x inaccurate: the step is too long (case "))
+    table = pandas.read_csv(folder / RESULTS)
+    assert list(table["case"]) == list(range(6))
+    assert (table["status"] == "inaccurate").sum() == 1
+    assert list(table["bpfo_hz"].notna()) == [True] * 3 + [False] * 3
 
 
 def test_verify_reads_all_and_writes_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -147,6 +147,12 @@ def test_a_chosen_step_is_legal_and_costs_at_most_eight_times_the_scenes(scene, 
     assert (error.beyond or abs(error.energy) > TOLERANCE["drive_power"]) is not enough
 
 
+def test_the_chosen_step_of_the_papers_scene_is_known_to_be_fine_enough():
+    """In 0.15 s the scatter of rattling rollers hides errors of 5 %; the piece of this run is twice as long."""
+    _, error = with_chosen_step(paper_scene(duration="0.3 s"), BEARING)
+    assert error.certain + error.open == ()
+
+
 def test_what_a_model_leaves_out_is_no_error_of_the_step():
     """Patches miss the power of couples within them, the more the faster; the same with an eighth of the step."""
     changes = {"shaft_speed_rad_s": 6469 * RPM, "load": {"radial_n": 25.1e3}, "model": "line", "duration_s": 0.1}
