@@ -86,10 +86,7 @@ def verify(options: argparse.Namespace) -> int:
 def _ended(found: Mapping[str, Any]) -> str:
     """Number of cases by status, in words."""
     statuses = ", ".join(f"{count} {status}" for status, count in found["statuses"].items()) or "none"
-    return (
-        f"{found['done']} of {found['cases']} cases have a result: {statuses} ({len(found['failed'])} failed, "
-        f"{len(found['inaccurate'])} with errors of the step beyond the tolerances)"
-    )
+    return f"{found['done']} of {found['cases']} cases have a result: {statuses}; {len(found['failed'])} failed"
 
 
 def _reasons(found: Mapping[str, Any]) -> Iterator[str]:

@@ -33,16 +33,8 @@ OF_RUN += ["stored_utc", "reason", "not_validated"]
 IN_OIL = ["power_w", "film_um", "lambda_min", "slip_pct"]  # the same, of a scene with oil
 LINES = ("bpfo", "bpfi", "bsf", "ftf")
 BEARINGS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "models up to", "title")
-IN_WORDS = (
-    "reason",
-    "not_validated",
-    "roller_load_share",
-    "file",
-    "stored_utc",
-    "compile_s",
-    "check_wall_s",
-    "wall_per_simulated_s",
-)
+IN_WORDS = ["reason", "not_validated", "file", "stored_utc", "compile_s", "check_wall_s", "wall_per_simulated_s"]
+IN_WORDS += ["roller_load_share"]
 UNITS = {"_m_s2": "m/s2", "_hz": "Hz", "_pct": "%", "_um": "um", "_w": "W", "_s": "s"}  # by the end of a name
 
 
@@ -130,11 +122,9 @@ def _carried(run: RunSummary) -> str:
     """A line about the rollers' part of the load, its usual value and what carries the rest; empty if not known."""
     if math.isnan(run.roller_load_share):
         return ""
-    beside = run.scene.load.path is LoadPath.HOUSING
-    return (
-        f"the rollers carry {run.roller_load_share:.1%} of the radial load, usual is {run.balanced_share:.1%} as in "
-        f"static balance; {'the spring of the housing carries the rest' if beside else 'nothing else carries any'}\n"
-    )
+    rest = "the spring of the housing the rest" if run.scene.load.path is LoadPath.HOUSING else "nothing else any"
+    usual = f"usual, in static balance, is {run.balanced_share:.1%}"
+    return f"the rollers carry {run.roller_load_share:.1%} of the radial load ({usual}), {rest}\n"
 
 
 def _row(name: str, value: Any) -> tuple[str, str, str]:
