@@ -49,7 +49,6 @@ def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
         one_band=getattr(options, "one_band", False),
         healthy=options.healthy,
         healthy_scale=options.healthy_scale,
-        background=getattr(options, "background", None),
     )
 
 

@@ -12,12 +12,11 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.datasets.srbval_files import SENSOR
+from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
-from srbval.signal import LEAST_SNR, NORMAL_95, phase_randomised
+from srbval.signal import LEAST_SNR, NORMAL_95
 
 SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
 UNIT_TOLERANCE, QUIET, SEGMENT = 0.1, 0.25, 1024  # quantile of the spectra's ratio that a fault leaves, and samples
@@ -259,40 +258,3 @@ def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
         return depth
     mean = float(np.mean(analysis.processed.squared))
     return depth * mean * float(np.var(analysis.recording.channels[analysis.recording.channel]))
-
-
-def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recording:
-    """Add a background to a run: the spectrum of a `healthy` record with random phases.
-
-    Increments over that healthy record mean nothing. Raises `ConfigurationError` if the records are not simulated and
-    measured, or if rate, unit or length do not fit.
-    """
-    if run.origin is not Origin.SIMULATED or healthy.origin is not Origin.MEASURED:
-        raise ConfigurationError(
-            f"a background under {run.name}: it takes a simulated run and a measured record; these are "
-            f"{run.origin.value} and {healthy.origin.value}."
-        )
-    for what, ours, theirs in (("sampled at", run.fs_hz, healthy.fs_hz), ("in", run.unit, healthy.unit)):
-        if ours != theirs:
-            raise ConfigurationError(
-                f"background {healthy.name}: {what} {theirs}, the run {what} {ours}; both must be alike."
-            )
-    if healthy.samples < run.samples:
-        raise ConfigurationError(
-            f"background {healthy.name}: {healthy.seconds:.4g} s; it must last as long as the run, "
-            f"{run.seconds:.4g} s: simulate a shorter run (--seconds)."
-        )
-    note = f"Background added from {healthy.name} (phases randomised, seed {seed}); do not compute increments from"
-    cautions = run.cautions
-    if run.speed and healthy.speed and abs(healthy.speed.value_hz / run.speed.value_hz - 1) > SAME_SHARE:
-        cautions += (f"background at {healthy.speed.value_hz:.4g} Hz of the shaft, run at {run.speed.value_hz:.4g} Hz",)
-    both = one_signal(run) + phase_randomised(one_signal(healthy)[: run.samples], seed)
-    return replace(
-        run,
-        channels={SENSOR: both},
-        channel=SENSOR,
-        axes=None,
-        name=f"{run.name}, on a measured background",
-        notes=(*run.notes, f"{note} this record."),
-        cautions=cautions,
-    )

@@ -14,7 +14,6 @@ from srbval.diagnosis.baseline import (
     Baseline,
     baseline_of,
     load_healthy,
-    on_background,
     registered_baseline,
     require_one_unit,
 )
@@ -55,7 +54,7 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request for one file; see `analyse`, `bearing_of`, `load_healthy` and `on_background` for the options.
+    """Request for one file; see `analyse`, `bearing_of` and `load_healthy` for the options.
 
     A band is chosen on the record with `auto_band`, and if neither the request nor a data set states one; records
     whose levels are compared, `one_band`, have the whole band then.
@@ -70,7 +69,6 @@ class RecordRequest:
     one_band: bool = False
     healthy: str | None = None
     healthy_scale: float | None = None
-    background: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,13 +115,6 @@ def read_record(request: RecordRequest) -> RecordReading:
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = load_registered(request.file, request.settings, request.band_hz)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    if request.background:
-        if healthy is not None:
-            raise ConfigurationError(
-                "--background and --healthy exclude each other: the background is a healthy record's own, so an "
-                "increment over one means nothing."
-            )
-        recording = on_background(recording, load_healthy(request.background, request.settings, request.healthy_scale))
     return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
 
 
@@ -154,10 +145,10 @@ def read_recording(
     )
     baseline, cautions = None, tuple[str, ...]()
     try:
-        own = healthy if healthy is not None or request.background else registered_baseline(analysis)
+        own = healthy if healthy is not None else registered_baseline(analysis)
     except DataError as unreadable:  # an unreadable register must not hide what the file itself shows
         own, cautions = None, (f"no healthy baseline: {unreadable}",)
-    if own is not None and not request.background:
+    if own is not None:
         if healthy is not None:
             require_one_unit(recording, healthy)
         baseline = baseline_of(analysis, own)
@@ -368,7 +359,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 def _content(request: RecordRequest, register: str) -> str:
     """All that the documents of a file depend on; empty if the file cannot be read."""
     try:
-        files = [Path(path) for path in (request.file, request.healthy, request.background) if path]
+        files = [Path(path) for path in (request.file, request.healthy) if path]
         if not all(file.is_file() for file in files):  # opening a pipe would block
             return ""
         hashes = [file_sha256(file) for file in files]

@@ -25,7 +25,6 @@ from srbval.signal.spectrum import (
     kurtogram,
     kurtosis,
     morlet_scalogram,
-    phase_randomised,
     power_density,
     prewhitened,
     with_noise,

@@ -98,19 +98,6 @@ def prewhitened(samples: FloatArray) -> FloatArray:
     return np.asarray(white / white.std())
 
 
-def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
-    """Signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
-
-    The surrogate of Theiler et al. (1992, Physica D 58, 77; quoted from memory, not checked): impacts are lost.
-    """
-    lines = scipy.fft.rfft(samples)
-    turned = np.abs(lines) * np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
-    turned[0] = lines[0]
-    if samples.size % 2 == 0:
-        turned[-1] = lines[-1]  # like the mean, a line without a phase
-    return np.asarray(scipy.fft.irfft(turned, n=samples.size))
-
-
 def with_noise(
     samples: FloatArray,
     fs_hz: float,

@@ -65,7 +65,6 @@ B: skf-22240 own.toml own.toml skf-6205 mfpt-nice fag-22205 skf-22241
 FILE: {RECORDS}
 file: {RECORDS}
 healthy: {RECORDS}
-background: {RECORDS}
 FILE|DIR: {RECORDS} records
 FILE.toml: machine.toml machine.toml own.toml
 OUT.csv|xlsx: out.csv

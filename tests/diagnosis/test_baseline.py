@@ -1,7 +1,4 @@
-"""The fault of a record named by itself, and beside the healthy record of the same point.
-
-A measured background under a run: its power is added, it is marked, and no increment is taken of it.
-"""
+"""The fault of a record named by itself, and beside the healthy record of the same point."""
 
 import dataclasses
 import functools
@@ -10,14 +7,14 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from srbval import ConfigurationError, Origin, Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
+from srbval import ConfigurationError, Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
 from srbval.bearing import Fault, load_bearing
-from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, on_background, require_one_unit
+from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, require_one_unit
 from srbval.diagnosis.fault_posterior import OTHER, fault_scores, most_probable
 from srbval.diagnosis.records import RecordRequest, read_recording
 from srbval.reading import pipeline
-from srbval.reading.pipeline import one_signal, process
-from srbval.recordings.speed import nominal_speed, prescribed_speed
+from srbval.reading.pipeline import process
+from srbval.recordings.speed import nominal_speed
 from tests.reading.test_shaft_speed import BEARING, record
 
 
@@ -78,62 +75,6 @@ def test_a_baseline_in_another_unit_than_the_user_states_is_refused(times):
     for notes in (("unit by its data set",), (*stated, "scale 2 given by the user")):
         require_one_unit(ours, dataclasses.replace(other, notes=notes))
     require_one_unit(ours, healthy(notes=stated, channels={"x": healthy().channels["x"] / times**0.7}))
-
-
-FS_HZ, SIZE = 4096.0, 8192
-
-
-def background_record(origin: Origin, *, seed: int, size: int = SIZE, rpm: float = 859.0) -> Recording:
-    samples = np.random.default_rng(seed).standard_normal(size)
-    return Recording(
-        name=str(origin),
-        origin=origin,
-        channels={"x": samples, "y": 0 * samples},
-        channel="x",
-        fs_hz=FS_HZ,
-        unit="m/s2",
-        speed=prescribed_speed(rpm / 60),
-    )
-
-
-RUN, HEALTHY = background_record(Origin.SIMULATED, seed=1), background_record(Origin.MEASURED, seed=2, size=SIZE + 100)
-
-
-def test_what_is_added_has_the_healthy_records_spectrum():
-    added = one_signal(on_background(RUN, HEALTHY)) - one_signal(RUN)
-    expected = np.abs(np.fft.rfft(one_signal(HEALTHY)[:SIZE]))
-    np.testing.assert_allclose(np.abs(np.fft.rfft(added)), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("run", "healthy", "said"),
-    [
-        (HEALTHY, HEALTHY, "these are measured and measured"),
-        (RUN, RUN, "these are simulated and simulated"),
-        (RUN, dataclasses.replace(HEALTHY, fs_hz=5000.0), "sampled at 5000.0, the run sampled at 4096.0"),
-        (RUN, dataclasses.replace(HEALTHY, unit="g"), "in g, the run in m/s2"),
-        (RUN, background_record(Origin.MEASURED, seed=2, size=SIZE - 1), "must last as long as the run, 2 s"),
-    ],
-)
-def test_what_does_not_fit_is_refused(run, healthy, said):
-    with pytest.raises(ConfigurationError, match=said):
-        on_background(run, healthy)
-
-
-def test_no_increment_over_a_healthy_record(tmp_path, monkeypatch, srbval_text):
-    """Neither one that is asked for nor one that is registered."""
-    files = {name: tmp_path / f"{name}.csv" for name in ("run", "healthy")}
-    for name, file in files.items():
-        np.savetxt(file, np.random.default_rng(len(name)).standard_normal(40_960), header="x [m/s2]")
-    common = ["--fs", "20480", "--rpm", "859", "--bearing", "skf-22240", "--unit", "m/s2", "--band", "1400", "2800"]
-    run, healthy = files["run"], files["healthy"]
-    command = ["analyse", run, *common, "--background", healthy]
-    assert "exclude each other" in srbval_text(*command, "--healthy", healthy, code=2).err
-    assert "takes a simulated run and a measured record" in srbval_text(*command, code=2).err
-    # read as a run, it is held against nothing, whatever is registered
-    monkeypatch.setattr("srbval.diagnosis.records.on_background", lambda *records: records[0])
-    monkeypatch.delattr("srbval.diagnosis.records.registered_baseline")  # without it a search raises
-    srbval_text(*command)
 
 
 OF_6203 = load_bearing("skf-6203")
