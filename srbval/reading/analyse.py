@@ -25,7 +25,7 @@ from srbval.reading.pipeline import (
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import NORMAL_95, end_s
-from srbval.signal.envelope import FILTER, FILTER_IN_WORDS
+from srbval.signal.envelope import FILTER, FILTER_IN_WORDS, check_band
 
 if TYPE_CHECKING:
     import pandas
@@ -192,6 +192,7 @@ def _clearest(
     """Search for the lines in the band in which they are clearest, and that band."""
     readings = []
     for band in bands:
+        check_band(band.band_hz, recording.fs_hz)
         ends_s = end_s(band.band_hz)
         left_s = max(0.0, recording.seconds - 2 * ends_s)
         revolutions = round(left_s * known_speed.value_hz, 1)
