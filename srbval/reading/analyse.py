@@ -178,11 +178,13 @@ def analyse(
                 f"the shaft drifts by {low:+.2g} to {high:+.2g} % about its mean speed within the record, as a "
                 "comb that stands out in every part shows: lines are read at even shaft angles about the speed stated"
             )
-            recording = replace(recording, cautions=(*recording.cautions, why))
             tracking = Tracking(
                 why=why, drift_bins=course.drift_bins(bearing.orders.bpfi), course=course, mean_hz=known_speed.value_hz
             )
-            found, band = _clearest(recording, bearing, known_speed, bands, tracking)
+            followed = _clearest(recording, bearing, known_speed, bands, tracking)
+            if detected_fault_lines(followed[0].lines):  # else the comb may be rounding or another source
+                found, band = followed
+                recording = replace(recording, cautions=(*recording.cautions, why))
     return Analysis(**vars(found), recording=recording, band=band)
 
 

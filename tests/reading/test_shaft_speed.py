@@ -299,3 +299,17 @@ def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, lin
     said = [float(x) for one in found.recording.cautions for x in re.findall(r"drifts by (\S+) to (\S+) %", one)[0]]
     assert found.processed.tracking.used == bool(span_pct)
     assert sum(map(abs, said)) == pytest.approx(span_pct, rel=0.1)
+
+
+@pytest.mark.parametrize("hz", [90.0, 140.0, 240.0, 590.0])
+def test_a_tone_without_noise_says_nothing_of_the_shaft(hz):
+    """What its envelope contains is rounding; a course that brings out no fault line is not believed."""
+    tone = np.sin(2 * np.pi * hz * np.arange(4 * int(FS_HZ)) / FS_HZ)
+    plain = record(shaft_hz=1797 / 60, fault=False)
+    found = analyse(
+        dataclasses.replace(plain, channels={"x": tone}, speed=nominal_speed(1797.0, 0.1)),
+        bearing=BEARING,
+        choose_on_record=True,
+    )
+    assert not found.processed.tracking.used
+    assert not any("drifts" in one for one in found.recording.cautions)
