@@ -25,8 +25,8 @@ OTHER = "other"
 LOWEST_ORDER, LEAST_ORDER = 0.25, 1.1  # of the shaft: from which combs are scored, and called unexplained
 SILENT = -1.0  # least excess: a comb this far below a typical one is silent
 # Combs of healthy bearings are exponentially rare: the log likelihood ratio of a fault rises by SLOPE with the excess,
-# from minus ONSET. Of the greatest mean log score on 218 readings of known state of 7 rigs (reports/naming.json before
-# depths were weighed), every rig of a class with the same weight.
+# from minus ONSET. Of the greatest mean log score on 218 readings of known state of 7 rigs by excess alone,
+# every rig of a class with the same weight.
 SLOPE, ONSET = 1.35, 4.42
 # Depth at which a first line is as probable with a fault as without. In the 77 records at hand those of faults that are
 # named are from 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).

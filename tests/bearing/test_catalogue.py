@@ -210,7 +210,7 @@ RATING, BALL = 0.03, 0.015  # of a static rating; of a ball's diameter, from ord
 
 
 def test_another_designation_of_a_row_is_of_the_same_balls_on_the_same_rings():
-    """By ISO 76 they carry the static rating of that designation; f_0 is linear within a few parts in a thousand."""
+    """Elements carry the designation's static rating after ISO 76; f_0 is linear within a few parts in a thousand."""
     rows = [(row, text) for row in PRINTED for text in (row["also"] or "").split() if text[:2] in OUTSIDE]
     assert len(rows) >= 20
     for row, text in rows:

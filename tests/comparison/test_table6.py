@@ -68,7 +68,7 @@ def test_the_papers_rig_lines_imply_a_slower_shaft_than_stated() -> None:
 
 
 def test_deviations_of_the_lines_of_measured_records() -> None:
-    """Of records that show their line; counted at the record's own speed."""
+    """Records that show their line count, each at its own speed."""
     order = load_bearing("skf-22240").orders.bpfi
     line = {"kind": RACE_LINE.kind, "state": "inner", "kinematic": order, "rig": 1.001 * order, "data_ci95": 0.02}
     shown = line | {"pair": 1, "rig_present": True, "record": "/somewhere/IR.mat"}

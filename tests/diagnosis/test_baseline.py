@@ -165,7 +165,7 @@ def impulsive(rng: np.random.Generator, count: int = 60_000) -> np.ndarray:
 
 
 def test_random_knocks_form_no_comb_because_the_envelope_is_clipped(monkeypatch):
-    """Of 48 combs none is evidence; some are where the few highest knocks rule the envelope."""
+    """No comb of 48 is evidence; a few would be if the highest knocks ruled the envelope."""
     speed = ShaftSpeed(value_hz=29.95, ci95_hz=0.015, source=SpeedSource.STATED)
     plain = record(shaft_hz=25.0, fault=False)
     base = dataclasses.replace(analyse(plain, bearing=BEARING, speed=speed), speed=speed)

@@ -100,7 +100,7 @@ def interval(error: float, u: float | None) -> str:
 
 
 def missing_sentence(data: Row) -> str:
-    """What the model does not reproduce, with its number: the change with speed, vibration levels."""
+    """Name what the model does not reproduce, with numbers: the change with speed, the vibration levels."""
     trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
     found = []
     if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):

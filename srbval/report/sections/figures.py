@@ -113,7 +113,7 @@ def figure_sentence(pictures: Iterable[Row], number: str) -> str:
 
 
 def picture_verdict(pictures: Iterable[Row], kind: str, state: Fault) -> str:
-    """Whether both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
+    """Say if both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:

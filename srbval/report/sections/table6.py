@@ -43,7 +43,7 @@ def table6_section(findings: Findings) -> Section:
 
 
 def closed(value: Any) -> str:
-    """Whether a sum is the number of rollers within its interval, in words."""
+    """Say in words if a sum is the number of rollers within its interval."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
 

@@ -88,7 +88,7 @@ def outcome_of(state: Fault, part: Fault | None) -> str:
 
 
 def name_graded(row: Row) -> Row:
-    """What `analyse` says of a record of the benchmark, as it is published, in words and counted."""
+    """Read a record of the benchmark as published, and compare the verdict of `analyse` with its state."""
     state, verdict = Fault(row["state"]), read_record(RecordRequest(file=row["path"])).verdict
     assert verdict.diagnosis is not None, "the records are measured"
     shares = verdict.diagnosis.probabilities

@@ -48,7 +48,7 @@ def chart(limits: pd.DataFrame) -> Drawn:
 
 
 def blocks(prose: Prose, content: Mapping[str, Any]) -> Iterator[Block]:
-    """What counts as stable, the map, the claims."""
+    """Show the criterion of stability, the map of largest steps and the paper's claims."""
     limits, cells = pd.DataFrame(content["limits"]).astype(dict.fromkeys(LIMITS, float)), content["cells"]
     values = {"cells": len(cells), "stable": sum(cell["stable"] for cell in cells)}
     values |= {"finest": max(content["steps_per_s"])}
