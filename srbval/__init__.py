@@ -8,29 +8,32 @@ Names are loaded when they are first used, so that ``import srbval`` is fast::
     analysis = srbval.analyse(srbval.recording_from_run(run), bearing=srbval.load_bearing("skf-22240"))
 """
 
-import ast
-import importlib
-from pathlib import Path
-from typing import Any
-
 __version__ = "0.2.0"
-
-# Module and original name of each public name, read from the stub that type checkers use.
-_HOME = {
-    alias.asname or alias.name: (str(node.module), alias.name)
-    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
-    if isinstance(node, ast.ImportFrom)
-    for alias in node.names
-}
-__all__ = ["__version__", *sorted(_HOME)]
+_HOMES: dict[str, tuple[str, str]] = {}
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+def _homes() -> dict[str, tuple[str, str]]:
+    """Module and original name of each public name, read once from the stub that type checkers use."""
+    if not _HOMES:
+        import ast
+        from pathlib import Path
+
+        tree = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+        imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+        _HOMES.update({one.asname or one.name: (str(node.module), one.name) for node in imports for one in node.names})
+    return _HOMES
+
+
+def __getattr__(name: str) -> object:
+    if name == "__all__":
+        return __dir__()
+    if name.startswith("__") or name not in (homes := _homes()):  # those of Python itself are asked for at each start
         raise AttributeError(f"module 'srbval' has no attribute {name!r}")
-    module, attribute = _HOME[name]
+    import importlib
+
+    module, attribute = homes[name]
     return getattr(importlib.import_module(module), attribute)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return ["__version__", *sorted(_homes())]

@@ -18,6 +18,7 @@ from srbval.processes.worker import without_ctrl_c
 SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
 INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
 ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+RESUMED = ("bench", "campaign", "evidence", "report", "stability", "study")  # what they have computed is kept
 # Numerical libraries start one thread per core for small products, which then wait for each other: up to 30 times the
 # work.
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -35,14 +36,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault(name, "1")
     _prepare_streams()
     try:
-        with _ended_by_signals():
-            return _run(given)
+        return _run(given)
     except (KeyboardInterrupt, Exception) as error:
         if isinstance(error, BrokenPipeError) and _reader_gone():  # e.g. `srbval ... | head`
             return 0
         from srbval.cli.output import missing_options, print_json
 
-        message, code = _failure(error)
+        message, code = _failure(error, resumed=bool(given) and given[0] in RESUMED)
         if not as_json and isinstance(error, SrbvalError) and error.questions:
             message = missing_options(error, given)
         with contextlib.suppress(OSError):
@@ -68,9 +68,11 @@ def _run(given: list[str]) -> int:
 
     if getattr(options, "machine", None):
         take_machine(options)
-    module, function = options.run.split(":")
-    with stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
-        code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)
+    module, _, function = options.run.partition(":")
+    command = getattr(importlib.import_module(f"srbval.cli.{module}"), function)
+    # From here on a signal is an exception, so that clean-up is done; before, there is nothing to clean up.
+    with _ended_by_signals(), stored_results(fresh=getattr(options, "fresh", False)) as read_utc:
+        code: int = command(options)
         if read_utc:
             told = read_utc[0] if len(read_utc) == 1 else f"{min(read_utc)} to {max(read_utc)}, {len(read_utc)} results"
             print(f"srbval: read from the cache of {told}; --fresh computes again", file=sys.stderr)
@@ -78,12 +80,13 @@ def _run(given: list[str]) -> int:
     return code
 
 
-def _failure(error: BaseException) -> tuple[str, int]:
-    """Message and exit code of an error."""
+def _failure(error: BaseException, *, resumed: bool) -> tuple[str, int]:
+    """Message and exit code of an error; `resumed`: the command continues its work if it is given again."""
     if isinstance(error, KeyboardInterrupt):
         number = error.args[0] if error.args else signal.SIGINT
         by = "" if number == signal.SIGINT else f" by {number.name}"
-        return f"interrupted{by}; nothing half-written was left behind", SIGNALLED + number
+        again = "; the same command continues" if resumed else ""
+        return f"interrupted{by}; nothing half-written was left behind{again}", SIGNALLED + number
     if isinstance(error, OSError) and error.strerror:  # the system's, not ours: a full disk, no permission
         error = DataError(f"{error.filename or 'output'}: {error.strerror}.")
     return (str(error), error.exit_code) if isinstance(error, SrbvalError) else (internal_error(error), INTERNAL)

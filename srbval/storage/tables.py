@@ -132,7 +132,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a missing or unreadable file is a `DataError`, a malformed one a `ConfigurationError`."""
     content = read_limited(path)
     try:
-        text = content.decode("utf-8")
+        text = content.decode("utf-8-sig")
         if LONG_KEY.search(text):
             raise ValueError(f"a key of more than {LONGEST_KEY} parts")
         return tomllib.loads(text)

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -14,12 +15,14 @@ from typing import Any
 import pytest
 
 import srbval.cli
-from srbval.cli import INTERNAL, main
+from srbval.cli import ENDING, INTERNAL, main
 from srbval.errors import NumericsError, SrbvalError
+from srbval.storage.installation import child_environment, shipped_folder
 from tests.marked import marked, until
 
+EXCERPT = sorted((shipped_folder("data_manifest") / "rig_excerpts").glob("*.h5"))[0]
 LONGEST = SrbvalError.longest + 30
-SRBVAL = [sys.executable, "-c", "import sys, srbval.cli; sys.exit(srbval.cli.main())"]
+SRBVAL = [sys.executable, "-m", "srbval"]
 
 
 def one_line(text: str) -> str:
@@ -94,8 +97,7 @@ STREAMS = {
 @pytest.mark.parametrize("what", STREAMS)
 def test_streams_that_take_nothing(what, tmp_path):
     command, code, said = STREAMS[what]
-    program = f'"{sys.executable}" -c "import sys, srbval.cli; sys.exit(srbval.cli.main())" "$@"'
-    script = f"srbval() {{ {program}; }}; srbval {command}"
+    script = f'srbval() {{ "{sys.executable}" -m srbval "$@"; }}; srbval {command}'
     buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, cwd=tmp_path, env=buffered)
     assert done.returncode == code, done.stderr
@@ -128,19 +130,57 @@ LONG = {
     "campaign": ["campaign", "run", "table5", "-o", "out", "--jobs", "2"],
     "report": ["report", "--no-pdf", "-o", "out", "--jobs", "2"],
 }
+SHORT = {"kinematics": ["kinematics"], "analyse": ["analyse", str(EXCERPT)]}
+SIGNALS = int(os.environ.get("SRBVAL_SIGNALS", "6"))
+LATEST_S = 2.0  # after the start: by then every command has begun its work, or ended
+
+
+def answer_signals() -> None:
+    """What a shell runs in the background ignores Ctrl-C, and what it starts would inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def started(command: str, folder: Path, mark: dict[str, str]) -> subprocess.Popen[str]:
-    env = os.environ | {"SRBVAL_HOME": str(folder / "home")} | mark
+    env = os.environ | child_environment() | {"SRBVAL_HOME": str(folder / "home")} | mark
     return subprocess.Popen(
-        [*SRBVAL, *LONG[command]],
+        [*SRBVAL, *(LONG | SHORT)[command]],
         cwd=folder,
         env=env,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=answer_signals,
     )
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_a_signal_while_modules_load_ends_the_program_at_once(number, tmp_path):
+    """An exception would leave modules half loaded, which the message of the program then needs."""
+    once = "if hasattr(signal, 'once'):\n    raise ImportError('cannot load module more than once per process')\n"
+    raised = f"signal.once = True\nsignal.raise_signal({int(number)})\n"
+    (tmp_path / "numpy.py").write_text(f"import signal\n{once}{raised}")
+    paths = {"PYTHONPATH": os.pathsep.join([str(tmp_path), *child_environment().values()])}
+    done = subprocess.run(
+        [*SRBVAL, "kinematics"], capture_output=True, text=True, env=os.environ | paths, preexec_fn=answer_signals
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
+
+
+@pytest.mark.timeout(60 + 20 * SIGNALS)
+def test_a_signal_at_any_moment(tmp_path):
+    """The shell sees 130, 143 or 129, or the command's own end; no traceback."""
+    chance, mark = random.Random(SIGNALS), {"SRBVAL_TEST": str(tmp_path)}
+    for number in range(SIGNALS):
+        name, how = list(SHORT | LONG)[number % 5], ENDING[number // 5 % len(ENDING)]
+        process = started(name, tmp_path, mark)
+        time.sleep(chance.uniform(0, LATEST_S))
+        process.send_signal(how)
+        _, said = process.communicate(timeout=ENDS_S)
+        assert process.returncode in (0, -how, 128 + how), said
+        python_alone = how is signal.SIGINT and "srbval" not in said  # which has no answer to it while it starts
+        assert "Traceback" not in said or python_alone, said
+    until(lambda: not marked(mark), within_s=ENDS_S)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +200,8 @@ def test_a_signal_leaves_nothing(command, number, after_s, tmp_path):
         process.kill()  # one that did not end would run on for minutes
     assert process.returncode == 128 + number, said
     last = [line for line in said.splitlines() if line.startswith("srbval: ")]
-    assert last == [f"srbval: interrupted by {number.name}; nothing half-written was left behind"]
+    again = "" if command == "simulate" else "; the same command continues"
+    assert last == [f"srbval: interrupted by {number.name}; nothing half-written was left behind{again}"]
     assert "Traceback" not in said
     left = [path for path in tmp_path.rglob("*") if path.name.endswith((".srbval-part", ".h5")) and path.is_file()]
     assert [path for path in left if path.parent == tmp_path or path.name.endswith("-part")] == []

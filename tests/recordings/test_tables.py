@@ -114,9 +114,12 @@ def text(tmp_path, name, times):
     return load_recording(tmp_path / "a.csv", unit="g")
 
 
-@pytest.mark.parametrize(("digits", "fs_hz"), [(5, 20_480.0), (6, 25_600.0), (7, 20_480.0), (9, 10_000.0)])
+ROUNDED = [(".5f", 20_480.0), (".6f", 25_600.0), (".7f", 20_480.0), (".9f", 10_000.0), (".7g", 20_480.0)]
+
+
+@pytest.mark.parametrize(("digits", "fs_hz"), [*ROUNDED, (".6e", 25_600.0), (".8g", 102_400.0)])
 def test_rounded_times_are_even(tmp_path, digits, fs_hz):
-    recording = text(tmp_path, "t", [f"{i / fs_hz:.{digits}f}" for i in range(N)])
+    recording = text(tmp_path, "t", [f"{i / fs_hz:{digits}}" for i in range(N)])
     assert recording.fs_hz == pytest.approx(fs_hz, rel=1e-4)
     assert recording.cautions == ()
 

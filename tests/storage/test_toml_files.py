@@ -1,5 +1,6 @@
 """TOML files and their values: built into dataclasses, or refused at once with one printable line."""
 
+import codecs
 import enum
 import math
 import os
@@ -12,7 +13,7 @@ from srbval import ConfigurationError, DataError, RunStatus, SrbvalError, load_b
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
 from srbval.storage.json_files import to_json
-from srbval.storage.tables import build, parse_quantity, quantity
+from srbval.storage.tables import build, parse_quantity, quantity, read_toml
 
 ROUNDING = 1e-15  # relative; a product of two floating-point numbers
 
@@ -44,10 +45,16 @@ class Every:
 @pytest.mark.parametrize(
     ("text", "dimension", "value"),
     [("124.8 kN", "force", 124_800.0), ("710 rpm", "speed", 710 * 2 * math.pi / 60), ("-90 deg", "angle", -math.pi / 2),
-     ("1e-8 m", "length", 1e-8), ("0.2mm", "length", 2e-4), ("5 %", "one", 0.05)],
+     ("1e-8 m", "length", 1e-8), ("0.2mm", "length", 2e-4), ("0.5 h", "time", 1800.0), ("5 %", "one", 0.05)],
 )  # fmt: skip
 def test_quantities_with_units(text, dimension, value):
     assert parse_quantity(text, dimension, "here") == pytest.approx(value, rel=ROUNDING)
+
+
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
+    """Windows' editors put one before UTF-8 text: scenes, bearings, campaigns, machines and cases."""
+    (tmp_path / "file.toml").write_bytes(codecs.BOM_UTF8 + b'duration = "1 h"')
+    assert read_toml(tmp_path / "file.toml") == {"duration": "1 h"}
 
 
 def test_every_kind_of_field_is_read():

@@ -43,7 +43,7 @@ def content_of(name: str) -> str:
 def solvers_of(name: str) -> tuple[str, ...]:
     """Solvers that a Python model offers by a literal ``SOLVERS = (...)`` in its file, which is not run."""
     try:
-        tree = ast.parse(sources_of_model(name)[0].read_text(encoding="utf-8"))
+        tree = ast.parse(sources_of_model(name)[0].read_bytes())
         assigned = [node for node in tree.body if isinstance(node, ast.Assign)]
         return next(tuple(ast.literal_eval(n.value)) for n in assigned if ast.unparse(n.targets[0]) == SOLVERS)
     except (IndexError, StopIteration, SyntaxError, TypeError, ValueError):

@@ -12,7 +12,8 @@ from srbval.models import outputs as col
 from srbval.models.run import RunStatus
 from srbval.scene import SENSOR_ANGLE_RAD, Scene
 
-UNEVEN = 0.02  # of a step, by which a time may be off an even grid, as in a column of few digits
+UNEVEN = 0.02  # of a step, by which a time may be off an even grid
+ROUNDED, MOST_ROUNDED = 1e-6, 0.25  # more, of the largest time and of a step: a column of seven digits
 SAME_RATE = 1e-5  # relative; a grid of one point too many in 1 s is 5e-5 off
 VECTORS = {"acceleration_m_s2": "acceleration_{}_m_s2", "ring_displacement_m": "ring_displacement_{}_m"}
 FIRST_COLUMN = {
@@ -121,7 +122,8 @@ def _even_rate(time_s: FloatArray) -> float:
     if time_s.ndim != 1 or len(time_s) < 2 or not time_s[-1] > time_s[0]:
         raise _unusable(f"time_s of the shape {time_s.shape} does not rise")
     rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
-    if np.abs((time_s - time_s[0]) * rate - np.arange(len(time_s))).max() > UNEVEN:
+    uneven = UNEVEN + min(ROUNDED * rate * float(np.abs(time_s).max()), MOST_ROUNDED)
+    if np.abs((time_s - time_s[0]) * rate - np.arange(len(time_s))).max() > uneven:
         steps = np.diff(time_s)
         raise _unusable(
             f"its times are uneven, in steps of {steps.min():.3g} to {steps.max():.3g} s; return even ones, from "
