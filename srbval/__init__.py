@@ -4,9 +4,11 @@ Names are loaded when they are first used, so that ``import srbval`` is fast::
 
     import srbval
 
-    run = srbval.simulate(srbval.paper_scene(defect={"kind": "outer"}, duration="2 s"))
-    analysis = srbval.analyse(srbval.recording_from_run(run), bearing=srbval.load_bearing("skf-22240"))
+    run = srbval.simulate(srbval.paper_scene(defect="outer", duration="2 s"))
+    analysis = srbval.analyse(run)
 """
+
+import sys
 
 __version__ = "0.2.0"
 _HOMES: dict[str, tuple[str, str]] = {}
@@ -32,7 +34,23 @@ def __getattr__(name: str) -> object:
     import importlib
 
     module, attribute = homes[name]
-    return getattr(importlib.import_module(module), attribute)
+    found = getattr(importlib.import_module(module), attribute)
+    if type(found) is not type(__dir__):
+        return found
+    from srbval.bridges import in_python
+
+    return in_python(name, found)
+
+
+class _Package(type(sys)):  # type: ignore[misc]  # the class of modules
+    """The package, of which `plan` and `report` are functions although two of its rooms are called so."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name not in ("plan", "report"):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __dir__() -> list[str]:

@@ -1,6 +1,7 @@
 """Public names of `srbval`, read by type checkers and by `srbval/__init__.py`, which loads a name at its first use."""
 
 from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
+from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import export_campaign
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
 from srbval.campaign.settings import load_campaign
@@ -19,22 +20,22 @@ from srbval.path.identify import identify as identify_path
 from srbval.plan.plan import make_plan
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
+from srbval.recordings.load import recording_from_columns
 from srbval.recordings.registry import add as add_recordings
 from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings
 from srbval.recordings.registry import remove as remove_recordings
 from srbval.recordings.registry import verify as verify_recordings
-from srbval.report.figures.plot import plot
+from srbval.report.figures.plot import draw, plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
 from srbval.report.reports import make_report, report_case, report_recordings, write_plot, write_trend
-from srbval.report.reports import validate_case as validate
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
 from srbval.studies.outside import bench, stability
 from srbval.validation.case import Case, load_case
-from srbval.validation.validate import Validation
+from srbval.validation.validate import Validation, validate
 
 __version__: str
 __all__ = [
@@ -68,9 +69,11 @@ __all__ = [
     "bench",
     "build_docs",
     "campaign_status",
+    "choose_engine",
     "compare_with_baseline",
     "diagnose",
     "doctor",
+    "draw",
     "envelope",
     "envelope_spectrum",
     "export_campaign",
@@ -95,6 +98,7 @@ __all__ = [
     "read_record",
     "read_records",
     "record_times",
+    "recording_from_columns",
     "recording_from_run",
     "remove_recordings",
     "report_case",

@@ -18,6 +18,7 @@ from typing import Any
 from srbval.bearing.designations import Designation, read_designation, read_table, static_load_n
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
+from srbval.bridges import Shown
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.storage.tables import Limited, build, quantity, read_toml, without_unit
 
@@ -53,7 +54,7 @@ class Ratings(Limited):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bearing:
+class Bearing(Shown):
     """A rolling bearing.
 
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
@@ -82,6 +83,11 @@ class Bearing:
             f"a load of {load_n / 1e3:.4g} kN is above the static load rating of the bearing, {static_n / 1e3:.4g} kN: "
             "it would dent the races"
         )
+
+    def summary_table(self) -> tuple[str, dict[str, Any]]:
+        """Orders and source, for a notebook."""
+        about = {"rolling elements of a row": self.rolling_elements, "source": self.source}
+        return f"{self.name}: {self.title}", {key.upper(): value for key, value in vars(self.orders).items()} | about
 
     @property
     def pitch_diameter_m(self) -> float | None:

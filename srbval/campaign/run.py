@@ -204,21 +204,22 @@ def run_campaign(
     campaign: Campaign,
     path: str | Path,
     *,
-    engine: Engine | None = None,
+    engine: Engine | str | None = None,
     progress: Progress = silent,
     message: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Run all cases that have no result yet, longest first, and write the results table in the folder `path`.
 
-    A failed case has a result with the reason; a case whose process died is tried again the next time. `engine` is
-    `choose_engine()` by default. `progress` counts the expected cost of the cases of this time; `message` gets a line
-    about each of the first cases that fail.
+    A failed case has a result with the reason; a case whose process died is tried again the next time. `engine` is one
+    of `choose_engine`, or its name; by default ``local``. `progress` counts the expected cost of the cases of this
+    time; `message` gets a line about each of the first cases that fail.
 
     Returns the document of ``campaign run``: `ran` of the `cases` were run this time, see `counted`. Raises
     `ConfigurationError` for a folder that is in use or contains another campaign, `DataError` for a folder that cannot
     be written or a disk that is full.
     """
-    started, engine, folder = time.perf_counter(), engine or choose_engine(), Path(path).resolve()
+    started, folder = time.perf_counter(), Path(path).resolve()
+    engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
     table = CampaignTable(campaign=campaign, version=version(), cases=tuple(plan_cases(campaign)))
     with folder_lock(folder):
         write_table(folder, table)

@@ -14,7 +14,6 @@ from srbval import __version__
 from srbval.cli.output import export_file
 from srbval.errors import ConfigurationError, nearest
 from srbval.models.outside.names import COMMAND
-from srbval.storage.installation import shipped_folder
 from srbval.storage.tables import parse_quantity
 
 Table = Mapping[str, Any]
@@ -166,10 +165,9 @@ def _record(name: str) -> str:
     """A file; a recording that comes with the program is found by its name alone, in any folder."""
     if Path(name).exists() or Path(name).name != name:
         return name
-    from srbval.recordings.registry import RIG_EXCERPTS  # loads what is heavy
+    from srbval.recordings.registry import shipped_or  # loads what is heavy
 
-    shipped = shipped_folder(RIG_EXCERPTS) / name
-    return str(shipped) if shipped.is_file() else name
+    return str(shipped_or(name))
 
 
 ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given

@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
+from srbval.bridges import Shown
 from srbval.diagnosis.baseline import (
     NO_HEALTHY,
     RISEN_RATIO,
     Baseline,
     BaselineComparison,
+    baseline_of,
     compare_with_baseline,
     short_ratio,
 )
@@ -40,10 +42,11 @@ from srbval.diagnosis.fault_posterior import (
     stands_out,
 )
 from srbval.processes.machine import one_thread
-from srbval.reading.analyse import Analysis
+from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES, Line, NotDetected
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, ShaftSpeed, SpeedSource
+from srbval.recordings.registry import Source, recording_of
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
@@ -60,7 +63,7 @@ SEEN_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnosis:
+class Diagnosis(Shown):
     """Class called (`state`, "undecided" if none is probable enough) and `probabilities` of all classes.
 
     `log_likelihood` is that of each class over healthy, for other priors. `standing` lists all in the table of lines
@@ -75,10 +78,18 @@ class Diagnosis:
     channel: str | None
 
     @property
+    def shown_probabilities(self) -> dict[str, float]:
+        """Probabilities by class in words, of two faults at once if it is not small."""
+        return {LABELS[name]: x for name, x in self.probabilities.items() if "+" not in name or x >= BESIDE}
+
+    def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
+        """The probabilities, for a notebook."""
+        return self.sentence, [{"class": name, "probability": x} for name, x in self.shown_probabilities.items()]
+
+    @property
     def sentence(self) -> str:
         """The diagnosis in words."""
-        shown = {name: share for name, share in self.probabilities.items() if "+" not in name or share >= BESIDE}
-        shares = ", ".join(f"{LABELS[name]} {100 * share:.0f} %" for name, share in shown.items())
+        shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in self.shown_probabilities.items())
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
         if faults_of(self.state):
             answer = f"named: {LABELS[self.state]}"
@@ -101,13 +112,14 @@ class Diagnosis:
 
 @one_thread()
 def diagnose(
-    analysis: Analysis, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False
+    source: Analysis | Source, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False, **asked: Any
 ) -> Diagnosis:
-    """Diagnose an analysed record, by itself or compared with a healthy one.
+    """Diagnose a record, by itself or compared with a healthy one; if it is not yet analysed, as `analyse` is `asked`.
 
     With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
     stated speed within its tolerance is a further view: the estimate may belong to another shaft.
     """
+    analysis = source if isinstance(source, Analysis) else analyse(source, **asked)
     return weigh(views_of(analysis, all_channels=all_channels), analysis, comparison)
 
 
@@ -260,12 +272,19 @@ class FaultVerdict:
 
 
 def fault_verdict(
-    analysis: Analysis, baseline: Baseline | Analysis | None = None, *, all_channels: bool = False
+    source: Analysis | Source,
+    baseline: Baseline | Analysis | Source | None = None,
+    *,
+    all_channels: bool = False,
+    **asked: Any,
 ) -> FaultVerdict:
-    """Judge an analysed record, compared with a healthy record if given.
+    """Judge a record, compared with a healthy record if given; if it is not yet analysed, as `analyse` is `asked`.
 
-    `all_channels`: see `diagnose`. Raises what `compare_with_baseline` raises.
+    `all_channels`: see `diagnose`. Raises what `analyse` and `compare_with_baseline` raise.
     """
+    analysis = source if isinstance(source, Analysis) else analyse(source, **asked)
+    if baseline is not None and not isinstance(baseline, Baseline | Analysis):
+        baseline = baseline_of(analysis, recording_of(baseline))
     if analysis.recording.origin is not Origin.MEASURED:
         said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"
         return FaultVerdict(

@@ -39,7 +39,7 @@ from srbval.reading.features import ACCELERATION, features_of, read_short, snaps
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
-from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.registry import Source, listing, load_registered, recording_of, registered_settings
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.storage.content_store import ContentStore
@@ -106,16 +106,26 @@ class FailedFile:
         return {"file": self.file, "reason": str(self.error)}
 
 
-def read_record(request: RecordRequest) -> RecordReading:
+def read_record(
+    request: RecordRequest | Source, *, healthy: Source | None = None, bearing: str | None = None, **stated: Any
+) -> RecordReading:
     """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
 
-    All that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
+    In place of a request: a file, a recording or a run, with options of the request, or `stated` as in `analyse`. All
+    that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
     """
+    if not isinstance(request, RecordRequest):
+        of_request = {name: stated.pop(name) for name in ("band_hz", "auto_band", "largest_slip_pct") if name in stated}
+        beside = None if healthy is None else recording_of(healthy)
+        asked = RecordRequest(bearing=bearing, **of_request)
+        return read_recording(
+            recording_of(request, **stated), asked, healthy=beside, all_channels="channel" not in stated
+        )
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = load_registered(request.file, request.settings, request.band_hz)
-    healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
+    own = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
+    return read_recording(recording, request, healthy=own, all_channels=request.settings.channel is None)
 
 
 def read_recording(
@@ -125,7 +135,10 @@ def read_recording(
 
     The files that `request` names are ignored; `all_channels`: see `fault_verdict`.
     """
-    known = {BEARING_QUESTION: recording.bearing or request.bearing, SPEED_QUESTION: recording.speed}
+    known = {
+        BEARING_QUESTION: recording.bearing or recording.own_bearing or request.bearing,
+        SPEED_QUESTION: recording.speed,
+    }
     missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:  # a single missing statement raises its own error below
         subject = subject_of(Path(recording.file)) if recording.file else recording.name
@@ -140,7 +153,7 @@ def read_recording(
         bearing=bearing,
         band_hz=request.band_hz,
         healthy=healthy,
-        choose_on_record=request.auto_band,
+        auto_band=request.auto_band,
         whole_band=request.one_band,
     )
     baseline, cautions = None, tuple[str, ...]()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.bridges import Shown, offered, require_xarray
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models import outputs as col
 from srbval.models.outputs import Outputs
@@ -22,6 +24,7 @@ from srbval.storage.tables import read_toml
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
     from srbval.models.estimates import StepError
 
@@ -178,7 +181,7 @@ def _part(columns: int | slice, meaning: str) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Run(RunSummary, Outputs):
+class Run(RunSummary, Outputs, Shown):
     """A simulated run in memory: all of its outputs in one piece, [n] of them."""
 
     acceleration_m_s2 = _part(col.ACCELERATION, "Of the outer ring, [n, 3]: change of velocity over the interval.")
@@ -199,6 +202,30 @@ class Run(RunSummary, Outputs):
 
         columns = {name: self.out[:, variable["column"]] for name, variable in VARIABLES.items()}
         return pandas.DataFrame({"time_s": self.time_s} | columns)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The data set that xarray reads in the run's file: units, names and attributes are the same."""
+        engine = require_xarray()
+        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
+            offered("write_run")(self, path := Path(folder) / "run.h5")
+            data: xarray.Dataset = engine.load_dataset(path, engine="h5netcdf")
+            return data
+
+    def summary_table(self) -> tuple[str, dict[str, Any]]:
+        """Figures of the run, for a notebook."""
+        names = (
+            "reason",
+            "cage_ratio",
+            "bpfo_hz",
+            "bpfi_hz",
+            "slip_pct",
+            "drive_power_w",
+            "roller_load_share",
+            "wall_s",
+        )
+        bands = {f"band_rms_m_s2 {band}": rms for band, rms in self.band_rms_m_s2.items()}
+        figures = {name: getattr(self, name) for name in names} | bands
+        return repr(self).strip("<>"), figures | {"not validated": list(self.not_validated)}
 
     def __repr__(self) -> str:
         scene = self.scene

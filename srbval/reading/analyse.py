@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from srbval.bearing import Bearing, Fault, load_bearing
+from srbval.bridges import Shown
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.machine import one_thread
 from srbval.reading.lines import RACE_LINES, Line, clearness, describe_lines, detected_fault_lines, sidak_corrected
@@ -24,6 +25,7 @@ from srbval.reading.pipeline import (
 )
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.recordings.registry import Source, recording_of
 from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS, check_band
 
@@ -36,7 +38,7 @@ class ShortRecordError(DataError):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Analysis(SpeedSearch):
+class Analysis(SpeedSearch, Shown):
     """Result of reading one recording: the search for its lines, with false-alarm probabilities for all trials made.
 
     `processed` has the arrays for figures, `search` describes the search, `windows` are its windows [Hz] by line.
@@ -85,6 +87,12 @@ class Analysis(SpeedSearch):
         import pandas
 
         return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+
+    def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
+        """The first harmonics, for a notebook."""
+        names = ("name", "kinematic_hz", "found_hz", "ci95_hz", "snr", "detected")
+        firsts = (line.stated() for line in self.lines if line.is_first)
+        return self.summary, [{name: getattr(line, name) for name in names} for line in firsts]
 
     def __repr__(self) -> str:
         found = [line.name for line in self.lines if line.detected and line.is_first]
@@ -138,28 +146,32 @@ class Analysis(SpeedSearch):
 
 @one_thread()
 def analyse(
-    recording: Recording,
+    source: Source,
     *,
-    bearing: Bearing | str | Path,
+    bearing: Bearing | str | Path | None = None,
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
-    choose_on_record: bool = False,
+    auto_band: bool = False,
     whole_band: bool = False,
     healthy: Recording | None = None,
+    **stated: Any,
 ) -> Analysis:
-    """Read the fault lines of `bearing` (or its name or file) in `recording`.
+    """Read the fault lines of `bearing` in a recording, given as such, by its file, or as the run that has it.
 
-    `speed` and `band_hz` [Hz] override those of the recording. With `choose_on_record`, and if no band is stated, it is
-    chosen from the record (`bands_of_record`), so that a `healthy` record to compare with contains it too; with
-    `whole_band` the whole band is taken if none is stated. A set point is replaced by a more certain speed within its
-    tolerance (`speed_search.search`). Frequencies are those at the mean speed. Raises `ConfigurationError` for a
-    missing speed or an impossible band, `DataError` for a constant or short record.
+    `bearing` is by default the one that the record states. `stated` are statements about the record, fields of
+    `RecordingSettings` such as `rpm`, `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override those of the
+    recording. With `auto_band`, and if no band is stated, it is chosen from the record (`bands_of_record`), so that a
+    `healthy` record to compare with contains it too; with `whole_band` the whole band is taken if none is stated. A set
+    point is replaced by a more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the
+    mean speed. Raises `ConfigurationError` for a missing speed or bearing or an impossible band, `DataError` for a
+    constant or short record, and what `load_recording` raises.
     """
-    bearing = load_bearing(bearing)
+    recording = recording_of(source, **stated)
+    bearing = bearing_of(recording, bearing)
     known_speed = recording.known_speed if speed is None else speed
-    if choose_on_record and band_hz is not None:
+    if auto_band and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
-    declared = None if choose_on_record else declared_band(recording, band_hz, bearing)
+    declared = None if auto_band else declared_band(recording, band_hz, bearing)
     if declared is None and not whole_band:
         bands = bands_of_record(recording, bearing, known_speed, healthy.fs_hz if healthy else math.inf)
     else:
@@ -211,8 +223,10 @@ def _clearest(
     return max(readings, key=lambda reading: clearness(reading[0].lines))
 
 
-def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:
-    """Bearing `given` by name or file, or else the recording's; `largest_slip_pct` [%] replaces its value."""
+def bearing_of(
+    recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
+) -> Bearing:
+    """Bearing `given` by itself, name or file, or else the recording's; `largest_slip_pct` [%] replaces its value."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -1,17 +1,21 @@
 """From a file of any format, or a simulated run, to a `Recording`."""
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from srbval.bearing import Bearing, load_bearing
 from srbval.errors import DataError, OpenQuestion
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
-from srbval.recordings.raw import printable
+from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Reading
 from srbval.recordings.recording import Origin, Recording, SourceFacts
 from srbval.recordings.settings import (
@@ -20,9 +24,11 @@ from srbval.recordings.settings import (
     apply_settings,
     open_for_analysis,
     open_questions,
+    settings_of,
 )
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
 from srbval.storage.files import file_sha256
+from srbval.storage.json_files import parse_json
 
 
 def load_recording(
@@ -46,18 +52,57 @@ def load_recording(
     given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
     reading = apply_settings(file, read_file(file), given.over(settings or RecordingSettings()))
-    return _assemble(file, reading, file_sha256(file))
+    named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}
+    return _assemble(reading, subject_of(file), named)
+
+
+def recording_from_columns(
+    columns: Mapping[str, NDArray[Any]],
+    *,
+    name: str = "recording",
+    bearing: Bearing | str | Path | None = None,
+    column_units: Mapping[str, str] | None = None,
+    attributes: Mapping[str, Any] | None = None,
+    **asked: Any,
+) -> Recording:
+    """Recording of arrays by name, read like the columns of a file: times by their name, units as in ``acc [g]``.
+
+    `bearing` is a name, a file or a `Bearing`; `column_units` and `attributes` are what a file would state. `asked`
+    are fields of `RecordingSettings`, such as `fs_hz`, `unit`, `rpm`, `channel`. Raises what `load_recording` raises.
+    """
+    own = None if bearing is None else load_bearing(bearing)
+    settings = settings_of(asked | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
+    numbers = {key: _numbers(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
+    stamps = {key: "s" for key, values in columns.items() if values.dtype.kind in "mM"}
+    given = {key: value for key, value in (attributes or {}).items() if value is not None}
+    known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | stamps}
+    path = Path(name)
+    reading = apply_settings(path, recognise(RawFile(path=path, format="array", variables=numbers, **known)), settings)
+    kept = parse_json(str(given.get("facts", "{}")))  # of `Recording.facts`
+    named = {"name": name} | {key: kept[key] for key in ("file", "sha256") if kept.get(key)}
+    return _assemble(dataclasses.replace(reading, own_bearing=own or reading.own_bearing), name, named)
+
+
+def _numbers(values: NDArray[Any]) -> NDArray[Any]:
+    """Values as numbers; times of day as seconds since the first."""
+    return (values - values.flat[0]) / np.timedelta64(1, "s") if values.dtype.kind in "mM" else values
+
+
+def with_settings(recording: Recording, **asked: Any) -> Recording:
+    """The recording with statements of the user, fields of `RecordingSettings`; itself without any."""
+    if all(value is None for value in asked.values()):
+        return recording
+    return recording_from_columns(recording.columns(), name=recording.name, attributes=recording.facts(), **asked)
 
 
 class LeftOpenError(DataError):
     """Open questions that neither a file nor the user answers, each with its option."""
 
-    def __init__(self, path: Path, questions: tuple[OpenQuestion, ...]) -> None:
-        self.questions = questions
-        self.subject = subject_of(path)
+    def __init__(self, subject: str, questions: tuple[OpenQuestion, ...]) -> None:
+        self.questions, self.subject = questions, subject
         super().__init__(
-            f"{self.subject} leaves open: {'; '.join(map(str, questions))}. Give the option to this command, or once "
-            "to `srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
+            f"{subject} leaves open: {'; '.join(map(str, questions))}. State it here, or of a file once for all times "
+            "with `srbval data add`."
         )
 
 
@@ -107,10 +152,11 @@ def read_file(path: Path) -> Reading:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
+def _assemble(reading: Reading, subject: str, named: Mapping[str, str]) -> Recording:
+    """Recording of a file, or of arrays, of which nothing is left open; `named`: its name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        raise LeftOpenError(path, (*questions, *open_for_analysis(reading)))
+        raise LeftOpenError(subject, (*questions, *open_for_analysis(reading)))
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {
@@ -128,11 +174,9 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     facts |= {key: getattr(main, key) for key in ("bearing", "state", "scale_missing")}
     return Recording(
         **facts | {"axes": None if reading.channel is not None else reading.axes},
-        name=reading.name or printable(path.stem),
+        **{**named, "name": reading.name or named["name"]},
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,
         band_hz=band_hz,
-        file=str(path),
-        sha256=sha256,
     )

@@ -1,14 +1,26 @@
 """The one type in which vibration enters the signal pipeline, whatever its origin."""
 
+from __future__ import annotations
+
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
+from srbval.bridges import Shown, attributes, offered, require_xarray
 from srbval.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+KIND_ATTRIBUTE, RECORDING_KIND = "srbval_kind", "recording"  # of a file or data set; of one that contains a recording
+IN_ARRAYS = ("channels", "speed_signal")  # fields of a recording that a data set contains as variables
+SPEED_VARIABLE, SPEED_TIME = "shaft_speed_hz", "shaft_time_s"
 
 
 class Origin(enum.StrEnum):
@@ -80,7 +92,7 @@ class SourceFacts:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Recording(SourceFacts):
+class Recording(SourceFacts, Shown):
     """Vibration of one bearing: `channels`, float64, each [n], all at one rate.
 
     `channel` names the one to analyse; a simulated run has two radial `axes` instead, to be rotated onto the sensor's
@@ -122,7 +134,7 @@ class Recording(SourceFacts):
         return None if self.cage_hz is None or self.speed is None else self.cage_hz / self.speed.value_hz
 
     @property
-    def known_speed(self) -> "ShaftSpeed":
+    def known_speed(self) -> ShaftSpeed:
         """The speed of the shaft; `ConfigurationError` if none is stated."""
         if self.speed is None:
             raise ConfigurationError(
@@ -139,3 +151,90 @@ class Recording(SourceFacts):
     def seconds(self) -> float:
         """Duration [s]."""
         return self.samples / self.fs_hz
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time of each sample [s], [n]; the first is zero."""
+        return np.arange(self.samples) / self.fs_hz
+
+    @classmethod
+    def from_array(cls, samples: Any, *, fs_hz: float, **asked: Any) -> Recording:
+        """Recording of samples [n], or [n, channels], at one rate [Hz]; `asked`: see `recording_from_columns`."""
+        recording: Recording = offered("recording_from_columns")({"signal": np.asarray(samples)}, fs_hz=fs_hz, **asked)
+        return recording
+
+    @classmethod
+    def from_frame(cls, frame: pandas.DataFrame | pandas.Series, **asked: Any) -> Recording:
+        """Recording of the numeric columns of a pandas table; `asked`: see `recording_from_columns`.
+
+        Times are a column with such a name, or the index if it is not a plain count of the rows; otherwise state
+        `fs_hz`. A title such as ``acc [g]`` states the unit.
+        """
+        table = frame.to_frame() if frame.ndim == 1 else frame
+        table = table if type(table.index).__name__ == "RangeIndex" else table.rename_axis(index="time").reset_index()
+        columns = {str(name): column.to_numpy() for name, column in table.items()}
+        recording: Recording = offered("recording_from_columns")(columns, **asked)
+        return recording
+
+    @classmethod
+    def from_xarray(cls, data: xarray.Dataset | xarray.DataArray, **asked: Any) -> Recording:
+        """Recording of a data set of xarray: of `to_xarray`, of a run file, or any other with a time coordinate.
+
+        Units are the attributes ``units``; `asked`: see `recording_from_columns`.
+        """
+        whole = data
+        if hasattr(data, "to_dataset"):  # an array, of one signal or with the channels along its shorter side
+            shorter = min(data.dims, key=data.sizes.__getitem__)
+            whole = data.to_dataset(dim=shorter) if data.ndim == 2 else data.to_dataset(name=data.name or "signal")
+        columns, units = {}, {}
+        for name, variable in whole.variables.items():
+            is_time = name in whole.dims and variable.dims[0] == next(iter(whole.data_vars.values())).dims[0]
+            title = "time" if is_time and name != "time_s" else str(name)
+            columns[title] = variable.to_numpy()
+            if unit := variable.attrs.get("units"):
+                units[title] = str(unit)
+        facts = {name: x for name, x in whole.attrs.items() if isinstance(x, str | int | float | np.number)}
+        recording: Recording = offered("recording_from_columns")(columns, column_units=units, attributes=facts, **asked)
+        return recording
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Times and channels by name, and the shaft's speed with times of its own if the record contains one."""
+        columns = {"time_s": self.time_s, **self.channels}
+        if (signal := self.speed_signal) is not None:
+            times_s = np.arange(signal.values_hz.size) / signal.rate_hz
+            columns |= {SPEED_TIME: times_s, SPEED_VARIABLE: signal.values_hz}
+        return columns
+
+    def facts(self) -> dict[str, Any]:
+        """Attributes of the data set that contains this recording, from which it is read again."""
+        stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in IN_ARRAYS}
+        return attributes({KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit, "facts": stated})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Data set of the channels over ``time_s``, with everything that is known of the record in its attributes.
+
+        `from_xarray` makes the same recording of it, also from a file that ``to_netcdf`` wrote.
+        """
+        columns, units = self.columns(), {SPEED_VARIABLE: "Hz", SPEED_TIME: "s", "time_s": "s"}
+        times = {name: (name, columns[name], {"units": "s"}) for name in ("time_s", SPEED_TIME) if name in columns}
+        signals = {
+            name: (SPEED_TIME if name == SPEED_VARIABLE else "time_s", values, {"units": units.get(name, self.unit)})
+            for name, values in columns.items()
+            if name not in times
+        }
+        data: xarray.Dataset = require_xarray().Dataset(signals, times, self.facts())
+        return data
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Pandas table of times and channels, one row per sample."""
+        import pandas
+
+        return pandas.DataFrame({"time_s": self.time_s, **self.channels})
+
+    def summary_table(self) -> tuple[str, dict[str, Any]]:
+        """Facts of the record, for a notebook."""
+        speed = self.speed and f"{60 * self.speed.value_hz:.6g} rpm ({self.speed.source.value})"
+        stated = {"bearing": self.bearing, "state": self.state and self.state.label, "shaft": speed, "unit": self.unit}
+        loads = {f"{name} load, kN": x and x / 1e3 for name, x in (("radial", self.radial_n), ("axial", self.axial_n))}
+        facts = stated | loads | {"channels": list(self.channels), "cautions": list(self.cautions)}
+        return repr(self).strip("<>"), {name: x for name, x in facts.items() if x not in (None, [])}

@@ -7,12 +7,14 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault, known_bearings, load_bearing
 from srbval.errors import DataError
+from srbval.models.run import Run
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import dataset, known_datasets
-from srbval.recordings.load import load_recording
+from srbval.recordings.load import load_recording, recording_from_run, with_settings
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.manifest import (
     Entries,
@@ -28,7 +30,7 @@ from srbval.recordings.manifest import (
 from srbval.recordings.raw import first_line
 from srbval.recordings.reading import N_PER_KN, scaled
 from srbval.recordings.recording import Origin, Recording
-from srbval.recordings.settings import RecordingSettings, label_table
+from srbval.recordings.settings import RecordingSettings, label_table, settings_of
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
@@ -321,6 +323,22 @@ def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
 def load_entry(entry: RegisteredRecording) -> Recording:
     """A registered recording, read with its settings; raises what `load_recording` raises."""
     return load_recording(entry.file, entry.settings)
+
+
+Source = str | Path | Recording | Run  # of a record: its file, itself, or a simulated run
+
+
+def recording_of(source: Source, settings: RecordingSettings | None = None, **asked: Any) -> Recording:
+    """The recording in a file (see `load_registered`), of a run, or itself; with `asked`, fields of the settings."""
+    if isinstance(source, str | Path):
+        return load_registered(shipped_or(source), settings_of(asked).over(settings or NO_SETTINGS))
+    return with_settings(recording_from_run(source) if isinstance(source, Run) else source, **asked)
+
+
+def shipped_or(name: str | Path) -> str | Path:
+    """A file that is there; else the recording of this name that comes with the program, found in any folder."""
+    shipped = shipped_folder(RIG_EXCERPTS) / name
+    return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name
 
 
 def load_registered(

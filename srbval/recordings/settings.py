@@ -115,10 +115,51 @@ class RecordingSettings:
         return dataclasses.replace(stored, **given)
 
 
+def settings_of(asked: Mapping[str, Any]) -> RecordingSettings:
+    """Settings from keywords of a call, in which states and origins may be words, and paths be `Path`."""
+    words = {"state": Fault, "origin": Origin, "bearing": str}
+    given = {key: words.get(key, lambda same: same)(value) for key, value in asked.items() if value is not None}
+    if unknown := sorted(given.keys() - {field.name for field in dataclasses.fields(RecordingSettings)}):
+        known = [field.name for field in dataclasses.fields(RecordingSettings)]
+        raise ConfigurationError(f"unknown keyword {unknown[0]!r}{did_you_mean(unknown[0], known)}.")
+    return RecordingSettings(**given)
+
+
 # Settings by the names of their options, which are without units.
 ALIASES = {
     re.sub("_(hz|pct|s|mv_per_g)$", "", field.name): field.name for field in dataclasses.fields(RecordingSettings)
 }
+
+
+# Keywords of options whose name is not that of a setting or of the option itself.
+KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
+KEYWORDS |= {"least-limit": "least_limit_s", "no-pdf": 'formats=("html", "json")', "dt": 'solver={"step": ...}'}
+KEYWORDS |= {"solver": 'solver={"name": ...}'}
+KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
+OPTION = re.compile(
+    r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
+    r"|(?<![\w-])(?:-(?P<folder>o)\b|--(?P<name>[a-z][a-z-]*)(?: (?P<edges>LO HI)"
+    r"| (?=[A-Z\d']|\S+ \||(?:outer|inner|roller|auto|dask|local)\b)|(?P<bare>)))"
+)
+
+
+def with_keywords(text: str) -> str:
+    """An error's text with the keywords of Python in place of options: ``rpm=R`` for ``--rpm R``.
+
+    Commands stay as they are.
+    """
+
+    def keyword(found: re.Match[str]) -> str:
+        if found["command"]:
+            return found[0]
+        if found["folder"]:
+            return "folder"
+        name = found["name"]
+        word = KEYWORDS.get(name) or ALIASES.get(name.replace("-", "_"), name.replace("-", "_"))
+        value = "(LO, HI)" if found["edges"] else "" if found["bare"] is None else "..."
+        return word if "=" in word or " " in word else f"{word}={value}"
+
+    return OPTION.sub(keyword, text)
 
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:

@@ -1,8 +1,7 @@
 """The reports as one call each: gather the findings, word and draw them, write the files."""
 
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.case import MOST_DRAWN, assemble_case
-from srbval.report.sections.pair_figures import errors_figure, pair_figures
+from srbval.report.sections.pair_figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
@@ -88,33 +87,6 @@ def report_recordings(
         rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
         report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ShownValidation(Validation):
-    """A `Validation` that shows itself: its errors as a picture, its report as a page."""
-
-    def plot(self) -> Any:
-        """Matplotlib figure of the error of every line and cage ratio with its uncertainty."""
-        with figure_style():
-            return errors_figure(self.errors_pct)[0]
-
-    def to_html(self) -> str:
-        """The whole report as one page; reads the signals again."""
-        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-            _, files = report_case(self.case, Path(folder), formats=("html",))
-            return files["html"].read_text(encoding="utf-8")
-
-
-def validate_case(
-    case: Case | str | Path,
-    changes: Mapping[str, Any] | None = None,
-    *,
-    jobs: int | None = None,
-    progress: Progress = silent,
-) -> ShownValidation:
-    """`srbval.validation.validate.validate`, whose result also shows itself."""
-    return ShownValidation(**vars(validate(case, changes, jobs=jobs, progress=progress)))
 
 
 def report_case(

@@ -42,10 +42,20 @@ WITHOUT_DIMENSIONS = {"model": "impulse"}
 def paper_scene(**changes: Any) -> Scene:
     """The paper's scene (Table 4, 710 rpm, 124.8 kN), with `changes` laid over it.
 
-    `changes` are top-level keys of a scene file, e.g. ``defect={"kind": "outer"}``, ``duration="2 s"``. For another
-    `bearing` all other values go with its size, see `for_bearing`.
+    `changes` are top-level keys of a scene file, e.g. ``duration="2 s"``, ``defect={"kind": "outer"}``, or in short
+    ``defect="outer"``. For another `bearing` all other values go with its size, see `for_bearing`.
     """
-    return _scene(changes, "scene")
+    return _scene(_spelled_out(changes), "scene")
+
+
+def _spelled_out(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes in which words that stand for a table or a number are replaced: a defect's kind, `rpm`, a `Path`."""
+    found = {key: str(value) if isinstance(value, Path) else value for key, value in changes.items()}
+    if isinstance(found.get("defect"), str):
+        found["defect"] = {"kind": str(found["defect"])}
+    if "rpm" in found:
+        found["shaft_speed"] = f"{found.pop('rpm')!r} rpm"
+    return found
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
@@ -55,9 +65,10 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
     given = scene_table(path)
+    over = _spelled_out(changes or {})
     if str(path) in BUNDLED:  # a bundled scene is written for its bearing, a user's file for the user's
-        return _scene(changes or {}, str(path), merge(bundled_table(PAPER), given))
-    return _scene(merge(given, changes or {}), str(path))
+        return _scene(over, str(path), merge(bundled_table(PAPER), given))
+    return _scene(merge(given, over), str(path))
 
 
 def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:

@@ -11,11 +11,13 @@ import scipy.fft
 import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
+from srbval.bridges import Shown, require_xarray
 from srbval.errors import ConfigurationError, DataError
 from srbval.signal.envelope import END_S, analytic_signal, drop_ends, end_s
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
 LEAST_SAMPLES = 64  # least number of independent samples of an envelope for its kurtosis
 BANDWIDTH = 1.5  # B of the Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: some 18 %
@@ -23,10 +25,11 @@ REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
 LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
+SHOWN_PEAKS = 6  # in the table of a spectrum
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Spectrum:
+class Spectrum(Shown):
     """Amplitude over frequency, both [m]; `resolution_hz` is one over the record's duration, the bins may be closer."""
 
     frequency_hz: FloatArray
@@ -42,6 +45,20 @@ class Spectrum:
         import pandas
 
         return pandas.DataFrame({"frequency_hz": self.frequency_hz, "amplitude": self.amplitude})
+
+    def to_xarray(self) -> xarray.DataArray:
+        """An array of xarray over ``frequency_hz``."""
+        coordinate = ("frequency_hz", self.frequency_hz, {"units": "Hz"})
+        about = {"resolution_hz": self.resolution_hz}
+        data: xarray.DataArray = require_xarray().DataArray(self.amplitude, [coordinate], attrs=about, name="amplitude")
+        return data
+
+    def summary_table(self) -> tuple[str, list[dict[str, float]]]:
+        """The highest peaks, for a notebook."""
+        peaks = scipy.signal.find_peaks(self.amplitude)[0]
+        highest = peaks[np.argsort(-self.amplitude[peaks], kind="stable")][:SHOWN_PEAKS]
+        rows = [{"frequency_hz": float(self.frequency_hz[n]), "amplitude": float(self.amplitude[n])} for n in highest]
+        return f"{repr(self).strip('<>')}; highest peaks", rows
 
     def __repr__(self) -> str:
         count, last = self.frequency_hz.size, self.frequency_hz[-1] if self.frequency_hz.size else 0.0

@@ -90,7 +90,7 @@ def read_files(recordings: tuple[Recording, ...], source: Source, bearing: Beari
     for recording in recordings:
         other = recording.origin is Origin.SIMULATED and bearing.name != RIG_BEARING and recording.own_bearing is None
         chosen = source.auto_band or (other and recording.band_hz is None)
-        analysis = analyse(recording, bearing=bearing, choose_on_record=bool(chosen))
+        analysis = analyse(recording, bearing=bearing, auto_band=bool(chosen))
         ratio = recording.cage_ratio
         order = None if ratio is None else state.passing_order(bearing.rolling_elements, ratio)
         analyses.append(analysis)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import tempfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -14,6 +15,7 @@ from typing import Any, TypeVar
 import pandas as pd
 
 from srbval.bearing import Fault
+from srbval.bridges import Shown, offered
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
 from srbval.comparison.table6 import sum_rule
@@ -46,7 +48,7 @@ class PairReading:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Validation:
+class Validation(Shown):
     """Result of a case: `table` has a row for each pair and quantity, `pairs` one for each pair.
 
     `comparisons` are rows with all their parts, `sums` those of both race lines, `failed` pairs that were not compared.
@@ -122,10 +124,20 @@ class Validation:
     def __repr__(self) -> str:
         return f"<Validation of {self.case.title!r}: {self.headline}>"
 
-    def _repr_html_(self) -> str:
+    def to_frame(self) -> pd.DataFrame:
+        """The table."""
+        return self.table
+
+    def summary_table(self) -> tuple[str, list[Row]]:
         """The table for a notebook."""
-        shown = self.table.drop(columns=["parts", "simulated_hz", "measured_hz"])
-        return f"<p>{self.headline}</p>{shown.to_html(index=False, na_rep='–', float_format='{:.4g}'.format)}"
+        return self.headline, self.table.drop(columns=["parts", "simulated_hz", "measured_hz"]).to_dict("records")
+
+    def to_html(self) -> str:
+        """The whole report as one page; reads the signals again."""
+        with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
+            _, files = offered("report_case")(self.case, Path(folder), formats=("html",))
+            text: str = files["html"].read_text(encoding="utf-8")
+            return text
 
 
 def validate(

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import srbval
-import srbval.report.reports
 from srbval.cli.arguments import parser
 from srbval.comparison.comparison import Verdict
 from srbval.comparison.verdicts import holds
 from srbval.errors import ConfigurationError
 from srbval.models.simulate import simulate_to_file
+from srbval.report import reports
 from tests.recordings import files
 
 BPFO_HZ, BPFI_HZ = 96.79, 128.04  # printed in Table 6 of the paper, at 710 rpm
@@ -223,7 +223,7 @@ def test_a_ball_is_a_rolling_element(two_channels, srbval_json):
 def test_only_a_tolerance_that_is_missed_ends_with_1(verdict, code, tmp_path, monkeypatch, srbval_json):
     rows = [{"endpoint": "e", "scene": "rig", "verdict": verdict.value}]
     findings = SimpleNamespace(data={"table6": (), "headline": {"holds": holds(rows), "verdicts": rows}})
-    monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
+    monkeypatch.setattr(reports, "make_report", lambda *_, **__: (findings, {}))
     said = srbval_json("report", "-o", tmp_path / "out", code=code)["headline"]
     assert said["holds"] is (code == 0)
     assert ("A finding about the model, not a failure of the program" in said["text"]) is (code == 1)

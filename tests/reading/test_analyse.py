@@ -190,7 +190,7 @@ def test_one_loud_knock_does_not_hide_the_fault():
     knocked = recording(samples)
     impulsive = band_kurtogram(knocked, BEARING, knocked.speed).best_hz
     assert not analyse(knocked, bearing=BEARING, band_hz=impulsive).line("BPFO").detected
-    chosen = analyse(knocked, bearing=BEARING, choose_on_record=True)
+    chosen = analyse(knocked, bearing=BEARING, auto_band=True)
     assert chosen.line("BPFO").detected
     assert chosen.band.why.startswith("the whole band, ")
 

@@ -309,7 +309,7 @@ def test_a_tone_without_noise_says_nothing_of_the_shaft(hz):
     found = analyse(
         dataclasses.replace(plain, channels={"x": tone}, speed=nominal_speed(1797.0, 0.1)),
         bearing=BEARING,
-        choose_on_record=True,
+        auto_band=True,
     )
     assert not found.processed.tracking.used
     assert not any("drifts" in one for one in found.recording.cautions)

@@ -34,7 +34,7 @@ def recognise(raw: RawFile) -> Reading:
     if "simul" in (raw.text("origin") or "").lower():
         reading = replace(reading, origin=Origin.SIMULATED)
     channels: Mapping[str, Channel] = reading.channels
-    if reading.origin is Origin.MEASURED:
+    if own is None and reading.origin is Origin.MEASURED:
         sound = {k: sample_cautions(c.samples) for k, c in channels.items() if not c.problem}
         channels = {k: replace(c, cautions=c.cautions + sound.get(k, ())) for k, c in channels.items()}
     if own is None:

@@ -1,5 +1,6 @@
-"""Files that this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
+"""Files and data sets that this program writes, with the attribute ``srbval_kind``: runs, stand-ins, recordings."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -9,27 +10,42 @@ from srbval.errors import ConfigurationError, DataError, NoRecordingError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading, scaled
-from srbval.recordings.recording import Origin
+from srbval.recordings.recording import (
+    KIND_ATTRIBUTE,
+    RECORDING_KIND,
+    SPEED_TIME,
+    SPEED_VARIABLE,
+    Origin,
+    Recording,
+    SourceFacts,
+    SpeedSignal,
+)
 from srbval.recordings.speed import prescribed_speed, profile_signal
 from srbval.storage.hdf5_files import CHECKSUM
 from srbval.storage.json_files import parse_json
+from srbval.storage.tables import build
 
-KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
+SAME_RATE = 1e-6  # relative, of the times of a data set and its stated rate
 SENSOR = "sensor"  # the channel of a run behind a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
 def read_srbval_file(raw: RawFile) -> Reading | None:
-    """A run or a stand-in in m/s2, at its speed; None for a file that another program wrote."""
+    """A run or a stand-in in m/s2, at its speed, or a recording; None for a file that another program wrote."""
     if KIND_ATTRIBUTE not in raw.attributes:
         return None
+    _check_rate(raw)
     kind = raw.text(KIND_ATTRIBUTE)
+    if kind == RECORDING_KIND:
+        return _recording(raw)
     if kind not in ("run", "stand-in"):
-        raise NoRecordingError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
+        raise NoRecordingError(
+            f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run', 'stand-in', 'recording'."
+        )
     status = raw.text("status") or "ok"
     if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is not a vibration record.")
@@ -69,6 +85,41 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
             *([f"not validated: {missing}"] if missing else []),
         ),
     )
+
+
+def _check_rate(raw: RawFile) -> None:
+    """Refuse (`DataError`) a data set whose times no longer have the rate that its attribute states."""
+    times_s, fs_hz = raw.array("time_s"), raw.number("fs_hz")
+    if times_s is None or fs_hz is None or times_s.size < 2:
+        return
+    own_hz = (times_s.size - 1) / float(times_s[-1] - times_s[0])
+    if not abs(own_hz / fs_hz - 1) < SAME_RATE:
+        raise DataError(
+            f"{raw.path}: the times mean {own_hz:.9g} Hz, the attribute fs_hz is {fs_hz:.9g} Hz. Set the attribute to "
+            "the rate of the samples, low-pass filtered before any were dropped."
+        )
+
+
+def _recording(raw: RawFile) -> Reading:
+    """A recording as `Recording.to_xarray` wrote it."""
+    arrays = {name: raw.signal(name) for name in raw.variables if raw.array(name) is not None}
+    times_s, values_hz = arrays.pop(SPEED_TIME, None), arrays.pop(SPEED_VARIABLE, None)
+    signal, samples = None, {name: values for name, values in arrays.items() if name != "time_s"}
+    if times_s is not None and values_hz is not None:
+        signal = SpeedSignal(values_hz=values_hz, rate_hz=(values_hz.size - 1) / float(times_s[-1]))
+    try:
+        facts = parse_json(raw.text("facts") or "")
+        stated = build(Recording, facts | {"channels": samples}, "facts")
+    except (ValueError, TypeError, ConfigurationError) as error:
+        raise DataError(f"{raw.path}: what is stated of the recording cannot be read ({error}).") from None
+    of_channel = {key: getattr(stated, key) for key in ("bearing", "band_hz", "state")}
+    unit = "V" if stated.scale_missing else stated.unit  # any unit, of which whole numbers are no amount
+    channels = {
+        name: Channel(samples=values, unit=unit, whole_numbers=stated.scale_missing, variable=name, **of_channel)
+        for name, values in stated.channels.items()
+    }
+    own = {field.name: getattr(stated, field.name) for field in dataclasses.fields(SourceFacts)}
+    return Reading(**own | {"speed_signal": signal}, channels=channels, fs_hz=stated.fs_hz, name=stated.name)
 
 
 def _own_bearing(raw: RawFile) -> Bearing | None:

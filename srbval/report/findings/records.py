@@ -13,7 +13,8 @@ from srbval.models.run import Run
 from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
-from srbval.recordings import Origin
+from srbval.reading.pipeline import one_signal
+from srbval.recordings import Origin, Recording
 from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
@@ -98,11 +99,18 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
     )
 
 
-def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Acceleration of a run along the sensor's axis [m/s²]; frequencies [Hz] and level [dB re 1 (m/s²)²/Hz]."""
+def signal_of(source: Recording | Run) -> tuple[FloatArray, FloatArray, str]:
+    """Times [s], acceleration along the sensor's axis of a run, or signal to analyse of a recording, and its unit."""
+    if isinstance(source, Run):
+        return source.time_s, along_sensor(source.acceleration_m_s2), "m/s2"
+    return source.time_s, one_signal(source), source.unit
+
+
+def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and level [dB re 1 (m/s²)²/Hz] of a run's acceleration along the sensor's axis."""
     acceleration = along_sensor(run.acceleration_m_s2)
     hz, power = power_density(acceleration, run.scene.output_rate_hz, 1 / RUN_SEGMENT_HZ)
-    return acceleration, hz[1:], _decibels(power[1:])
+    return hz[1:], _decibels(power[1:])
 
 
 def _decibels(power: FloatArray) -> FloatArray:

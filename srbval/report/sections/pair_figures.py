@@ -92,8 +92,14 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
 
 def errors_figure(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     """Error of each line and cage ratio with its uncertainty, a mark for each verdict; at most `BARS` rows."""
+    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:BARS])))
+    shown = draw_errors(axes, rows)
+    return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
+
+
+def draw_errors(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """Draw what `errors_figure` shows onto given axes; returns the rows drawn."""
     shown = rows[:BARS]
-    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(shown)))
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):
         colour, mark = VERDICT_LOOK[row["verdict"]]
@@ -106,7 +112,7 @@ def errors_figure(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     handles = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
     corner: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 4, "frameon": False}
     axes.legend(handles.values(), handles, **corner)
-    return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
+    return shown
 
 
 errors_panel = panel(errors_figure)
