@@ -2,9 +2,7 @@
 
 from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
 from srbval.campaign.engines import choose_engine
-from srbval.campaign.export import export_campaign
-from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
-from srbval.campaign.settings import load_campaign
+from srbval.campaign.run import campaign_status, load_campaign, run_campaign, verify_campaign
 from srbval.check.check import run_check
 from srbval.cli.installation_commands import build_docs, doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
@@ -76,7 +74,6 @@ __all__ = [
     "draw",
     "envelope",
     "envelope_spectrum",
-    "export_campaign",
     "fault_frequencies",
     "fault_verdict",
     "fetch_recordings",

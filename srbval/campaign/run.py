@@ -7,38 +7,118 @@ killed campaign loses nothing that had ended.
 
 import contextlib
 import csv
+import itertools
 import json
 import os
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
+from srbval import __version__
+from srbval.bridges import attributes, require_xarray
 from srbval.campaign.cases import CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
-from srbval.campaign.settings import Campaign
+from srbval.campaign.settings import Campaign, campaign_of
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.progress import Progress, silent
 from srbval.storage.files import atomic_write, remove_unfinished
 from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 from srbval.storage.json_files import parse_json, to_json
-from srbval.storage.tables import build
+from srbval.storage.tables import build, number_and_unit
 
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+MISSING = "missing"  # status of a case without an intact result
 TABLE, RESULTS, CASES, LOCK = "srbval-campaign.json", "results.csv", "cases", "lock"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignTable:
-    """A campaign and its cases; `version` is that of the code that computes the results."""
+    """A campaign and its cases; `version` is that of the code that computes the results in `folder`."""
+
+    JSON_OMITTED: ClassVar = ("folder",)
 
     campaign: Campaign
     version: str
     cases: tuple[CampaignCase, ...]
+    folder: Path = Path()
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """Pandas table with a row per case: its point, model, status, reason and numbers."""
+        import pandas
+
+        return pandas.DataFrame(result_rows(self, read_results(self.folder, self)))
+
+    def to_xarray(self, *, signals: bool = False, inaccurate: bool = False) -> "xarray.Dataset":
+        """Data set along ``case``: swept inputs and models as coordinates, status, reason and numbers as variables.
+
+        With `signals` it has those of the results too, along ``time_s``, and the labels of their scenes; they are NaN
+        for cases that were refused or failed, and for inaccurate ones unless these are asked for. Raises `DataError`
+        if sampling rates differ.
+        """
+        results = read_results(self.folder, self)
+        rows = result_rows(self, results)
+        swept = dict.fromkeys(key for case in self.cases for key in case.point)
+        units = {name: unit for result in results.values() for name, (_, unit) in result.quantities.items()}
+        columns: dict[str, Any] = {name: ("case", [row[name] for row in rows]) for name in ("status", "reason")}
+        columns |= {name: ("case", [row.get(name, np.nan) for row in rows], {"units": units[name]}) for name in units}
+        coordinates: dict[str, Any] = {key: _coordinate([case.point.get(key) for case in self.cases]) for key in swept}
+        coordinates |= {name: ("case", [row[name] for row in rows]) for name in ("case", "model")}
+        about = {"campaign": self.campaign.name, "title": self.campaign.title, "version": self.version}
+        about |= {"program": f"srbval {__version__}", "use": USE}
+        data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, attributes(about))
+        if not signals:
+            return data
+        accepted = {key for key, r in results.items() if r.usable and (inaccurate or r.status != RunStatus.INACCURATE)}
+        return data.merge(_signals_of(self, accepted))
+
+
+USE = (
+    "Every sample is simulated, and amplitudes are not validated: test on measured records before you claim that "
+    "something works. Signals of one case are one run: split training and test by case, better by speed or load."
+)
+
+
+def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
+    """Values of a swept input as numbers with their common unit, or else as texts."""
+    found = [number_and_unit(str(value)) for value in values]
+    units = {one[1] for one in found if one is not None}
+    if None in found or len(units) != 1:
+        return "case", ["" if value is None else str(value) for value in values], {}
+    return "case", [one[0] for one in found if one is not None], {"units": units.pop() or "1"}
+
+
+def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
+    """Signals of the accepted cases along ``case`` and ``time_s``, and the labels of their scenes along ``case``."""
+    engine, found = require_xarray(), {}
+    for case in table.cases:
+        if case.key not in accepted:
+            continue
+        with engine.open_dataset(result_path(table.folder, case.key), engine="h5netcdf") as file:
+            if "time_s" not in file:
+                continue
+            one = file[[name for name, variable in file.items() if variable.dims == ("time_s",)]].load()
+        defect = json.loads(one.attrs["scene"])["defect"]
+        labels = {name: one.attrs[name] for name in ("state", "fs_hz", "shaft_speed_hz", "radial_n", "axial_n")}
+        labels |= {f"defect_{name}": defect[name] or 0.0 for name in ("height_m", "extent_m")}
+        found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
+    if not found:
+        raise DataError(f'{table.folder}: no accurate case has signals. Ask for outputs = ["acceleration"].')
+    if len(rates := {float(one["fs_hz"]) for one in found.values()}) > 1:
+        raise DataError(f"{table.folder}: cases differ in output_rate ({', '.join(f'{hz:g}' for hz in rates)} Hz).")
+    joined = engine.concat(found.values(), "case", join="outer", coords="different", compat="equals")
+    signals: xarray.Dataset = joined.assign_coords(case=list(found)).reindex(case=[case.index for case in table.cases])
+    return signals
 
 
 def result_path(folder: Path, key: str) -> Path:
@@ -79,7 +159,7 @@ def read_table(folder: Path) -> CampaignTable:
     try:
         if not file.is_file() or checked_summary(file) is None:
             raise ValueError("it has no checksum")
-        return build(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]), "table")
+        return replace(build(CampaignTable, parse_json(file.read_bytes()[:-END_BYTES]), "table"), folder=folder)
     except (OSError, ValueError, SrbvalError) as error:
         why = str(error).removeprefix(f"{file}: ")
         raise DataError(f"{file}: damaged ({why}). It is written again, and results are kept: {again}") from None
@@ -119,21 +199,28 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
     Names of quantities end with their SI unit, others have none. A failed case has no quantities; a case without an
     intact result has no row. The same results give the same text. Raises `DataError` if the file cannot be written.
     """
+    rows = [row for row in result_rows(table, results) if row["status"] != MISSING]
     points = [key for case in table.cases for key in case.point]
-    quantities = [n for case in table.cases if case.key in results for n in results[case.key].quantities]
-    columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *quantities])
+    columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
     with (
         atomic_write(folder / RESULTS) as part,
         part.open("w", newline="", encoding="utf-8", errors="replace") as stream,
     ):
         writer = csv.DictWriter(stream, columns)
         writer.writeheader()
-        for case in table.cases:
-            if (result := results.get(case.key)) is not None:
-                about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
-                about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
-                writer.writerow(about | {name: value for name, (value, _) in result.quantities.items()})
+        writer.writerows(rows)
     return folder / RESULTS
+
+
+def result_rows(table: CampaignTable, results: Mapping[str, CaseResult]) -> list[dict[str, Any]]:
+    """Rows of all cases, in their order: ``missing`` without an intact result."""
+    rows = []
+    for case in table.cases:
+        result = results.get(case.key) or CaseResult(key=case.key, status=MISSING, reason="run the campaign again")
+        about = {**case.point, "case": case.index, "key": case.key, "model": case.model}
+        about |= {"status": result.status, "reason": "" if result.status == "ok" else result.reason}
+        rows.append(about | {name: value for name, (value, _) in result.quantities.items()})
+    return rows
 
 
 @contextlib.contextmanager
@@ -158,6 +245,14 @@ def folder_lock(folder: Path) -> Iterator[None]:
         ) from None
     with acquired:
         yield
+
+
+def load_campaign(name: str | Path) -> Campaign | CampaignTable:
+    """A campaign from a file, the preset of that name, or with its results from the folder in which it was run.
+
+    Raises `DataError` for a missing or damaged file, `ConfigurationError` for an unknown key or an impossible value.
+    """
+    return read_table(Path(name)) if (Path(name) / TABLE).is_file() else campaign_of(str(name))
 
 
 def campaign_status(path: Path) -> dict[str, Any]:
@@ -201,7 +296,7 @@ MESSAGES = 10  # about failed cases while the campaign runs; all of them are in 
 
 
 def run_campaign(
-    campaign: Campaign,
+    campaign: Campaign | CampaignTable,
     path: str | Path,
     *,
     engine: Engine | str | None = None,
@@ -219,6 +314,7 @@ def run_campaign(
     be written or a disk that is full.
     """
     started, folder = time.perf_counter(), Path(path).resolve()
+    campaign = campaign.campaign if isinstance(campaign, CampaignTable) else campaign
     engine = choose_engine(engine) if engine is None or isinstance(engine, str) else engine
     table = CampaignTable(campaign=campaign, version=version(), cases=tuple(plan_cases(campaign)))
     with folder_lock(folder):

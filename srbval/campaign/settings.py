@@ -138,12 +138,8 @@ class Campaign(Limited):
                 yield point | ({"seed": self.seed + repeat} if seeded else {})
 
 
-def load_campaign(name: str | Path) -> Campaign:
-    """A campaign from a file, or the preset of that name.
-
-    Raises `DataError` for a missing file, `ConfigurationError` for an unknown key or an impossible value.
-    """
-    name = str(name)
+def campaign_of(name: str) -> Campaign:
+    """A campaign from a file, or the preset of that name; see `load_campaign`."""
     path = Path(name) if name.endswith(".toml") else presets().get(name)
     if path is None:
         raise ConfigurationError(

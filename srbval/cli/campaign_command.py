@@ -1,4 +1,4 @@
-"""``srbval campaign``: run many cases, show their progress, verify their results, export a labelled data set."""
+"""``srbval campaign``: run many cases, show their progress, verify their results."""
 
 import argparse
 from collections import defaultdict
@@ -9,9 +9,8 @@ from typing import Any
 
 from srbval.campaign.cases import plan_cases, totals
 from srbval.campaign.engines import choose_engine
-from srbval.campaign.export import export_campaign
 from srbval.campaign.run import campaign_status, run_campaign, verify_campaign
-from srbval.campaign.settings import Campaign, load_campaign
+from srbval.campaign.settings import Campaign, campaign_of
 from srbval.cli.output import answer, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay
@@ -24,7 +23,7 @@ SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 def run(options: argparse.Namespace) -> int:
     """Run the cases; exit code 1 if some failed or are inaccurate, each of which has its reason."""
-    campaign = load_campaign(options.campaign)
+    campaign = campaign_of(options.campaign)
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
     campaign = replace(campaign, **{name: value for name, value in given.items() if value is not None})
@@ -97,12 +96,3 @@ def _reasons(found: Mapping[str, Any]) -> Iterator[str]:
     for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
         which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")
         yield f"{len(cases)} x {reason} (case {which})"
-
-
-def export(options: argparse.Namespace) -> int:
-    """Write labelled segments for training to one file."""
-    folder, file = Path(options.folder), Path(options.output)
-    given = {"segment_s": options.segment_seconds, "snr_db": options.snr_db}
-    made = export_campaign(folder, file, **given, noise=options.noise, seed=options.seed)
-    text = "{segments} segments of {samples} samples in {file}; {left_out} cases left out".format(**made)
-    return answer(options, made, text)

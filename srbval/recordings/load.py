@@ -152,7 +152,7 @@ def read_file(path: Path) -> Reading:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def _assemble(reading: Reading, subject: str, named: Mapping[str, str]) -> Recording:
+def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recording:
     """Recording of a file, or of arrays, of which nothing is left open; `named`: its name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
@@ -172,9 +172,9 @@ def _assemble(reading: Reading, subject: str, named: Mapping[str, str]) -> Recor
     facts = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
     facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     facts |= {key: getattr(main, key) for key in ("bearing", "state", "scale_missing")}
+    facts |= named | {"name": reading.name or named["name"]}
     return Recording(
         **facts | {"axes": None if reading.channel is not None else reading.axes},
-        **{**named, "name": reading.name or named["name"]},
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,

@@ -1,4 +1,4 @@
-"""Folders of campaigns, damaged, in use, full or someone else's: nothing is lost or run twice; data sets of them."""
+"""Folders of campaigns, damaged, in use, full or someone else's: nothing is lost or run twice; a data set of one."""
 
 import errno
 import json
@@ -13,13 +13,14 @@ import h5py
 import numpy as np
 import pandas
 import pytest
+import xarray
 
-from srbval.campaign.export import export_campaign
+import srbval
 from srbval.campaign.results import TIMED_OUT, CaseResult, read_result, write_result
-from srbval.campaign.run import RESULTS, TABLE, campaign_status, folder_lock
+from srbval.campaign.run import RESULTS, TABLE, campaign_status, folder_lock, result_path
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
-from tests.campaign.campaigns import FAILING, content, damaged_names, good_results, resume, run_small, small
+from tests.campaign.campaigns import content, damaged_names, good_results, resume, run_small, small
 
 FLIPS = int(os.environ.get("SRBVAL_FLIPS", "30"))
 
@@ -66,8 +67,7 @@ def test_damaged_results_are_named_and_run_again(whole: Path, folder: Path, caps
         assert (found["ok"], found["status"]) == (False, "damaged")
         assert [one["file"] for one in found["damaged"]] == [str(first)]
         assert campaign_status(folder)["done"] == 5
-        with pytest.raises(DataError, match=first.name):
-            export_campaign(folder, folder / "set.h5", segment_s=1e-3)
+        assert (srbval.load_campaign(folder).to_xarray()["status"] == "missing").sum() == 1
     for path in (folder / TABLE, *others):
         flip(path, random.Random(1))
     again = resume(folder)
@@ -185,64 +185,26 @@ def test_a_disk_that_fills_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert run_small(small(), tmp_path)["ran"] == 4
 
 
-AXES = [
-    {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "roller", "shaft_speed": "500 rpm"}, FAILING]}
-]
-
-
-@pytest.fixture(scope="module")
-def cases(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("campaign")
-    run_small(small(axes=AXES), made)
-    return made
-
-
-def test_segments_and_labels(cases: Path, tmp_path: Path) -> None:
-    file = tmp_path / "set.h5"
-    made = export_campaign(cases, file, segment_s=2e-3, snr_db=(10.0, -3.0))
-    assert (made["segments"], made["samples"], made["left_out"]) == (2 * 2 * 3, 41, 1)
-    with h5py.File(file) as found:
-        table = {name: found[name][()] for name in found}
-        card = str(found.attrs["data_card"])
-    assert table["state"].tolist() == [0] * 6 + [3] * 6
-    assert table["case"].tolist() == [0] * 6 + [1] * 6
-    assert table["snr_db"].tolist() == [np.inf, 10, -3] * 4
-    assert table["start_s"][:6] == pytest.approx([0, 0, 0, 41 / 20480, 41 / 20480, 41 / 20480])
-    assert table["shaft_speed_hz"][-1] == pytest.approx(500 / 60)
-    assert (table["defect_height_m"][0], table["defect_extent_m"][-1]) == (0, 2e-3)
-    assert "Every sample is simulated" in card
-    assert "10, -3 dB" in card
-    assert "split by `case`" in card
-
-
-def test_the_same_settings_give_the_same_samples(cases: Path, tmp_path: Path) -> None:
-    def noisy(name: str, **options: object) -> np.ndarray:
-        export_campaign(cases, tmp_path / name, segment_s=2e-3, **options)  # type: ignore[arg-type]
-        with h5py.File(tmp_path / name) as found:
-            return np.asarray(found["segments"][found["snr_db"][()] == 0.0])
-
-    first = noisy("a.h5", snr_db=(0.0,))
-    assert np.array_equal(first, noisy("b.h5", snr_db=(5.0, 0.0)))
-    assert not np.array_equal(first, noisy("c.h5", snr_db=(0.0,), seed=1))
-
-
-def test_noise_of_a_recording(cases: Path, tmp_path: Path) -> None:
-    noise = str(good_results(cases)[0])
-    assert export_campaign(cases, tmp_path / "set.h5", segment_s=2e-3, snr_db=(0.0,), noise=noise)["segments"] == 8
-    with h5py.File(tmp_path / "set.h5") as found:
-        card = str(found.attrs["data_card"])
-    assert "Added noise: Gaussian, with the spectrum of " in card
-    assert ", at 0 dB, seed 0." in card
-
-
-def test_what_cannot_be_exported(cases: Path, tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no case holds 1 s of signal"):
-        export_campaign(cases, tmp_path / "set.h5")
-    assert not (tmp_path / "set.h5").exists()
-    with pytest.raises(DataError, match="no campaign here"):
-        export_campaign(tmp_path, tmp_path / "set.h5")
-    with pytest.raises(ConfigurationError, match="no ratio"):
-        export_campaign(cases, tmp_path / "set.h5", noise="recording.mat")
+def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
+    """Swept inputs are coordinates; every case has its status; signals are those of accurate cases."""
+    campaign = srbval.load_campaign(whole)
+    data = campaign.to_xarray(signals=True)
+    assert data["status"].values[3:].tolist() == ["load-lost", "refused", "refused"]
+    assert data["defect.kind"].values.tolist() == ["outer", "inner", "", "", "", ""]
+    assert data["load.radial"].values.tolist() == ["", "", "", "100 MN", "-3 kN", ""]
+    assert data["state"].values[:3].tolist() == ["outer", "inner", "healthy"]
+    assert data["cage_ratio"].attrs["units"] == "1"
+    for case, file in ((case, result_path(whole, case.key)) for case in campaign.cases[:3]):
+        with h5py.File(file) as stored:
+            own = data["acceleration_y_m_s2"].sel(case=case.index)
+            assert np.array_equal(own.values, stored["acceleration_y_m_s2"][:])
+            assert own.attrs["units"] == "m s-2"
+    assert bool(data["acceleration_y_m_s2"].sel(case=[3, 4, 5]).isnull().all())
+    assert "split training and test by case" in data.attrs["use"]
+    data.to_netcdf(tmp_path / "campaign.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "campaign.nc", engine="h5netcdf") as stored:
+        assert stored.identical(data) or stored.equals(data)
+    assert campaign.to_frame()["cage_ratio"].iloc[0] == data["cage_ratio"].values[0]
 
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.settings import load_campaign
+from srbval.campaign.run import load_campaign
 from tests.campaign.campaigns import MANY, cluster, content, run_small, start
 from tests.marked import listening, marked, reachable, until
 

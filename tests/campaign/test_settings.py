@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from srbval.campaign.cases import plan_cases, scene_of
-from srbval.campaign.settings import Campaign, load_campaign, presets
+from srbval.campaign.run import load_campaign
+from srbval.campaign.settings import Campaign, presets
 from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import build

@@ -52,7 +52,7 @@ OFTEN = ("bearing", "rpm", "fs", "unit", "band")  # without which few records ca
 SHARES = {"kinematics": 150, "simulate": 60, "plan": 150, "report": 6, "bearing list": 10, "analyse": 60}
 OTHERS = 30  # examples of each other command, of 1,000 in all
 READING = ("analyse",)
-ALWAYS = {"simulate": "seconds model", "campaign export": "segment_seconds", "report": "files", "data add": "folder"}
+ALWAYS = {"simulate": "seconds model", "report": "files", "data add": "folder"}
 RECORDS = "record.csv record.csv record.csv healthy.npy tacho.npz run.h5 text.csv nowhere.csv"
 CHEAP = "kinematic kinematic kinematic impulse impulse planar"
 # Words of an option by its name, its metavar or its type.
