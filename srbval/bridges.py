@@ -23,7 +23,8 @@ def in_python(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return function(*args, **kwargs)
         except SrbvalError as error:
-            error.args = (offered("error_with_keywords")(str(error)),)
+            settings = importlib.import_module("srbval.recordings.settings")
+            error.args = (settings.with_keywords(str(error)),)
             raise
 
     call.__module__, call.__qualname__ = "srbval", name  # by which it is pickled

@@ -100,7 +100,7 @@ def _coordinate(values: Sequence[Any]) -> tuple[str, list[Any], dict[str, str]]:
 
 def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Dataset":
     """Signals of the accepted cases along ``case`` and ``time_s``, and the labels of their scenes along ``case``."""
-    engine, found = require_xarray(), {}
+    engine, found, rates, labels = require_xarray(), {}, set[float](), dict[str, Any]()
     for case in table.cases:
         if case.key not in accepted:
             continue
@@ -109,15 +109,18 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
                 continue
             one = file[[name for name, variable in file.items() if variable.dims == ("time_s",)]].load()
         defect = json.loads(one.attrs["scene"])["defect"]
-        labels = {name: one.attrs[name] for name in ("state", "fs_hz", "shaft_speed_hz", "radial_n", "axial_n")}
+        labels = {name: one.attrs[name] for name in ("state", "shaft_speed_hz", "radial_n", "axial_n")}
         labels |= {f"defect_{name}": defect[name] or 0.0 for name in ("height_m", "extent_m")}
+        rates.add(float(one.attrs["fs_hz"]))
         found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
     if not found:
         raise DataError(f'{table.folder}: no accurate case has signals. Ask for outputs = ["acceleration"].')
-    if len(rates := {float(one["fs_hz"]) for one in found.values()}) > 1:
+    if len(rates) > 1:
         raise DataError(f"{table.folder}: cases differ in output_rate ({', '.join(f'{hz:g}' for hz in rates)} Hz).")
-    joined = engine.concat(found.values(), "case", join="outer", coords="different", compat="equals")
-    signals: xarray.Dataset = joined.assign_coords(case=list(found)).reindex(case=[case.index for case in table.cases])
+    joined = engine.concat(found.values(), "case", join="outer", coords=list(labels), compat="equals")
+    cases = [case.index for case in table.cases]
+    joined = joined.assign_coords(case=list(found), fs_hz=rates.pop())
+    signals: xarray.Dataset = joined.reindex(case=cases, fill_value={"state": ""})
     return signals
 
 
