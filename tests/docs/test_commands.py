@@ -154,7 +154,8 @@ def test_the_guides_own_model_runs_as_a_script_in_an_empty_folder(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["slurm", pytest.param("dask", marks=pytest.mark.long_form)])
+@pytest.mark.long_form
+@pytest.mark.parametrize("engine", ["slurm", "dask"])
 def test_the_campaign_on_a_cluster_goes_word_for_word(engine, tmp_path):
     """A stand-in replaces SLURM; interface, address and number of jobs are this machine's."""
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
