@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import SAME_SHARE
@@ -243,7 +243,7 @@ def trend_of(
         features = by_channel[channel][0]["features"]
         logs = np.log(levels[channel][:count].dropna(axis="columns", how="all"))
         known = logs.count()
-        factor = t.isf(ALPHA / max(1, comparisons), known - 1) * np.sqrt(1 + 1 / known)
+        factor = -stdtrit(known - 1, ALPHA / max(1, comparisons)) * np.sqrt(1 + 1 / known)
         enough = known.index[(known >= LEAST_BASELINE) & (comparisons > 0)]
         limits = np.exp(logs.mean() + factor * logs.std())[enough].to_dict()
         for point, is_judged in zip(points, judged[channel], strict=True):

@@ -44,6 +44,13 @@ def _loaded() -> Any:
     return ThreadpoolController()  # takes 8 ms to find them, and then 10 us a limit
 
 
+def is_single_threaded() -> bool:
+    """True if this process has one thread, those of libraries included; False where that is not known."""
+    with contextlib.suppress(OSError):
+        return len(os.listdir("/proc/self/task")) == 1
+    return False
+
+
 def limit(name: str, most: int) -> None:
     """Set one of the limits in the module `resource`, such as ``RLIMIT_CPU``; does nothing where there is none."""
     with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):

@@ -7,6 +7,8 @@ and never between the answers.
 
 import contextlib
 import faulthandler
+import gc
+import importlib
 import os
 import pickle
 import queue
@@ -19,6 +21,7 @@ from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import IO, Any
 
+from srbval.processes.machine import is_single_threaded
 from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
@@ -54,11 +57,21 @@ class OverLimitError(DiedError):
 class WorkerProcess:
     """A process that runs ``python -m module``, which calls `serve_calls`; one that died is started again by a call.
 
-    `environment` is added to this process's own. With `own_group` the processes that it starts end with it. Requests
-    and answers are whatever `pickle` knows; not for code that is not trusted.
+    `environment` is added to this process's own. With `own_group` the processes that it starts end with it. With
+    `may_fork` it is a copy of this process, whose imports it need not repeat, as long as no other thread makes that
+    unsafe; `module` then has the function `load` for `serve_calls`. Requests and answers are whatever `pickle` knows;
+    not for code that is not trusted.
     """
 
-    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None, own_group: bool = False) -> None:
+    def __init__(
+        self,
+        module: str,
+        *,
+        environment: Mapping[str, str] | None = None,
+        own_group: bool = False,
+        may_fork: bool = False,
+    ) -> None:
+        self._module, self._may_fork = module, may_fork
         self._command, self._environment = [sys.executable, "-P", "-m", module], dict(environment or {})
         self._leads = own_group and hasattr(os, "killpg")
         self._lock, self._stopped = threading.Lock(), False
@@ -77,8 +90,18 @@ class WorkerProcess:
                         stdout=subprocess.PIPE,
                         env=os.environ | self._environment | child_environment(),
                         process_group=0 if self._leads else None,
+                        preexec_fn=self._serve_as_copy if self._may_fork and is_single_threaded() else None,
                     )
             return self._process
+
+    def _serve_as_copy(self) -> None:
+        """Serve in the forked process; nothing of the parent's is used, closed or cleaned up here."""
+        gc.freeze()
+        gc.enable()
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # the last of them tells `Popen` that the process has started
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+        serve_calls(importlib.import_module(self._module).load)
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
@@ -157,7 +180,7 @@ def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | Non
         answers = os.fdopen(os.dup(1), "wb")
         os.dup2(2, 1)  # what a library prints must not get between the answers
         requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
-        threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+        threading.Thread(target=_read, args=(os.fdopen(os.dup(0), "rb"), requests), daemon=True).start()
         answer = load()
         with Path(os.devnull).open("w") as nowhere:
             while True:

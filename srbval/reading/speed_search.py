@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.families import HARMONICS, families_of, window_share
@@ -285,6 +284,8 @@ def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
     course = speed.value_hz * course / course.mean()
     if mean < LEAST_PART or np.ptp(course) < 2 * window_share(bearing, speed) * speed.value_hz:
         return None
+    from scipy.interpolate import CubicSpline  # takes a while to load
+
     middle = (np.arange(DRIFT_PARTS) + 0.5) * size
     at = np.arange(0, DRIFT_PARTS * size, max(1, size // 64))
     rate_hz = processed.squared_fs_hz / max(1, size // 64)

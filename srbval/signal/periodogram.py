@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
-import scipy.signal
+import scipy.special
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
@@ -105,7 +105,7 @@ class Periodogram:
         down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
         mean = float(samples.mean())
         centred = samples - mean
-        reduced = scipy.signal.resample_poly(centred, 1, down) if down > 1 else centred
+        reduced = _decimated(centred, down) if down > 1 else centred
         rate = fs_hz / down
         length = PADDING * scipy.fft.next_fast_len(reduced.size, real=True)
         power, none = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2, np.empty((0, 2))
@@ -197,3 +197,18 @@ class Periodogram:
         noise = median_filter(self.power[bins * PADDING], NOISE_BINS, mode="nearest") / math.log(2)
         local = np.maximum(np.interp(frequency_hz, bins * spacing, noise), np.finfo(float).tiny)
         return self.power_at(frequency_hz) / local
+
+
+def _decimated(samples: FloatArray, down: int) -> FloatArray:
+    """Every sample number `down` behind a low pass: `scipy.signal.resample_poly` to the last bit, quicker to load."""
+    half, size, share = 10 * down, -(-samples.size // down), 1 / down
+    place = np.arange(-half, half + 1)
+    kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)
+    low_pass = share * np.sinc(share * place) * kaiser
+    padded = np.pad(samples, (half, half + down * (size + 1) - samples.size))
+    phases = np.ascontiguousarray(padded.reshape(-1, down).T)
+    reduced, product = np.zeros(size), np.empty(size)
+    for number, gain in enumerate(low_pass / low_pass.sum()):
+        first = number // down
+        reduced += np.multiply(phases[number % down, first : first + size], gain, out=product)
+    return reduced

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import scipy.special
-import scipy.stats
 
 from srbval.signal.periodogram import Periodogram
 from srbval.signal.slip import frequency_error_hz
@@ -82,7 +81,7 @@ def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -
     scatter = float(np.sum(((peak_hz - design @ solution) / sigma) ** 2)) / freedom
     variance = float(np.linalg.inv(weighted.T @ weighted)[0, 0]) * max(1.0, scatter)
     value = float(solution[0])
-    return value, float(scipy.stats.t.ppf(0.975, freedom)) * math.sqrt(variance)
+    return value, float(scipy.special.stdtrit(freedom, 0.975)) * math.sqrt(variance)
 
 
 def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:

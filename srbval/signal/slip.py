@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import scipy.special
 
 from srbval.arrays import ComplexArray, FloatArray
@@ -223,7 +222,7 @@ def modes_of(count: int) -> Modes:
     slope = middle / (middle @ middle)
     noise_variance, walk_variance = float(slope @ slope), float(slope @ walk @ slope)
     per_ratio = noise_variance / walk_variance
-    free = scipy.linalg.null_space(np.vstack((np.ones(count), middle)))
+    free = np.linalg.svd(np.vstack((np.ones(count), middle)))[2][2:].T  # all that has no mean and no slope
     share, rotation = np.linalg.eigh(free.T @ walk @ free)
     contrasts = (free @ rotation).T
     return Modes(

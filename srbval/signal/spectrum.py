@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
-import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.bridges import Shown, require_xarray
@@ -84,7 +83,9 @@ def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, f
 
 def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and power density of `samples` [n] per Hz, by Welch's method with segments of `segment_s`."""
-    return scipy.signal.welch(samples, fs_hz, nperseg=min(round(segment_s * fs_hz), samples.size))
+    from scipy.signal import welch  # takes half a second to load, and analyses need none
+
+    return welch(samples, fs_hz, nperseg=min(round(segment_s * fs_hz), samples.size))
 
 
 def kurtosis(samples: FloatArray | ComplexArray) -> float:

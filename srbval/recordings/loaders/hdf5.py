@@ -168,4 +168,4 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file")
+FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))

@@ -20,6 +20,7 @@ COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
 BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
 WAITING = 12  # times the computing time
 WORKSPACE_BYTES = 128 * 2**20  # beside the contents: chunks being decompressed
+READER = "srbval.recordings.loaders.reader_process"
 CRASHES = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL")
 
 # Several threads take from them and give back, each in one atomic step.
@@ -58,7 +59,7 @@ class FileFormat:
         request = (self.read, path, folder, computing_s, memory, self.library, self.kind)
         for fresh in (False, True):
             try:
-                reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
+                reader = WorkerProcess(READER, may_fork=True) if fresh else _idle.pop()
                 reader.start()
             except IndexError:
                 continue

@@ -16,9 +16,7 @@ Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str
 
 
 def load() -> Callable[[Request], RawFile | DataError]:
-    """Import what files need; libraries print nothing, and a crash leaves no memory dump in the user's folder."""
-    import srbval.recordings.loaders.hdf5  # noqa: F401
-
+    """Let libraries print nothing, and a crash leave no memory dump in the user's folder."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
