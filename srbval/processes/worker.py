@@ -99,9 +99,10 @@ class WorkerProcess:
         gc.freeze()
         gc.enable()
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # the last of them tells `Popen` that the process has started
+        sys.stdout = sys.stderr = open(2, "w", closefd=False)  # the parent's may lead elsewhere
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
-        serve_calls(importlib.import_module(self._module).load)
+        serve_calls(lambda: importlib.import_module(self._module).load())
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""

@@ -116,13 +116,13 @@ def identity_probability(
     spread = math.hypot(SLIP_SPREAD, more, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
     off = (reading.found_hz / centre_hz - 1) / spread
     within = 2 * float(scipy.special.stdtr(SLIP_FREEDOM, window / spread)) - 1
-    log_place = math.log(2 * window / spread / within) + _log_student(off, SLIP_FREEDOM)
+    log_place = math.log(2 * window / spread / within) + log_student(off, SLIP_FREEDOM)
     chance = max(other_chance, 1e-300)
     against = -math.e * chance * math.log(chance) if chance < 1 / math.e else 1.0
     return float(scipy.special.expit(log_place - math.log(against)))
 
 
-def _log_student(value: float, freedom: float) -> float:
+def log_student(value: float, freedom: float) -> float:
     """Logarithm of the density of Student's t distribution at `value`."""
     scale = math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2) - math.log(math.pi * freedom) / 2
     return scale - (freedom + 1) / 2 * math.log1p(value**2 / freedom)

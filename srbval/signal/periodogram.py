@@ -105,7 +105,7 @@ class Periodogram:
         down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
         mean = float(samples.mean())
         centred = samples - mean
-        reduced = _decimated(centred, down) if down > 1 else centred
+        reduced = decimated(centred, down) if down > 1 else centred
         rate = fs_hz / down
         length = PADDING * scipy.fft.next_fast_len(reduced.size, real=True)
         power, none = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2, np.empty((0, 2))
@@ -199,7 +199,7 @@ class Periodogram:
         return self.power_at(frequency_hz) / local
 
 
-def _decimated(samples: FloatArray, down: int) -> FloatArray:
+def decimated(samples: FloatArray, down: int) -> FloatArray:
     """Every sample number `down` behind a low pass: `scipy.signal.resample_poly` to the last bit, quicker to load."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)

@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from collections.abc import Callable
 from typing import Any
 
 from srbval.processes.worker import serve_calls
@@ -26,5 +27,10 @@ def _answer(request: Any) -> Any:
     return request
 
 
+def load() -> Callable[[Any], Any]:
+    """Return what answers."""
+    return _answer
+
+
 if __name__ == "__main__":
-    serve_calls(lambda: _answer)
+    serve_calls(load)

@@ -19,9 +19,11 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKI
 ANSWERER = "tests.processes.answerer"
 
 
-@pytest.fixture
-def process():
-    started = WorkerProcess(ANSWERER)
+@pytest.fixture(params=[False, True], ids=["started", "forked"])
+def process(request, monkeypatch):
+    """One that starts anew, and one that is a copy, as if no library had a thread here."""
+    monkeypatch.setattr(worker, "is_single_threaded", lambda: True)
+    started = WorkerProcess(ANSWERER, may_fork=request.param)
     yield started
     started.close()
     started.close()  # more than once does no harm
@@ -30,6 +32,25 @@ def process():
 def test_it_answers(process):
     large = bytes(10_000_000)
     assert [process.call(request, limit_s=60.0) for request in (1, "print", large)] == [1, "print", large]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere none is a copy")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_only_a_process_of_one_thread_is_copied(threads):
+    """With the handlers of its parent for signals, SIGTERM would not end it."""
+    code = f"""
+import pathlib, signal, threading
+from srbval.processes.worker import WorkerProcess
+signal.signal(signal.SIGTERM, lambda *_: None)
+if {threads} > 1: threading.Thread(target=threading.Event().wait, daemon=True).start()
+process = WorkerProcess({ANSWERER!r}, may_fork=True)
+process.call(1)
+print(b"serve_calls" in pathlib.Path(f"/proc/{{process.start().pid}}/cmdline").read_bytes(), flush=True)
+process.start().terminate()
+process.start().wait(60)
+"""
+    run = subprocess.run([sys.executable, "-c", f"serve_calls = 0\n{code}"], check=True, capture_output=True, text=True)
+    assert run.stdout.strip() == str(threads == 1)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
+from srbval.processes import worker
 from srbval.recordings import load_recording
 from srbval.recordings.load import LeftOpenError
 from srbval.recordings.loaders import detect_format, limited
@@ -414,10 +415,11 @@ def hanging(path):
     path.write_bytes(damaged)
 
 
-@pytest.fixture
-def _own_readers(monkeypatch):
-    """New ones for each test, which may wait for long on a busy machine."""
+@pytest.fixture(params=[False, True], ids=["started", "forked"])
+def _own_readers(request, monkeypatch):
+    """New ones for each test, copies of this process too, which may wait for long on a busy machine."""
     end_readers()
+    monkeypatch.setattr(worker, "is_single_threaded", lambda: request.param)
     monkeypatch.setattr(limited, "WAITING", 200)
 
 

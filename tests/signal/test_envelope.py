@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 import scipy.fft
+import scipy.interpolate
 import scipy.signal
+import scipy.stats
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.reading.families import log_student
 from srbval.signal import (
     NORMAL_95,
     Periodogram,
@@ -21,6 +24,8 @@ from srbval.signal import (
 )
 from srbval.signal.envelope import ORDER, check_band
 from srbval.signal.locked import locked_mean, steady_tone
+from srbval.signal.order_tracking import spline
+from srbval.signal.periodogram import decimated
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -289,3 +294,22 @@ def test_too_short_a_record_to_know_its_noise_is_refused():
     record = record_of(np.random.default_rng(7).standard_normal(400), limit_hz=100.0)
     with pytest.raises(DataError, match="longer record"):
         record.noise_near(50.0, 60.0)
+
+
+def drawn(count):
+    return np.random.default_rng(count).standard_normal(count)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "tolerance"),
+    [
+        *((decimated(drawn(1001), n), scipy.signal.resample_poly(drawn(1001), 1, n), 0.0) for n in (2, 3, 14)),
+        *(
+            (spline(x, drawn(x.size), at), scipy.interpolate.CubicSpline(x, drawn(x.size))(at), 0.0)
+            for x, at in [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(drawn(9) ** 2), PERIODS)]
+        ),
+        *((log_student(x, n), scipy.stats.t.logpdf(x, n), ROUNDING) for x in (0.0, 0.3, 50.0) for n in (1, 4, 30)),
+    ],
+)
+def test_the_same_as_of_packages_that_take_a_while_to_load(ours, theirs, tolerance):
+    np.testing.assert_allclose(ours, theirs, rtol=tolerance, atol=0)
