@@ -99,7 +99,7 @@ class WorkerProcess:
         gc.freeze()
         gc.enable()
         os.closerange(3, os.sysconf("SC_OPEN_MAX"))  # the last of them tells `Popen` that the process has started
-        sys.stdout = sys.stderr = open(2, "w", closefd=False)  # the parent's may lead elsewhere
+        sys.stdout = sys.stderr = os.fdopen(2, "w", closefd=False)  # the parent's may lead elsewhere
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
         serve_calls(lambda: importlib.import_module(self._module).load())

@@ -2,7 +2,7 @@
 
 Whatever takes long has an option ``progress: Progress = silent`` and calls it with the name of the task and the
 fraction of it that is done. `ProgressDisplay` is such a callback, which shows the progress: in one line of a terminal,
-in plain lines elsewhere. All of them are safe to call from several threads.
+elsewhere in at most ten plain lines a task. All of them are safe to call from several threads.
 """
 
 import contextlib
@@ -13,8 +13,9 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Self, TextIO
 
-LINE_EVERY_S = 3.0  # the longest time that the reader of a log waits for a line while a task is running
-DRAWN_EVERY_S = 0.3  # the same of a terminal, whose line is written over
+DRAWN_EVERY_S = 0.3  # the longest time between two states of a line on a terminal, which is written over
+LINE_AFTER_S, LATER = 3.0, 3.0  # a log's first line of a running task, and the next when it has lasted so many times
+MOST_LINES = 8  # of a running task in a log: one at each of as many steps of a known extent
 
 Progress = Callable[[str, float | None], None]
 """Called with the name of a task and the fraction of it that is done, 0 to 1.
@@ -51,10 +52,10 @@ class ProgressDisplay:
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream, self._lock = stream or sys.stderr, threading.Lock()
         self._terminal = self._stream.isatty()
-        self._every_s = DRAWN_EVERY_S if self._terminal else LINE_EVERY_S
+        self._every_s = DRAWN_EVERY_S if self._terminal else LINE_AFTER_S
         self._drawn = 0  # characters of the line that will be written over
-        # By task: the fraction done, when it began and when it was last reported (`time.monotonic`) [s].
-        self._running: dict[str, tuple[float | None, float, float]] = {}
+        # By task: the fraction done, when it began and was last reported (`time.monotonic`) [s], the lines until now.
+        self._running: dict[str, tuple[float | None, float, float, int]] = {}
         self._written_at = time.monotonic()
         self._stopped = threading.Event()
         self._heartbeat = threading.Thread(target=self._report_regularly, name="srbval-progress", daemon=True)
@@ -75,8 +76,8 @@ class ProgressDisplay:
         with self._lock:
             if task not in self._running:
                 self._write(f"{task} ...", passing=True)
-            _, started_at, reported_at = self._running.get(task, (None, now, now))
-            self._running[task] = fraction, started_at, reported_at
+            _, started_at, *reported = self._running.get(task, (None, now, now, 0))
+            self._running[task] = fraction, started_at, *reported
             if fraction is not None and fraction >= 1:
                 del self._running[task]
                 self._write(f"{task}: done in {now - started_at:.1f} s")
@@ -95,12 +96,18 @@ class ProgressDisplay:
                     self._report_if_due(task)
 
     def _report_if_due(self, task: str) -> None:
-        """Report `task` when its last line, or for an unknown extent any line, is old enough."""
-        now, (fraction, started_at, reported_at) = time.monotonic(), self._running[task]
+        """Report `task` when its last line is old enough, in a log also when it is far enough for one more."""
+        now, (fraction, started_at, reported_at, count) = time.monotonic(), self._running[task]
+        elapsed = now - started_at
         if now - (self._written_at if fraction is None else reported_at) < self._every_s * 0.8:
             return
-        self._running[task] = fraction, started_at, now
-        elapsed = now - started_at
+        if fraction is None:
+            is_far = count < MOST_LINES and elapsed > self._every_s * LATER**count * 0.8
+        else:
+            is_far = fraction * (MOST_LINES + 1) > count + 1
+        if not (self._terminal or is_far):
+            return
+        self._running[task] = fraction, started_at, now, count + 1
         done = "" if fraction is None else f" {100 * fraction:.0f} %"
         remaining = f", about {_span(elapsed * (1 / fraction - 1))} to go" if fraction else ""
         self._write(f"{task}:{done} after {_span(elapsed)}{remaining}", passing=True)

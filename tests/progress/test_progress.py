@@ -32,8 +32,23 @@ def test_lines_report_the_beginning_and_the_end():
     assert written[2].startswith("Simulate [OR]: done in ")
 
 
+@pytest.mark.parametrize("fractions", [[n / 400 for n in range(401)], [0.3, *[0.99] * 399, 1.0], [None] * 400 + [1.0]])
+def test_a_task_has_at_most_ten_lines_in_a_log(fractions, monkeypatch):
+    """However long it lasts; the beginning and the end are two of them."""
+    monkeypatch.setattr(srbval.progress, "LINE_AFTER_S", 1e-5)
+    monkeypatch.setattr(srbval.progress, "LATER", 1.5)
+    stream = io.StringIO()
+    with ProgressDisplay(stream) as progress:
+        for fraction in fractions:
+            progress("Draw", fraction)
+            time.sleep(1e-4)
+    written = stream.getvalue().splitlines()
+    assert (written[0], written[-1][:12]) == ("Draw ...", "Draw: done i")
+    assert 8 <= len(written) <= 10 or fractions[0] == 0.3
+
+
 def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch):
-    monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
+    monkeypatch.setattr(srbval.progress, "LINE_AFTER_S", FAST_S)
     stream = io.StringIO()
     with ProgressDisplay(stream) as progress:
         with stage(progress, "Compile"):
