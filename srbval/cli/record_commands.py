@@ -195,8 +195,12 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
         found.append((x.name, part.label if part else CAGE, where, f"{x.snr:,.0f}", depth, harmonics))
     if found:
         print_table(DETECTED, found)
-    missed = ", ".join(f"{x.name} ({x.not_detected})" for x in firsts if not x.detected)
-    print(f"{'not found' if found else 'no line found'}: {missed}" if missed else "all lines that were searched")
+    missed: dict[str, list[str]] = {}
+    for x in firsts:
+        if x.not_detected:
+            missed.setdefault(x.not_detected, []).append(x.name)
+    said = "; ".join(f"{', '.join(names)}: {why}" for why, names in missed.items())
+    print_wrapped(f"{'not found' if found else 'no line found'}: {said}" if said else "all lines that were searched")
     if declared := verdict.beside(recording.state):
         print(declared)
     for caution in recording.cautions[:MOST_CAUTIONS]:

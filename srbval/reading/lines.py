@@ -42,16 +42,16 @@ _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"}
 class NotDetected(enum.StrEnum):
     """Reason why a line is not detected."""
 
-    OUT_OF_REACH = "out of reach"
-    HIDDEN = "hidden by the shaft"
-    PART_OF_OTHER = "part of another line"
-    ANOTHER = "another line"
-    OWN = "line not detected"
-    WEAK = "too weak"
-    MULTIPLES = "multiples alone"
-    NOISE = "noise"
-    FLANK = "flank"
-    MEANINGLESS = "meaningless"
+    OUT_OF_REACH = "its frequency is beyond the reach of the band's envelope"
+    HIDDEN = "a harmonic of the shaft covers it"
+    PART_OF_OTHER = "its peak belongs to a stronger line"
+    ANOTHER = "its peak is too far off for slip"
+    OWN = "the first harmonic is not detected"
+    WEAK = "its peak is too weak"
+    MULTIPLES = "only its multiples stand out"
+    NOISE = "noise alone has such a peak too often"
+    FLANK = "its peak is the flank of a stronger one"
+    MEANINGLESS = "combs at frequencies that mean nothing are as strong"
 
 
 _BY_OTHER = {

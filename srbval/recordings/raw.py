@@ -1,10 +1,10 @@
 """Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ LARGEST = 1e100  # above any vibration sample; its square and its spectrum must 
 LONGEST_NAME = 80
 LONGEST_ERROR = 120  # characters quoted of another library's error message
 EXPANSION = 2  # times the file's own size: measured noise hardly compresses
+LONG_SAMPLES = 2**22  # longer signals are kept in single precision, and looked at in blocks of so many samples
 FREE_BYTES = 128 * 2**20  # small files may expand to this much in any case
 
 
@@ -83,19 +84,32 @@ class RawFile:
 
 
 def as_signal(values: Value, what: str) -> NDArray[np.float64]:
-    """Samples as a contiguous float64 vector, [n]; NaN, infinite, absurdly large and complex values are refused."""
+    """Samples as a contiguous vector, [n]; NaN, infinite, absurdly large and complex values are refused.
+
+    It is float64, or float32 from `LONG_SAMPLES` on: then a mapped file of single precision is used where it is.
+    """
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
-    with np.errstate(invalid="ignore"):  # of NaN
-        samples = np.ascontiguousarray(values, dtype=np.float64).ravel()
-        wrong = np.flatnonzero(~(np.abs(samples) < LARGEST))
-    if wrong.size:
-        raise DataError(
-            f"{what}: sample {wrong[0]} of {values.size} is {values.ravel()[wrong[0]]}; every sample must be finite "
-            f"and below {LARGEST:g}. Export the record again, or cut the damaged part off."
-        )
-    return samples
+    kind = np.float64 if values.size < LONG_SAMPLES else np.float32
+    largest = min(LARGEST, float(np.finfo(kind).max))
+    with np.errstate(invalid="ignore", over="ignore"):  # of NaN, of numbers too large for single precision
+        samples = np.ascontiguousarray(values, dtype=kind).ravel()
+        for first, block in blocks_of(samples):
+            wrong = np.flatnonzero(~(np.abs(block) < largest))
+            if wrong.size:
+                at = first + int(wrong[0])
+                raise DataError(
+                    f"{what}: sample {at} of {values.size} is {values.ravel()[at]}; every sample must be finite "
+                    f"and below {largest:.3g}. Export the record again, or cut the damaged part off."
+                )
+    return cast(NDArray[np.float64], samples)
+
+
+def blocks_of(samples: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Place of the first sample, and samples, of each block of at most `LONG_SAMPLES`."""
+    for first in range(0, samples.size, LONG_SAMPLES):
+        yield first, samples[first : first + LONG_SAMPLES]
 
 
 def samples_down(values: NDArray[Any]) -> NDArray[Any]:

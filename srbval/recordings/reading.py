@@ -9,7 +9,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.raw import printable
+from srbval.recordings.raw import LONG_SAMPLES, printable
 from srbval.recordings.recording import Origin, SourceFacts
 from srbval.recordings.times import TimeColumn
 from srbval.recordings.units import COUNTS, OTHERS, REVOLUTIONS, SPEED_HZ, UNITS, UNKNOWN
@@ -68,9 +68,11 @@ class Channel:
         return UNITS.get(unit, (unit, 1.0))[0]
 
     def converted(self) -> FloatArray:
-        """A copy of the samples in `recording_unit`: a view would keep the whole file in memory."""
+        """The samples in `recording_unit`, copied unless they are long: a view would keep the whole file in memory."""
         factor = 1.0 if self.scale_missing else self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
-        return np.array(self.samples) if factor == 1.0 else self.samples * factor
+        if factor != 1.0:
+            return self.samples * factor
+        return np.array(self.samples) if self.samples.size < LONG_SAMPLES else self.samples
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

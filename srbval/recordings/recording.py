@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -93,7 +93,7 @@ class SourceFacts:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(SourceFacts, Shown):
-    """Vibration of one bearing: `channels`, float64, each [n], all at one rate.
+    """Vibration of one bearing: `channels`, float64 or if long float32, each [n], all at one rate.
 
     `channel` names the one to analyse; a simulated run has two radial `axes` instead, to be rotated onto the sensor's
     direction. `unit` is ``m/s2`` if the source states enough to convert, else its own, else ``unknown``, as with
@@ -141,6 +141,19 @@ class Recording(SourceFacts, Shown):
                 f"{self.name}: no shaft speed: neither the file nor its data set states one; give it with --rpm."
             )
         return self.speed
+
+    def part(self, first: int, end: int) -> Recording:
+        """Samples `first` to `end` in double precision, with the course of the speed there and its mean."""
+        course, speed, channels = self.speed_signal, self.speed, {}
+        for name, samples in self.channels.items():
+            channels[name] = np.array(samples[first:end], dtype=np.float64)
+        if course is not None and speed is not None:
+            low, high = (round(place * course.rate_hz / self.fs_hz) for place in (first, end))
+            there = course.values_hz[low : high + 1]
+            mean_hz = abs(float(np.mean(there)) / float(np.mean(course.values_hz))) * speed.value_hz
+            course = replace(course, values_hz=there)
+            speed = replace(speed, value_hz=mean_hz, spread_hz=float(np.std(there)))
+        return replace(self, channels=channels, speed=speed, speed_signal=course)
 
     @property
     def samples(self) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
+from srbval.recordings.raw import blocks_of
 
 FLAT_TOP, MANY = 3, 10  # equal samples in a row, or in all, at an extreme that a vibration does not show
 # As many times more samples at the extreme as next to it, within this share of the range or at the next value: a
@@ -19,7 +20,22 @@ CODE_ROUNDING = 0.01  # of a digital step
 
 
 def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
-    """Clipped and held samples, with their counts; none for a constant signal, which the analysis refuses."""
+    """Clipped and held samples, with their counts; none for a constant signal, which the analysis refuses.
+
+    A long signal is looked at in blocks; the first block with a caution of each kind stands for all.
+    """
+    blocks = [(first, _of_block(block, first, samples.size)) for first, block in blocks_of(samples)]
+    if len(blocks) == 1:
+        return blocks[0][1]
+    kinds: dict[str, list[str]] = {}
+    for first, said in blocks:
+        for one in said[:1]:
+            kinds.setdefault(one.split(":")[0], []).append(f"{one}, in the block from sample {first} on")
+    return tuple(f"{every[0]}; {len(every)} of {len(blocks)} blocks have such samples" for every in kinds.values())
+
+
+def _of_block(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
+    """Cautions of a block of a signal of `total` samples, which begins with sample `begin`."""
     if samples.size < 2 or samples.min() == samples.max():
         return ()
     starts = np.concatenate(([0], np.flatnonzero(samples[1:] != samples[:-1]) + 1))
@@ -35,12 +51,12 @@ def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
             why = f", the limit of {bits} bits" if bits else ""
             said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}{why}, up to {longest} in a row")
             clipped |= at
-    held = ~clipped & (lengths >= _longest_by_chance(lengths, values))
+    held = ~clipped & (lengths >= _longest_by_chance(lengths, values, total))
     if held.any():
         first = int(np.argmax(lengths * held))
         said.append(
             f"held, not measured: {_share(int(lengths[held].sum()), samples)} in {held.sum()} run(s) of equal samples, "
-            f"the longest {lengths[first]} times {values[first]:.6g} from sample {starts[first]} on"
+            f"the longest {lengths[first]} times {values[first]:.6g} from sample {begin + starts[first]} on"
         )
     return tuple(said)
 
@@ -49,15 +65,15 @@ def _share(count: int, samples: FloatArray) -> str:
     return f"{count} of {samples.size} samples ({100 * count / samples.size:.2g} %)"
 
 
-def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray) -> float:
-    """Length that runs of equal samples reach by chance less than `CHANCE` times in the record.
+def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
+    """Length that runs of equal samples reach by chance less than `CHANCE` times in a record of `total` samples.
 
     If the digits are coarse against the changes from sample to sample, only very long runs count.
     """
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf
-    by_chance = math.log(lengths.sum() / CHANCE) / -math.log(again) if again else 0.0
+    by_chance = math.log(total / CHANCE) / -math.log(again) if again else 0.0
     return max(LONG_HOLD if np.median(steps) < COARSE * steps.min() else SHORTEST_HOLD, by_chance + 1)
 
 

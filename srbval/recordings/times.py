@@ -4,12 +4,13 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.recordings.raw import RawFile, printable
+from srbval.recordings.raw import RawFile, blocks_of, printable
 from srbval.recordings.units import PATTERNS, spelled, split_unit
 
 TIME_UNITS_S, RATE_UNITS_HZ = (
@@ -158,11 +159,16 @@ def rises(values: NDArray[np.generic]) -> bool:
     return steps.size > 0 and bool((steps >= 0).all() and np.mean(steps > 0) > MOST_MISSING)
 
 
+def all_whole(samples: NDArray[Any]) -> bool:
+    """True if all samples are whole numbers."""
+    return all(bool((block == np.floor(block)).all()) for _, block in blocks_of(samples))
+
+
 def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
     """Numbers of the samples, from 0, that a counter of single steps states, which may begin again; else None."""
     flat = np.asarray(values).ravel()
     with np.errstate(invalid="ignore"):
-        whole = flat.size > 2 and flat.dtype.kind in "fiu" and bool((flat == np.floor(flat)).all())
+        whole = flat.size > 2 and flat.dtype.kind in "fiu" and all_whole(flat)
     if not whole or not np.abs(flat).max() < 2**52:
         return None
     steps = np.diff(flat.astype(np.int64))

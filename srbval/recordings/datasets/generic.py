@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.raw import RawFile, Value, as_signal, printable, samples_down
+from srbval.recordings.raw import RawFile, Value, as_signal, blocks_of, printable, samples_down
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
-from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, counted, is_time, rises, stated_rate
+from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, all_whole, counted, is_time, rises, stated_rate
 from srbval.recordings.units import COUNTS, ENVELOPE, known_unit, split_unit
 
 MIN_SAMPLES = 256
@@ -125,13 +125,13 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
             samples = as_signal(column, shown)
         except DataError as error:
             problem, samples = str(error), np.ravel(column).astype(np.float64)
-        if not np.isfinite(samples).any():
+        if not any(np.isfinite(block).any() for _, block in blocks_of(samples)):
             if variable not in raw.unusable:  # a column that nobody filled
                 continue
         elif unit == ENVELOPE:
             problem = f"{shown} is in gE, an acceleration envelope of a meter, demodulated: export the acceleration."
         rpm = unit is None and _stated_rpm(name, 1.0) is not None
-        whole = unit in (None, COUNTS) and bool((samples == np.floor(samples)).all())
+        whole = unit in (None, COUNTS) and all_whole(samples)
         yield (
             printable(name),
             Channel(

@@ -59,7 +59,7 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
 def unseen_reason(line: Line, **limits: float) -> str:
     """Why a line is not detected: `reach_hz` of the envelope and `least_snr` are the limits."""
     why = line.not_detected or NotDetected.OWN
-    name = "flank" if why is NotDetected.OWN else why.value.replace(" ", "-")
+    name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
         name += "-snr"
     return TEXTS.text(name, line=line, **limits)
