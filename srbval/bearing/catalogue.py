@@ -11,7 +11,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,8 @@ from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders, RollingElements
 from srbval.bridges import Shown
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
-from srbval.storage.tables import Limited, build, quantity, read_toml, without_unit
+from srbval.storage.files import read_limited
+from srbval.storage.tables import Limited, build, parse_toml, quantity, read_toml, without_unit
 
 DEFAULT_BEARING, FOLDER = "skf-22240", Path(__file__).parent
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
@@ -177,19 +178,28 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     """
     if isinstance(name_or_path, Bearing):
         return name_or_path
-    text = str(name_or_path)
+    path = Path(name_or_path)
+    return _of_file(path, read_limited(path)) if path.suffix == ".toml" else _named(str(name_or_path))
+
+
+@lru_cache(maxsize=16)
+def _of_file(path: Path, content: bytes) -> Bearing:
+    document = parse_toml(content, path)
+    if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
+        document = {"title": document.get("title")} | document["bearing"]
+    document = {"source": path.name} | document  # a user's own file is its own source
+    return bearing_from_table(document, path.stem, str(path))
+
+
+@cache
+def _named(text: str) -> Bearing:
+    """The bearing that a name, a designation or numbers mean: a campaign asks for it ten times a case."""
     if text.partition(" ")[0] in INLINE:
         return bearing_from_table(_inline(text), text)
     if text in catalogue_rows():
         return bearing_from_table(catalogue_rows()[text], text)
-    known = text in known_bearings()
-    if known or text.endswith(".toml"):
-        path = FOLDER / "known" / f"{text}.toml" if known else Path(text)
-        document = read_toml(path)
-        if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
-            document = {"title": document.get("title")} | document["bearing"]
-        document = {"source": path.name} | document  # a user's own file is its own source
-        return bearing_from_table(document, path.stem, text if known else str(path))
+    if text in known_bearings():
+        return bearing_from_table(read_toml(FOLDER / "known" / f"{text}.toml"), text)
     if designated := _designated(text):
         found = load_bearing(designated[0])
         return dataclasses.replace(found, title=f"{text.strip()}, taken as {found.title}")

@@ -9,6 +9,7 @@ import contextlib
 import platform
 import threading
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 from srbval.campaign.results import (
     CRASHED,
@@ -35,17 +36,15 @@ ATTEMPTS = 3  # per case whose process dies: the system may have killed it becau
 PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 this_thread = threading.local()  # its `process`, of each thread that waits for cases
-_prepared: set[tuple[str, ...]] = set()
+_prepared: WeakKeyDictionary[object, set[tuple[str, ...]]] = WeakKeyDictionary()  # by process: what it has compiled
 
 
 def prepare(scene: Scene) -> str:
-    """Compile or load what runs like that of `scene` need, once; returns the version of this process's code."""
-    kind = (scene.model, scene.solver.name, *kernels_of(scene))
-    if kind not in _prepared and not level_of(scene.model).outside:
+    """Compile or load what runs like that of `scene` need; returns the version of this process's code."""
+    if not level_of(scene.model).outside:
         shortest_s = max(SHORTEST_S, 1 / scene.output_rate_hz)
         with contextlib.suppress(SrbvalError, OSError, MemoryError):  # the case reports it
             simulate(replace(scene, duration_s=shortest_s, settle_s=0.0), step=Step.UNCHECKED)
-        _prepared.add(kind)
     return version()
 
 
@@ -98,15 +97,19 @@ def run_isolated(task: CaseTask) -> CaseResult:
         raise DataError(f"{here} does not see {folder}; choose a folder that all machines share.")
     if not hasattr(this_thread, "process"):
         this_thread.process = case_process()
+    kind = (task.version, task.scene.model, task.scene.solver.name, *kernels_of(task.scene))
     for _ in range(ATTEMPTS):
         ready = False
         try:
-            theirs = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
-            if theirs != task.version:
-                raise ConfigurationError(
-                    f"{here} runs another version of the model ({theirs}, here {task.version}): results would not "
-                    "compare. Install the same srbval there."
-                )
+            prepared = _prepared.setdefault(this_thread.process.start(), set())
+            if kind not in prepared:
+                theirs = this_thread.process.call(task.scene, limit_s=PREPARE_LIMIT_S)
+                if theirs != task.version:
+                    raise ConfigurationError(
+                        f"{here} runs another version of the model ({theirs}, here {task.version}): results would not "
+                        "compare. Install the same srbval there."
+                    )
+                prepared.add(kind)
             ready = True
             result: CaseResult | DataError = this_thread.process.call(task, limit_s=task.limit_s)
         except DiedError as error:

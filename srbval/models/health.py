@@ -15,6 +15,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
+from functools import cache
 
 from srbval.models.estimates import FINER, TOLERANCE, Estimate
 from srbval.models.hierarchy import level_of
@@ -273,6 +274,7 @@ def _finer(run: RunSummary, times: int = 2) -> str:
     return step_text(rate * ((steps - 1) * level.coarser + 1))  # the longest that the level makes so many steps of
 
 
+@cache
 def default_solver() -> str:
     """Name of the solver that a scene has by default."""
     return paper_scene().solver.name

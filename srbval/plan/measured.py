@@ -80,9 +80,9 @@ class MeasuredErrors:
         found = self.bounds.get(key)
         return found if found is not None and found.scenes >= LEAST_SCENES else None
 
-    def unlike(self, scene: Scene) -> list[str]:
-        """Values in which a scene differs from the measured one, beyond the axes."""
-        own, unused = scene_values(scene), "\0"
+    def unlike(self, scene: Scene, own: Mapping[str, Any] | None = None) -> list[str]:
+        """Values in which a scene, whose `scene_values` are `own`, differs from the measured one, beyond the axes."""
+        own, unused = own or scene_values(scene), "\0"
         if scene.defect.kind in (Fault.HEALTHY, Fault.ROLLER):
             unused = "defect."
         return [
@@ -172,4 +172,5 @@ def read_errors(content: Mapping[str, Any]) -> Mapping[str, MeasuredErrors]:
 
 def table_about(scene: Scene) -> MeasuredErrors:
     """The table whose scene differs least from this one; the first of those that differ alike."""
-    return min(measured_errors().values(), key=lambda table: len(table.unlike(scene)))
+    own = scene_values(scene)
+    return min(measured_errors().values(), key=lambda table: len(table.unlike(scene, own)))

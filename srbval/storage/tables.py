@@ -130,7 +130,11 @@ def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a missing or unreadable file is a `DataError`, a malformed one a `ConfigurationError`."""
-    content = read_limited(path)
+    return parse_toml(read_limited(path), path)
+
+
+def parse_toml(content: bytes, path: Path) -> dict[str, Any]:
+    """Tables of the TOML file at `path`; `ConfigurationError` for malformed `content`."""
     try:
         text = content.decode("utf-8-sig")
         if LONG_KEY.search(text):
