@@ -1,16 +1,17 @@
-"""Engines by name: worker processes of this machine, or a Dask cluster, running already or of queued jobs.
+"""Engines: worker processes of this machine, or a Dask cluster, made here or running already.
 
 Each of them calls `run_isolated` for every case.
 """
 
 import contextlib
 import functools
+import importlib
+import inspect
 import itertools
 import logging
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib import util
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -22,12 +23,10 @@ from srbval.processes.worker import without_ctrl_c
 from srbval.storage.installation import MissingLibraryError
 
 LOCAL, DASK = "local", "dask"
-QUEUES = {  # classes of dask-jobqueue, by the name under which their settings are configured
-    name.lower(): f"{name}Cluster" for name in ("SLURM", "PBS", "SGE", "LSF", "HTCondor", "OAR", "Moab")
-}
-NAMES = (LOCAL, DASK, *QUEUES)
+LOCAL_CLUSTER = "distributed.LocalCluster"
 AHEAD = 1000  # cases handed out at a time: enough for any cluster, and few scenes are in memory
 CHECK_S = 2.0  # without a result, after which an engine is asked for its workers
+MEMORY = "memory"  # resource [bytes] by which Dask counts how many cases a worker takes at a time
 JOB_MEMORY = "2 GB"
 CONNECT_S = "20 s"
 # Dask always serves some pages about itself; here on a port that only this machine reaches.
@@ -103,11 +102,12 @@ class LocalProcesses:
 
 @dataclass
 class DaskEngine:
-    """Runs cases on a Dask cluster; each worker should have one thread.
+    """Runs cases on a Dask cluster, one at a time in each thread of its workers.
 
-    `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a cluster object, such as ``LocalCluster`` or
-    any class of dask-jobqueue (scaled or adapted by its owner), or a function that returns a context manager of one.
-    `wait_s` [s] limits the time without any worker; after that `run` raises `DataError`.
+    `cluster` is the address of a scheduler, such as ``tcp://host:8786``, a `Client`, a cluster object (scaled or
+    adapted by its owner), or a function that returns a context manager of one. `wait_s` [s] limits the time without any
+    worker; after that `run` raises `DataError`. If the workers state a resource ``memory`` [bytes], those of one worker
+    run no more cases at a time than fit into it.
     """
 
     cluster: Any
@@ -121,7 +121,14 @@ class DaskEngine:
         with self._client() as client:
             check = functools.partial(self._wait_for_worker, client)
             check()
-            submit = functools.partial(client.submit, pure=False)
+            workers = client.scheduler_info(n_workers=-1)["workers"].values()
+            stated = [worker["resources"].get(MEMORY, 0.0) for worker in workers]
+            most = max(stated) if stated and all(stated) else 0.0
+
+            def submit(function: Callable[..., Any], task: CaseTask) -> Any:
+                needed = {MEMORY: min(task.memory_bytes, most)} if most else None
+                return client.submit(function, task, pure=False, resources=needed)
+
             yield from results_of(submit, tasks, check=check, lost=(KilledWorker,))
 
     @contextlib.contextmanager
@@ -134,7 +141,8 @@ class DaskEngine:
         try:
             with contextlib.ExitStack() as opened:
                 cluster = opened.enter_context(self.cluster()) if callable(self.cluster) else self.cluster
-                yield opened.enter_context(Client(cluster, timeout=CONNECT_S))
+                own = isinstance(cluster, Client)
+                yield cluster if own else opened.enter_context(Client(cluster, timeout=CONNECT_S))
         except Exception as error:  # of the network, of a worker that lacks packages, of Dask's own configuration
             # Closing a cluster whose jobs were refused fails with an error of its own.
             first = (isinstance(error, AssertionError) and error.__context__) or error
@@ -161,27 +169,43 @@ Engine = LocalProcesses | DaskEngine
 
 
 @contextlib.contextmanager
-def queued_jobs(name: str, workers: int, *, adapt: bool = False) -> Iterator[Any]:
-    """Cluster of `workers` jobs of one core each in the batch system `name`.
+def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
+    """Cluster of a class of Dask's, made with `options`, of `workers` workers, or jobs if it submits jobs.
 
-    Queue, account, time and all else come from Dask's own configuration, ``~/.config/dask/jobqueue.yaml`` under
-    ``jobqueue.NAME``, as dask-jobqueue documents. With `adapt`, Dask submits and ends jobs as there is work, `workers`
-    at most. No dashboard is served unless that configuration states its address.
+    A job has one core unless an option states its `cores`, which are as many cases at a time. Queue, account, time and
+    all else that no option states come from Dask's own configuration, ``~/.config/dask/jobqueue.yaml``, as
+    dask-jobqueue documents. With `adapt`, Dask starts and ends workers as there is work, `workers` at most. No
+    dashboard is served unless configuration or options state its address.
     """
     import dask
+    from dask.utils import parse_bytes
+    from distributed.system import MEMORY_LIMIT
 
+    if job := getattr(kind, "job_cls", None):
+        own = functools.partial(dask.config.get, default=None)
+        section = f"jobqueue.{job.config_name}"
+        memory = options.get("memory") or own(f"{section}.memory") or JOB_MEMORY
+        extra = options.get("worker_extra_args") or own(f"{section}.worker-extra-args") or []
+        scheduler = options.get("scheduler_options") or own(f"{section}.scheduler-options") or {}
+        resources = ("--resources", f"{MEMORY}={parse_bytes(memory)}")
+        settings = {"cores": 1, "processes": 1, "memory": memory} | dict(options)
+        settings |= {"worker_extra_args": [*NO_DASHBOARD, *resources, *extra], "scheduler_options": HIDDEN | scheduler}
+    elif f"{kind.__module__.partition('.')[0]}.{kind.__name__}" == LOCAL_CLUSTER:
+        share = parse_bytes(options.get("memory_limit", MEMORY_LIMIT // workers))
+        settings = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": HIDDEN["dashboard_address"]}
+        settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"} | dict(options)
+    else:
+        settings = dict(options)
     with without_ctrl_c():
-        import dask_jobqueue
-    own = functools.partial(dask.config.get, default=None)
-    settings = {
-        "memory": own(f"jobqueue.{name}.memory") or JOB_MEMORY,
-        "worker_extra_args": [*NO_DASHBOARD, *(own(f"jobqueue.{name}.worker-extra-args") or [])],
-        "scheduler_options": HIDDEN | (own(f"jobqueue.{name}.scheduler-options") or {}),
-    }
-    with getattr(dask_jobqueue, QUEUES[name])(cores=1, processes=1, **settings) as cluster:
-        cluster.sync(_submit, cluster, 1 if adapt else workers)
+        made = kind(**settings)
+    with made as cluster:
+        jobs = "jobs" in inspect.signature(cluster.scale).parameters
+        if jobs:
+            cluster.sync(_submit, cluster, 1 if adapt else workers)
+        elif not adapt:
+            cluster.scale(workers)
         if adapt:
-            cluster.adapt(maximum_jobs=workers)
+            cluster.adapt(**({"maximum_jobs": workers} if jobs else {"minimum": 1, "maximum": workers}))
         yield cluster
 
 
@@ -195,31 +219,58 @@ def choose_engine(
     name: str | None = None,
     *,
     jobs: int | None = None,
-    address: str | None = None,
+    scheduler: Any = None,
+    cluster_class: str | None = None,
+    cluster_options: Mapping[str, Any] | None = None,
     wait_s: float | None = None,
     adapt: bool = False,
 ) -> Engine:
     """The engine of that name.
 
-    ``local`` are `jobs` worker processes of this machine, ``dask`` is the cluster of the scheduler at `address`; the
-    other names are batch systems, of which `jobs` jobs are asked, with `adapt` at most that many. Without a name it is
-    ``dask`` if there is an address, and ``local`` if not. `jobs` is by default one per usable core; `wait_s` limits the
-    time without any worker of a cluster [s], by default two minutes, an hour for a batch system.
+    ``local`` are `jobs` worker processes of this machine. ``dask`` is the cluster of a `scheduler` (its address, a
+    `Client` or a cluster), or a cluster made for the campaign: of a `cluster_class`, such as
+    ``dask_jobqueue.PBSCluster``, with its `cluster_options`, else a ``LocalCluster``; of `jobs` jobs or workers, with
+    `adapt` at most that many. Without a name it is ``dask`` if any of these is given. `jobs` is by default one per
+    usable core; `wait_s` limits the time without any worker of a cluster [s], by default two minutes, an hour for a
+    `cluster_class`.
 
     Raises `ConfigurationError` for an unknown name, options that do not fit it, or missing packages.
     """
-    name = name or (DASK if address else LOCAL)
-    if name not in NAMES:
-        raise ConfigurationError(f"engine {name!r} is not known. Known: {', '.join(NAMES)}.")
-    if (name == DASK) != (address is not None):
-        raise ConfigurationError(f"engine {name!r}: --engine dask needs --address, and no other engine has one.")
-    if adapt and name not in QUEUES:
-        raise ConfigurationError(f"--adapt needs the engine of a batch system ({', '.join(QUEUES)}), not {name!r}.")
+    given = {"--scheduler": scheduler, "--cluster-class": cluster_class, "--cluster-option": cluster_options}
+    stated = [option for option, value in (given | {"--adapt": adapt}).items() if value]
+    name = name or (DASK if stated else LOCAL)
+    if name not in (LOCAL, DASK):
+        raise ConfigurationError(
+            f"engine {name!r} is not known. Known: {LOCAL}, {DASK}. For a batch system: --engine dask --cluster-class "
+            "dask_jobqueue.SLURMCluster, or another class of dask-jobqueue."
+        )
+    if name == LOCAL and stated:
+        raise ConfigurationError(f"engine 'local' does not know {', '.join(stated)}; that needs --engine dask.")
+    if scheduler is not None and len(stated) > 1:
+        raise ConfigurationError(f"--scheduler is a running cluster, which {', '.join(stated[1:])} cannot change.")
     workers = jobs or usable_cores()
     if name == LOCAL:
         return LocalProcesses(workers)
-    if util.find_spec("distributed" if name == DASK else "dask_jobqueue") is None:
-        raise MissingLibraryError(f"engine {name!r}", "dask[distributed]", "dask-jobqueue")
-    if name == DASK:
-        return DaskEngine(address, f"dask at {address}", wait_s or WAIT_S)
-    return DaskEngine(functools.partial(queued_jobs, name, workers, adapt=adapt), name, wait_s or QUEUE_WAIT_S)
+    if scheduler is not None:
+        _dask_class(LOCAL_CLUSTER)
+        where = f" at {scheduler}" if isinstance(scheduler, str) else ""
+        return DaskEngine(scheduler, f"{DASK}{where}", wait_s or WAIT_S)
+    kind = _dask_class(cluster_class or LOCAL_CLUSTER)
+    made = functools.partial(made_cluster, kind, workers, cluster_options or {}, adapt=adapt)
+    return DaskEngine(made, f"{DASK} {kind.__name__}", wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S))
+
+
+def _dask_class(path: str) -> type:
+    """The class of clusters with that dotted name; `ConfigurationError` if it cannot be imported or is none."""
+    module, _, name = path.rpartition(".")
+    try:
+        with without_ctrl_c():
+            importlib.import_module("distributed")
+            found = getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError:
+        raise MissingLibraryError(f"cluster class {path!r}", "dask[distributed]", "dask-jobqueue") from None
+    except (ImportError, AttributeError, ValueError):
+        found = None
+    if not (isinstance(found, type) and hasattr(found, "scale")):
+        raise ConfigurationError(f"{path!r} is no class of Dask clusters; one is dask_jobqueue.SLURMCluster.")
+    return found

@@ -77,7 +77,7 @@ SIGNALS = frozenset((Output.ACCELERATION, Output.SIGNALS))
 class CaseTask:
     """All that a worker needs to run a case; `limit_s` limits the wall time, None for no limit.
 
-    `version` is that of the code that must run it, see `version()`.
+    `version` is that of the code that must run it, see `version()`; `memory_bytes` its process is expected to need.
     """
 
     key: str
@@ -86,6 +86,7 @@ class CaseTask:
     outputs: tuple[Output, ...]
     path: Path
     limit_s: float | None = None
+    memory_bytes: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ import numpy as np
 
 from srbval import __version__
 from srbval.bridges import attributes, require_xarray
-from srbval.campaign.cases import CampaignCase, plan_cases, scene_of
+from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
 from srbval.campaign.settings import Campaign, campaign_of
@@ -369,11 +369,13 @@ def _run_missing(
 
 
 def _task(folder: Path, table: CampaignTable, case: CampaignCase) -> CaseTask:
+    scene = replace(scene_of(table.campaign, case.point), model=case.model)
     return CaseTask(
         key=case.key,
         version=table.version,
-        scene=replace(scene_of(table.campaign, case.point), model=case.model),
+        scene=scene,
         outputs=table.campaign.outputs,
         path=result_path(folder, case.key),
         limit_s=table.campaign.limit_s(case.planned_s),
+        memory_bytes=PROCESS_BYTES + SAMPLE_BYTES * scene.samples,
     )

@@ -152,6 +152,17 @@ def _inline(kind: str) -> Callable[[str], str]:
     return bearing_of
 
 
+def _setting(text: str) -> tuple[str, Any]:
+    """Key and value of ``KEY=VALUE``: a value as TOML has it; any other text is a text."""
+    key, mark, value = (part.strip() for part in text.partition("="))
+    if not mark:
+        raise argparse.ArgumentTypeError(f"{text!r}: write KEY=VALUE")
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key, value
+
+
 def _tolerance(text: str) -> float:
     """Per cent, or a ratio of amplitudes in dB."""
     if not text.endswith("dB"):
@@ -184,4 +195,5 @@ TYPES = {
     "command": COMMAND.__add__,
     "record": _record,
     "tolerance": _tolerance,
+    "setting": _setting,
 }

@@ -27,9 +27,9 @@ def run(options: argparse.Namespace) -> int:
     scene = merge(campaign.scene, {"model": options.model}) if options.model else None
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit, "scene": scene}
     campaign = replace(campaign, **{name: value for name, value in given.items() if value is not None})
-    engine = choose_engine(
-        options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait, adapt=options.adapt
-    )
+    wanted = {"jobs": options.jobs, "scheduler": options.scheduler, "wait_s": options.wait, "adapt": options.adapt}
+    made = {"cluster_class": options.cluster_class, "cluster_options": dict(options.cluster_option or ())}
+    engine = choose_engine(options.engine, **wanted, **made)
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")

@@ -1,6 +1,7 @@
 """``srbval doctor``, ``docs`` and ``completion``: the installation, its documentation, and its words in a shell."""
 
 import argparse
+import json
 import os
 import platform
 import webbrowser
@@ -11,7 +12,7 @@ from typing import Any
 
 from srbval import __version__
 from srbval.cli.arguments import parser
-from srbval.cli.output import answer, print_table
+from srbval.cli.output import answer, print_table, write_text
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
@@ -30,6 +31,9 @@ def check_installation(options: argparse.Namespace) -> int:
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
     found = doctor()
     problems = found["problems"]
+    written = {Path(options.schemas) / f"{name}.json": of for name, of in schemas().items()} if options.schemas else {}
+    for path, schema in written.items():
+        write_text(path, json.dumps(schema, indent=1) + "\n")
 
     def show() -> None:
         print_table(("what", "is"), list(found["facts"].items()))
@@ -42,10 +46,31 @@ def check_installation(options: argparse.Namespace) -> int:
         for use in cleared or ():
             left = f"; {use.left} files that are not srbval's were left" if use.left else ""
             print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
+        print("\n".join(f"written: {path}" for path in written))
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
 
     status = "problems" if problems else "ok"
-    return answer(options, found | {"cleared": cleared}, show, status=status, code=1 if problems else 0)
+    return answer(
+        options, found | {"cleared": cleared, "schemas": list(written)}, show, status=status, code=1 if problems else 0
+    )
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """JSON Schemas of scene, case, campaign and machine files, by name, as `srbval/schemas` contains them."""
+    from srbval.bearing import Fault
+    from srbval.campaign.settings import Campaign
+    from srbval.cli.machine_file import Machine
+    from srbval.scene import Scene
+    from srbval.scene.sensor_path import SensorPath
+    from srbval.storage.tables import json_schema
+    from srbval.validation.case import Case, CasePair, Source
+
+    side = str | tuple[str, ...] | Source  # read as a table with `file`
+    hints: dict[Any, Any] = {Fault: ("none", "ball"), (Case, "path"): None}
+    hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath}
+    hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
+    kinds = {"scene": Scene, "case": Case, "campaign": Campaign, "machine": Machine}
+    return {name: json_schema(kind, hints=hints, complete=kind is not Scene) for name, kind in kinds.items()}
 
 
 def doctor() -> dict[str, Any]:

@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -150,19 +149,7 @@ def _changes(options: argparse.Namespace) -> Iterator[tuple[str, Any]]:
     """Values that replace those of the case, by dotted key."""
     short = (one for one in vars(options).items() if one[0] == "bearing" or "." in one[0])  # named as keys of a case
     yield from ((key, value) for key, value in short if value is not None)
-    for text in options.set or ():
-        key, mark, value = text.partition("=")
-        if not mark:
-            raise ConfigurationError(f"--set {text!r}: write KEY=VALUE, such as measured.channel=DE.")
-        yield key.strip(), _value(value.strip())
-
-
-def _value(text: str) -> Any:
-    """A value as TOML has it; any other text is a text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+    yield from options.set or ()
 
 
 def _case_of_files(options: argparse.Namespace, changes: dict[str, Any]) -> Any:

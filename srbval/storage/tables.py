@@ -252,3 +252,63 @@ def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) ->
             f"{where}: {shown(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
         )
     return parse_quantity(raw, dimension or "one", where)
+
+
+JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  # all others are tables
+LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # of the three limits of `limited`
+
+
+def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = True) -> dict[str, Any]:
+    """JSON Schema (draft 7) of the files that `build` makes a `cls` of, for completion and checks in an editor.
+
+    `hints` are types, by class and field, in place of those of the dataclass: what a reader converts before `build`,
+    None for a field that is no key; by enum, words that it knows beside its values. No key of inner tables is required,
+    and none at all if the file need not be `complete`.
+    """
+    definitions: dict[str, Any] = {}
+
+    def of_table(kind: Any) -> dict[str, Any]:
+        own, fields, spelling = _declared(kind)
+        keys = {
+            key: of_value(hints.get((kind, name), own[name]), _number_schema(fields[name], key))
+            for key, name in spelling.items()
+            if hints.get((kind, name), own[name]) is not None
+        }
+        text = " ".join((kind.__doc__ or "").split("\n\n")[0].split())
+        return {"description": text, "type": "object", "properties": keys, "additionalProperties": False}
+
+    def of_value(hint: Any, number: dict[str, Any]) -> dict[str, Any]:
+        kind: Any = typing.get_origin(hint) or hint
+        inner = typing.get_args(hint)
+        if kind in (types.UnionType, typing.Union):
+            either = [of_value(one, number) for one in inner if one is not types.NoneType]
+            return either[0] if len(either) == 1 else {"anyOf": either}
+        if kind is tuple:
+            size = {} if inner[1:] == (...,) else {"minItems": len(inner), "maxItems": len(inner)}
+            return {"type": "array", "items": of_value(inner[0], number)} | size
+        if dataclasses.is_dataclass(kind):
+            if kind.__name__ not in definitions:
+                definitions[kind.__name__] = of_table(kind)
+            return {"$ref": f"#/definitions/{kind.__name__}"}
+        if isinstance(kind, type) and issubclass(kind, enum.Enum):
+            return {"enum": [*(member.value for member in kind), *hints.get(kind, ())]}
+        if kind is float:
+            return number
+        limits = {word: number[word] for word in LIMIT_WORDS if word in number} if kind is int else {}
+        return {"type": JSON_TYPES.get(kind, "object")} | limits
+
+    _, fields, _ = _declared(cls)
+    needed = [n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING and complete]
+    whole = {"$schema": "http://json-schema.org/draft-07/schema#"} | of_table(cls)
+    return whole | ({"required": needed} if needed else {}) | {"definitions": definitions}
+
+
+def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
+    """Schema of a number under a `key`: in SI under the field's own name, else a text with its unit."""
+    dimension, limits = field.metadata.get("dimension"), field.metadata.get("limits", ())
+    stated = {word: limit for word, limit in zip(LIMIT_WORDS, limits, strict=False) if limit is not None}
+    if dimension and key == field.name:
+        return {"type": "number"} | stated
+    units = "|".join(map(re.escape, UNITS[dimension or "one"]))
+    text = {"pattern": rf"^\s*[-+]?{_DIGITS}(?:\s*/\s*{_DIGITS})?\s*(?:{units})\s*$"}
+    return {"type": "string"} | text if dimension else {"type": ["number", "string"]} | stated | text

@@ -156,10 +156,14 @@ def dask_cluster(environment: Mapping[str, str] | None = None) -> Iterator[Any]:
 @contextlib.contextmanager
 def cluster(engine: str, folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, ...]]:
     """The cluster that `engine` needs, with `environment`, to which it may add; yields options of the command."""
-    if engine == "dask":
+    if engine == "scheduler":
         with dask_cluster(environment) as made:
-            yield "--engine", engine, "--address", made.scheduler_address
+            yield "--engine", "dask", "--scheduler", made.scheduler_address
         return
     if engine == "slurm":
         environment |= stand_in_for_slurm(folder)
-    yield "--engine", engine, "--jobs", "2"
+    yield {
+        "local": ("--jobs", "2"),
+        "dask": ("--engine", "dask", "--jobs", "2"),
+        "slurm": ("--cluster-class", "dask_jobqueue.SLURMCluster", "--jobs", "2"),
+    }[engine]

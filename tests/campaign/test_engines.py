@@ -6,8 +6,10 @@ import re
 import signal
 import subprocess
 import threading
+import time
 from concurrent.futures import Future
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -52,7 +54,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
 
         thread = threading.Thread(target=lose_all, daemon=True)
         thread.start()
-        engine = choose_engine("dask", address=cluster.scheduler_address, wait_s=2.0)
+        engine = choose_engine(scheduler=cluster.scheduler_address, wait_s=2.0)
         with pytest.raises(DataError, match=r"no worker of dask at .* for 2 s.*same command runs the rest"):
             run_campaign(campaign, tmp_path, engine=engine)
         thread.join()
@@ -149,15 +151,16 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
     ("options", "message"),
     [
         ({"name": "threads"}, "'threads' is not known"),
-        ({"name": "dask"}, "needs --address"),
-        ({"name": "local", "address": "tcp://x:1"}, "no other engine has one"),
-        ({"name": "local", "adapt": True}, "--adapt needs the engine of a batch system"),
-        ({"name": "slurm"}, "needs dask.*-m pip install .*dask-jobqueue"),
-        ({"address": "tcp://x:1"}, "needs dask.*-m pip install .*distributed"),
+        ({"name": "slurm"}, "'slurm' is not known.*--cluster-class dask_jobqueue.SLURMCluster"),
+        ({"name": "local", "adapt": True}, "'local' does not know --adapt"),
+        ({"scheduler": "tcp://x:1", "adapt": True}, "running cluster, which --adapt cannot change"),
+        ({"cluster_class": "distributed.Nothing"}, "is no class of Dask clusters"),
+        ({"cluster_class": "queue.Queue"}, "is no class of Dask clusters"),
+        ({"cluster_class": "no_such.Cluster"}, "needs dask.*-m pip install .*dask-jobqueue"),
     ],
 )
-def test_engines_that_cannot_be(options: dict[str, Any], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)  # of Dask's packages
+def test_engines_that_cannot_be(options: dict[str, Any], message: str) -> None:
+    pytest.importorskip("distributed")
     with pytest.raises(ConfigurationError, match=message):
         choose_engine(**options)
 
@@ -166,25 +169,53 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.CONNECT_S", "1 s")
     with pytest.raises(DataError, match=r"dask at tcp://127.0.0.1:9 failed \(.*0 of 6 cases"):
-        run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
+        run_campaign(small(), tmp_path, engine=choose_engine(scheduler="tcp://127.0.0.1:9"))
+
+
+@pytest.mark.parametrize(("worker_bytes", "at_once"), [(0, 3), (1.5e9, 1), (4e9, 3)])
+def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int) -> None:
+    """Three threads of a worker take as many cases as fit into its memory, and one that needs more than that."""
+    distributed = pytest.importorskip("distributed")
+    options = {"n_workers": 1, "threads_per_worker": 3, "processes": False, "dashboard_address": None}
+    resources = {"memory": worker_bytes} if worker_bytes else None
+    with distributed.LocalCluster(**options, resources=resources) as cluster, distributed.Client(cluster) as client:
+        running, most = 0, 0
+        lock = threading.Lock()
+
+        def run(task: Any) -> Any:
+            nonlocal running, most
+            with lock:
+                running, most = running + 1, max(most, running + 1)
+            time.sleep(0.3)
+            with lock:
+                running -= 1
+            return task
+
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr("srbval.campaign.engines.run_isolated", run)
+            tasks = [SimpleNamespace(memory_bytes=size) for size in (1e9, 1e9, 1e9, 9e9)]
+            assert len(list(DaskEngine(client).run(cast(Any, tasks)))) == 4
+        assert client.status == "running"
+    assert most == at_once
 
 
 @pytest.mark.parametrize(
     ("sbatch", "said"),
     [
-        pytest.param("echo Submitted batch job 1", r"no worker of slurm for 0.5 s\.", marks=pytest.mark.long_form),
-        ("echo no such queue >&2\nexit 1", r"slurm failed \(RuntimeError: .* no such queue\)"),
+        pytest.param("echo Submitted batch job 1", r"no worker of dask SLURMCluster", marks=pytest.mark.long_form),
+        ("echo no such queue >&2\nexit 1", r"dask SLURMCluster failed \(RuntimeError: .* no such queue\)"),
     ],
     ids=["whose jobs never come", "that refuses jobs"],
 )
 def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
-    """One core and one thread a job; the user's own settings are kept."""
+    """Cores as stated, a memory that Dask counts by; the user's own settings are kept."""
     environment = stand_in_for_slurm(tmp_path, sbatch=f'#!/bin/sh\ncp "$1" job.sh\n{sbatch}\n') | {
         "DASK_JOBQUEUE__SLURM__QUEUE": "long",
         "DASK_JOBQUEUE__SLURM__JOB_SCRIPT_PROLOGUE": "['module load python']",
         "DASK_JOBQUEUE__SLURM__WORKER_EXTRA_ARGS": "['--lifetime', '1h']",
     }
-    file, options = tmp_path / "many.toml", ("--engine", "slurm", "--jobs", "1", "--wait", "0.5")
+    file, options = tmp_path / "many.toml", ["--cluster-class", "dask_jobqueue.SLURMCluster", "--jobs", "1"]
+    options += ["--cluster-option", "cores=4", "--cluster-option", "memory=8GB", "--wait", "0.5"]
     file.write_text(MANY)
     process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE, environment=environment)
     text = process.communicate()[1].decode()
@@ -193,9 +224,9 @@ def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
     assert process.returncode == 3
     assert re.search(said + r".*the same command runs the rest\.", line)
     script = (tmp_path / "job.sh").read_text()
-    assert {"#SBATCH -p long", "#SBATCH -n 1", "module load python"} <= {*script.splitlines()}, script
-    for option in ("--nthreads 1", "--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"):
-        assert option in script
+    wanted = ["#SBATCH -p long\n", "#SBATCH --cpus-per-task=4\n", "#SBATCH --mem=8G\n", "\nmodule load python\n"]
+    wanted += ["--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"]
+    assert [text for text in (*wanted, "--nthreads 4", "--resources memory=8000000000") if text not in script] == []
 
 
 def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,11 +18,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process gr
 KILLS = int(os.environ.get("SRBVAL_KILLS", "2"))
 LONGEST_START_S = 1.5  # within which every second campaign is killed, its imports included
 GONE_S = 60.0  # for all processes to end; a worker of a lost SLURM scheduler gives up after `DEATH_TIMEOUT_S`
-ENGINES = [
-    "local",
-    pytest.param("dask", marks=pytest.mark.long_form),
-    pytest.param("slurm", marks=pytest.mark.long_form),
-]
+CLUSTERS = [pytest.param(name, marks=pytest.mark.long_form) for name in ("dask", "scheduler", "slurm")]
 ALL, OWN, WORKER = "the whole group", "the campaign's process", "a worker"
 KINDS = [
     (ALL, signal.SIGKILL),
@@ -45,7 +41,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return content(folder / "run")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", ["local", *CLUSTERS])
 @pytest.mark.timeout(120 + 60 * KILLS)
 def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_path: Path) -> None:
     chance, file = random.Random(engine), tmp_path / "many.toml"
@@ -76,7 +72,7 @@ def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_
     until(lambda: not marked(mark), within_s=GONE_S)
 
 
-@pytest.mark.parametrize("engine", ["local", pytest.param("dask", marks=pytest.mark.long_form)])
+@pytest.mark.parametrize("engine", ["local", *CLUSTERS[:2]])
 def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command resumes."""
     file, folder = tmp_path / "many.toml", tmp_path / "run"
@@ -101,12 +97,13 @@ def _wait_for_a_result(folder: Path, process: subprocess.Popen[bytes]) -> None:
 
 
 def _assert_ports(engine: str, campaign: int) -> None:
-    """Only SLURM's jobs must reach this machine: at the scheduler's port."""
+    """Only SLURM's jobs must reach this machine, at the scheduler's port; a cluster of this machine reaches itself."""
     pids = [campaign, *_descendants(campaign)]
     if engine == "slurm":
         assert len({port for _, port in reachable(campaign)}) <= 1
     else:
-        assert not [address for pid in pids for address in listening(pid)]
+        ports = reachable if engine == "dask" else listening
+        assert not [address for pid in pids for address in ports(pid)]
 
 
 def _kill(target: str, how: signal.Signals, campaign: int, mark: dict[str, str], chance: random.Random) -> None:

@@ -33,7 +33,7 @@ LEFT_OUT = {  # words of commands that are not run here, with the reason
     "srbval evidence": "takes minutes: tests/studies",
     "srbval bench": "takes minutes: tests/studies",
     "data fetch": "needs a network",
-    "--engine": "needs a cluster: below",
+    "--scheduler": "needs a cluster: below",
     "speeds": "of that campaign: below",
     "dask ": "a cluster's",
 }
@@ -155,7 +155,7 @@ def test_the_guides_own_model_runs_as_a_script_in_an_empty_folder(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.long_form
-@pytest.mark.parametrize("engine", ["slurm", "dask"])
+@pytest.mark.parametrize("engine", ["slurm", "scheduler"])
 def test_the_campaign_on_a_cluster_goes_word_for_word(engine, tmp_path):
     """A stand-in replaces SLURM; interface, address and number of jobs are this machine's."""
     environment = os.environ | {"DASK_CONFIG": str(tmp_path)}
@@ -165,7 +165,8 @@ def test_the_campaign_on_a_cluster_goes_word_for_word(engine, tmp_path):
         (tmp_path / name).write_text(text, encoding="utf-8")
     with cluster(engine, tmp_path, environment) as options:
         for line in commands(page):
-            if " speeds" in line and ("--engine" not in line or engine in line):
+            other = {"slurm": "--scheduler", "scheduler": "--cluster-class"}[engine]
+            if " speeds" in line and other not in line:
                 own = line.replace("tcp://10.0.0.5:8786", options[-1]).replace("--jobs 8", "--jobs 2")
                 subprocess.run([sys.executable, "-m", *shlex.split(own)], cwd=tmp_path, env=environment, check=True)
     table = (tmp_path / "speeds" / "results.csv").read_text(encoding="utf-8").splitlines()
