@@ -278,8 +278,7 @@ def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = Tr
         return {"description": text, "type": "object", "properties": keys, "additionalProperties": False}
 
     def of_value(hint: Any, number: dict[str, Any]) -> dict[str, Any]:
-        kind: Any = typing.get_origin(hint) or hint
-        inner = typing.get_args(hint)
+        kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
         if kind in (types.UnionType, typing.Union):
             either = [of_value(one, number) for one in inner if one is not types.NoneType]
             return either[0] if len(either) == 1 else {"anyOf": either}
@@ -287,9 +286,10 @@ def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = Tr
             size = {} if inner[1:] == (...,) else {"minItems": len(inner), "maxItems": len(inner)}
             return {"type": "array", "items": of_value(inner[0], number)} | size
         if dataclasses.is_dataclass(kind):
-            if kind.__name__ not in definitions:
-                definitions[kind.__name__] = of_table(kind)
-            return {"$ref": f"#/definitions/{kind.__name__}"}
+            name = typing.cast(type, kind).__name__
+            if name not in definitions:
+                definitions[name] = of_table(kind)
+            return {"$ref": f"#/definitions/{name}"}
         if isinstance(kind, type) and issubclass(kind, enum.Enum):
             return {"enum": [*(member.value for member in kind), *hints.get(kind, ())]}
         if kind is float:
@@ -297,7 +297,7 @@ def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = Tr
         limits = {word: number[word] for word in LIMIT_WORDS if word in number} if kind is int else {}
         return {"type": JSON_TYPES.get(kind, "object")} | limits
 
-    _, fields, _ = _declared(cls)
+    _, fields, _ = _declared(cls)  # type: ignore[arg-type]
     needed = [n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING and complete]
     whole = {"$schema": "http://json-schema.org/draft-07/schema#"} | of_table(cls)
     return whole | ({"required": needed} if needed else {}) | {"definitions": definitions}

@@ -172,31 +172,30 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         run_campaign(small(), tmp_path, engine=choose_engine(scheduler="tcp://127.0.0.1:9"))
 
 
+RUNNING = {"now": 0, "most": 0}  # cases in this process
+
+
+def count_running(task: Any) -> Any:
+    RUNNING["now"] += 1
+    RUNNING["most"] = max(RUNNING.values())
+    time.sleep(0.5)
+    RUNNING["now"] -= 1
+    return task
+
+
 @pytest.mark.parametrize(("worker_bytes", "at_once"), [(0, 3), (1.5e9, 1), (4e9, 3)])
-def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int) -> None:
-    """Three threads of a worker take as many cases as fit into its memory, and one that needs more than that."""
+def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three threads of a worker take as many cases as fit into its memory; one that needs more than that runs alone."""
     distributed = pytest.importorskip("distributed")
     options = {"n_workers": 1, "threads_per_worker": 3, "processes": False, "dashboard_address": None}
     resources = {"memory": worker_bytes} if worker_bytes else None
+    monkeypatch.setattr("srbval.campaign.engines.run_isolated", count_running)
+    RUNNING.update(now=0, most=0)
+    tasks = [SimpleNamespace(memory_bytes=size) for size in (1e9, 1e9, 1e9, 9e9)]
     with distributed.LocalCluster(**options, resources=resources) as cluster, distributed.Client(cluster) as client:
-        running, most = 0, 0
-        lock = threading.Lock()
-
-        def run(task: Any) -> Any:
-            nonlocal running, most
-            with lock:
-                running, most = running + 1, max(most, running + 1)
-            time.sleep(0.3)
-            with lock:
-                running -= 1
-            return task
-
-        with pytest.MonkeyPatch.context() as patched:
-            patched.setattr("srbval.campaign.engines.run_isolated", run)
-            tasks = [SimpleNamespace(memory_bytes=size) for size in (1e9, 1e9, 1e9, 9e9)]
-            assert len(list(DaskEngine(client).run(cast(Any, tasks)))) == 4
-        assert client.status == "running"
-    assert most == at_once
+        assert len(list(choose_engine(scheduler=client).run(cast(Any, tasks)))) == len(tasks)
+        assert client.status == "running"  # it is the user's
+    assert RUNNING == {"now": 0, "most": at_once}
 
 
 @pytest.mark.parametrize(
