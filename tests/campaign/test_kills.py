@@ -3,6 +3,7 @@
 import contextlib
 import os
 import random
+import re
 import signal
 import subprocess
 import time
@@ -63,7 +64,9 @@ def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_
             # Python itself has no answer to Ctrl-C while it starts.
             starting = early and how is signal.SIGINT and "numpy" not in said and "campaign" not in said
             assert "Traceback" not in said or starting, said
-            assert starting or sum(not line.startswith("campaign many") for line in said.splitlines()) <= 1, said
+            # Of a killed process, Python's own helper of a LocalCluster says what it cleans up.
+            messages = [line for line in said.splitlines() if not re.search("campaign many|resource_tracker", line)]
+            assert starting or len([line for line in messages if "warnings.warn(" not in line]) <= 1, said
             # A worker's end is not the campaign's, unless SLURM has lost all its jobs.
             assert target != WORKER or process.returncode in ((0, 3) if engine == "slurm" else (0,)), said
             assert start(file, folder, *options, environment=environment).wait() == 0
