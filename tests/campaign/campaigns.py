@@ -145,7 +145,7 @@ def dask_cluster(environment: Mapping[str, str] | None = None) -> Iterator[Any]:
     distributed = pytest.importorskip("distributed")
     import dask
 
-    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": "127.0.0.1:0"}
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
         distributed.LocalCluster(**options, env=dict(environment or {}), silence_logs="CRITICAL") as made,

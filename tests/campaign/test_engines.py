@@ -33,7 +33,7 @@ def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) ->
 
 def test_a_cluster_of_dask_gives_the_same(whole: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": "127.0.0.1:0"}
     with distributed.LocalCluster(**options) as cluster:
         cluster.adapt(minimum=1, maximum=2)
         found = run_campaign(small(axes=MIXED), tmp_path, engine=DaskEngine(cluster))
@@ -187,7 +187,7 @@ def count_running(task: Any) -> Any:
 def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three threads of a worker take as many cases as fit into its memory; one that needs more than that runs alone."""
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 1, "threads_per_worker": 3, "processes": False, "dashboard_address": None}
+    options = {"n_workers": 1, "threads_per_worker": 3, "processes": False, "dashboard_address": "127.0.0.1:0"}
     resources = {"memory": worker_bytes} if worker_bytes else None
     monkeypatch.setattr("srbval.campaign.engines.run_isolated", count_running)
     RUNNING.update(now=0, most=0)
