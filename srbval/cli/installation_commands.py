@@ -60,8 +60,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     from srbval.bearing import Fault
     from srbval.campaign.settings import Campaign
     from srbval.cli.machine_file import Machine
-    from srbval.scene import Scene
-    from srbval.scene.sensor_path import SensorPath
+    from srbval.scene import Scene, SensorPath
     from srbval.storage.tables import json_schema
     from srbval.validation.case import Case, CasePair, Source
 
