@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -225,15 +226,21 @@ def read_manifest() -> Entries:
     """
     path = manifest_path()
     try:
-        document = parse_json(path.read_bytes()) if os.path.exists(path) else NO_RECORDINGS
-        if document["schema_version"] != SCHEMA_VERSION:
-            raise ValueError(f"its schema is {document['schema_version']}; {SCHEMA_VERSION} is read")
-        entries = [build(RegisteredRecording, table, "recordings") for table in document["recordings"]]
+        entries = _entries(path.read_bytes()) if os.path.exists(path) else ()
     except (OSError, ValueError, LookupError, TypeError, ConfigurationError) as error:
         raise DataError(
             f"{path}: not a readable manifest of srbval ({error}). Move it away and register your folders again."
         ) from None
     return {entry.file: entry for entry in entries if entry.registered or is_unchanged(entry)}
+
+
+@functools.lru_cache(maxsize=1)
+def _entries(content: bytes) -> tuple[RegisteredRecording, ...]:
+    """Entries of a manifest, whose commands read it for every file again; raises what its damages raise."""
+    document = parse_json(content)
+    if document["schema_version"] != SCHEMA_VERSION:
+        raise ValueError(f"its schema is {document['schema_version']}; {SCHEMA_VERSION} is read")
+    return tuple(build(RegisteredRecording, table, "recordings") for table in document["recordings"])
 
 
 def update_manifest(change: Callable[[Entries], Entries]) -> None:
