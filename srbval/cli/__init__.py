@@ -132,7 +132,10 @@ def _ended_by_signals() -> Iterator[None]:
         return send_again(lost.exc_value.args[0] if lost.exc_value.args else signal.SIGINT)
 
     def send_again(number: int) -> None:
-        sent_again.append(threading.Timer(0.05, os.kill, (os.getpid(), number)))
+        if hasattr(signal, "pthread_kill"):
+            sent_again.append(threading.Timer(0.05, os.kill, (os.getpid(), number)))
+        else:  # on Windows `os.kill` ends the process at once
+            sent_again.append(threading.Timer(0.05, signal.raise_signal, (number,)))
         sent_again[-1].start()
 
     before, sys.unraisablehook = sys.unraisablehook, again

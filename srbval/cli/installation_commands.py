@@ -14,6 +14,7 @@ from srbval import __version__
 from srbval.cli.arguments import parser
 from srbval.cli.output import answer, print_table, write_text
 from srbval.errors import DataError
+from srbval.processes.machine import usable_cores
 from srbval.progress import ProgressDisplay, stage
 from srbval.storage.cache import KERNELS, SCENE_RESULTS, cache_folder, cache_use, clear_cache
 from srbval.storage.content_store import LIMIT_BYTES
@@ -75,7 +76,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 def doctor() -> dict[str, Any]:
     """State of this installation: sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
     facts: dict[str, Any] = {"srbval": __version__, "python": platform.python_version()}
-    facts |= {"machine": platform.machine(), "cores": os.cpu_count()}
+    facts |= {"machine": platform.machine(), "cores": usable_cores()}
     facts |= {name: _version(name) for name in REQUIRED}
     problems = [f"{name} is not installed: {pip_command(name)}" for name in REQUIRED if facts[name] is None]
     facts |= {name: _version(name) or f"not installed: {pip_command(name)}" for name in OPTIONAL}
@@ -123,7 +124,7 @@ def build_docs(folder: Path) -> Path:
     except ImportError:
         place = package_folder() / "docs"
         raise MissingLibraryError(
-            f"building the documentation, whose text lies in {place},", "sphinx", "myst-parser"
+            f"building the documentation, whose text lies in {place},", "sphinx", "myst-parser", "furo"
         ) from None
     try:
         folder.mkdir(parents=True, exist_ok=True)

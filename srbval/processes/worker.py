@@ -35,15 +35,28 @@ def without_ctrl_c() -> Iterator[None]:
     dask-jobqueue's `runner`, for one, sets a handler that ends the program as if all were done.
     """
     masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
+    main, came = threading.current_thread() is threading.main_thread(), list[int]()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else ()
+    if main and not masks:  # Windows
+        signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:
-        main = threading.current_thread() is threading.main_thread()
         if main and signal.getsignal(signal.SIGINT) is not handler:  # other threads may not, see `signal`
             signal.signal(signal.SIGINT, handler)
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+
+
+def end_group(leader: int) -> None:
+    """Kill the processes of a group, or on Windows a process and those that it started."""
+    with contextlib.suppress(OSError):  # nobody is left
+        if hasattr(os, "killpg"):
+            os.killpg(leader, signal.SIGKILL)
+        else:
+            subprocess.run(["taskkill", "/F", "/T", "/PID", str(leader)], capture_output=True, check=False)
 
 
 class DiedError(Exception):
@@ -73,7 +86,7 @@ class WorkerProcess:
     ) -> None:
         self._module, self._may_fork = module, may_fork
         self._command, self._environment = [sys.executable, "-P", "-m", module], dict(environment or {})
-        self._leads = own_group and hasattr(os, "killpg")
+        self._leads = own_group
         self._lock, self._stopped = threading.Lock(), False
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -89,7 +102,8 @@ class WorkerProcess:
                         stdin=subprocess.PIPE,
                         stdout=subprocess.PIPE,
                         env=os.environ | self._environment | child_environment(),
-                        process_group=0 if self._leads else None,
+                        process_group=0 if self._leads and hasattr(os, "killpg") else None,
+                        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # Windows: without Ctrl-C
                         preexec_fn=self._serve_as_copy if self._may_fork and is_single_threaded() else None,
                     )
             return self._process
@@ -135,8 +149,7 @@ class WorkerProcess:
         """End it now, and its group if it leads one, whose processes may outlive it."""
         if (process := self._process) is not None:
             if self._leads:
-                with contextlib.suppress(OSError):  # nobody is left
-                    os.killpg(process.pid, signal.SIGKILL)
+                end_group(process.pid)
             process.kill()
 
     def stop(self) -> None:
@@ -216,6 +229,6 @@ def _read(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
         while True:
             requests.put(pickle.load(stream))
     finally:
-        if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
-            os.killpg(os.getpid(), signal.SIGKILL)
+        if hasattr(os, "getpgrp") and os.getpgrp() == os.getpid():
+            end_group(os.getpid())
         os._exit(0)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import os
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -20,6 +19,7 @@ from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, ef
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
 from srbval.comparison.table6 import sum_rule
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
+from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.storage.stored_result import newest_result
 from srbval.validation.case import Case, CasePair, load_case
@@ -170,7 +170,7 @@ def validate(
 
     progress("compare the pairs", 0.0)
     rows, pairs, failed = list[Row](), list[Row](), list[tuple[int, SrbvalError]]()
-    for (number, _), one in zip(numbered, _in_order(compared, numbered, jobs or os.cpu_count() or 1), strict=True):
+    for (number, _), one in zip(numbered, _in_order(compared, numbered, jobs or usable_cores()), strict=True):
         if isinstance(one, SrbvalError):
             failed.append((number, one))
         else:

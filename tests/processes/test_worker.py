@@ -117,8 +117,10 @@ def test_a_handler_set_within_is_taken_back():
     assert signal.getsignal(signal.SIGINT) is before
 
 
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
-def test_ctrl_c_within_comes_afterwards():
+@pytest.mark.parametrize("masks", [True, False])
+def test_ctrl_c_within_comes_afterwards(masks, monkeypatch):
+    if not masks:  # as on Windows
+        monkeypatch.delattr(signal, "pthread_sigmask", raising=False)
     seen: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
     try:
@@ -128,6 +130,17 @@ def test_ctrl_c_within_comes_afterwards():
         assert seen == [signal.SIGINT]
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_without_groups_a_tree_of_processes_is_ended(monkeypatch):
+    called: list[list[str]] = []
+    monkeypatch.delattr(os, "killpg", raising=False)
+    monkeypatch.setattr(subprocess, "run", lambda command, **_: called.append(command))
+    process = WorkerProcess(ANSWERER, own_group=True)
+    leader = process.start().pid
+    process.kill()
+    process.close()
+    assert called == [["taskkill", "/F", "/T", "/PID", str(leader)]]
 
 
 def threads() -> set[int]:

@@ -10,7 +10,6 @@ import itertools
 import math
 import os
 import pickle
-import resource
 import runpy
 import signal
 import struct
@@ -157,6 +156,8 @@ def used():
 
     A machine with other work to do adds nothing.
     """
+    import resource  # of POSIX
+
     own, ended = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     peak = own.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     return peak, sum(one.ru_utime + one.ru_stime for one in (own, ended))
