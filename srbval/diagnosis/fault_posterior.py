@@ -14,7 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.reading.families import HARMONICS, OWN_SIDEBANDS, SLIP_SPREAD, families_of, is_placebo_order
+from srbval.reading.families import (
+    HARMONICS,
+    ONSET,
+    OWN_SIDEBANDS,
+    SLIP_SPREAD,
+    SLOPE,
+    families_of,
+    is_placebo_order,
+)
 from srbval.reading.pipeline import whitened_bands
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import ShaftSpeed
@@ -22,16 +30,11 @@ from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
 
 OTHER = "other"
-LOWEST_ORDER, LEAST_ORDER = 0.25, 1.1  # of the shaft: from which combs are scored, and called unexplained
-SILENT = -1.0  # least excess: a comb this far below a typical one is silent
-# Combs of healthy bearings are exponentially rare: the log likelihood ratio of a fault rises by SLOPE with the excess,
-# from minus ONSET. Of the greatest mean log score on 218 readings of known state of 7 rigs by excess alone,
-# every rig of a class with the same weight.
-SLOPE, ONSET = 1.35, 4.42
+LOWEST_ORDER = 0.25  # of the shaft, from which combs are scored: those of a quarter of a line are among them
 # Depth at which a first line is as probable with a fault as without. In the 77 records at hand those of faults that are
 # named are from 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).
 DEPTH = 0.125
-MAINS_HZ, MAINS_HARMONICS, MAINS_SPREAD = (50.0, 60.0), 6, 1e-3  # grids hold their frequency within 0.1 % mostly
+MAINS_HZ = (50.0, 60.0)
 UNDECIDED, OPEN = "undecided", "open"
 PAIRS = {frozenset(pair): "+".join(pair) for pair in itertools.combinations((one.value for one in DEFECTS), 2)}
 ONE = (*(fault.value for fault in DEFECTS), OTHER)
@@ -40,11 +43,9 @@ CLASSES = (Fault.HEALTHY.value, *ONE, OPEN, *PAIRS.values())
 # stands out in the table is as much more probable with a fault than without as this share is below one: 43 of the 47
 # faulty records at hand have such a line, 4 of the 30 healthy ones. A line risen over a healthy record's counts twice.
 BESIDE = 0.1
-# Healthy or not with equal odds, and all single faults as probable as something else and as a fault that hides, which
-# 9 of 47 do: healthy with 0.83 if nothing stands out; of 30 such records at hand 26 are.
-# Two faults at once have half of the prior of one: of 400 planted single faults none shows a second comb. Stated.
-PRIOR = {name: 0.5 if name == Fault.HEALTHY else 0.1 for name in CLASSES if name not in PAIRS.values()}
-PRIOR |= dict.fromkeys(PAIRS.values(), PRIOR[OPEN] / 2)
+# Healthy is as probable beforehand as single faults, something else and a fault that hides together, which 9 of 47 do:
+# 0.83 if nothing stands out; of 30 such records at hand 26 are. Two faults at once are as probable as either. Stated.
+PRIOR = {name: BESIDE * (1 if name != Fault.HEALTHY else 1 + len(ONE)) for name in CLASSES}
 LEAST_NAMED = 1 - 1 / 3.0  # probability from which a fault is named: a wrong call costs three times as much as none
 MOST = 0.97  # (n + 1/2) / (n + 1) after n = 15 of 15 bearings of a class, the most at hand (Jeffreys' prior)
 SHARED = 0.5  # correlation of two records of one bearing: 0.36 in 84 of healthy ones, 0.73 in 53 of faulty races
@@ -58,7 +59,7 @@ class Comb:
     is None out of the record's reach.
     """
 
-    excess: float = SILENT
+    excess: float = 0.0
     found_hz: float | None = None
     depth: float = 0.0
     explained_by: str = ""
@@ -70,9 +71,9 @@ class Comb:
         Twice as deep lines raise the excess by 2 log 2 each, so that both limits have one slope.
         """
         if self.explained_by or not self.depth:
-            return SLOPE * SILENT - ONSET
+            return -ONSET
         by_depth = SLOPE * 2 * HARMONICS * math.log(self.depth / DEPTH)
-        return -float(np.logaddexp(ONSET - SLOPE * max(SILENT, self.excess), -by_depth))
+        return -float(np.logaddexp(ONSET - SLOPE * self.excess, -by_depth))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,37 +133,29 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
 
 
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
-    """Combs of all faults about their kinematic frequencies, and the strongest one that is no fault's and no shaft's.
-
-    That is one at an order of the bearing that means nothing, or at the lower fundamental of a fault's comb.
-    """
-    speed = analysis.speed
-    families, found, others = families_of(analysis.bearing, speed.value_hz), {}, list[int]()
+    """Combs of all faults about their kinematic frequencies, and the strongest one at an order that means nothing."""
+    speed, found = analysis.speed, dict[str, Comb]()
+    families = families_of(analysis.bearing, speed.value_hz)
     for fault, family in zip(DEFECTS, families, strict=False):
-        at, explained_by = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz), ""
-        if at is not None:
-            explained_by, lower = _lower(spectrum, at, fault, speed)
-            others += [] if lower is None else [lower]
+        at = spectrum.highest(family.kinematic_hz, relative * family.kinematic_hz)
+        explained_by = "" if at is None else _source_of(spectrum, at, fault, speed)
         found[fault.value] = _comb(spectrum, at, typical, explained_by)
-    hz = spectrum.frequency_hz
-    meaningless = is_placebo_order(hz, relative / APART, families, speed) & (hz >= LEAST_ORDER * speed.value_hz)
-    others += [int(np.argmax(np.where(meaningless, spectrum.score, -np.inf)))] if meaningless.any() else []
-    best = max(others, key=lambda at: float(spectrum.score[at]), default=None)
+    foreign = is_placebo_order(spectrum.frequency_hz, relative / APART, families, speed)
+    best = int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None
     return found | {OTHER: _comb(spectrum, best, typical)}
 
 
-def _lower(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> tuple[str, int | None]:
-    """The source of which a fault's comb is a multiple, in words, and the index of its comb if it is unknown.
+def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
+    """The source of which a fault's comb is a multiple, in words: mains, shaft or another comb; empty without one.
 
     A roller strikes both races once a turn, so the comb at half of its line is its own.
     """
     found_hz = float(spectrum.frequency_hz[at])
-    near_hz = max(spectrum.bin_hz / 10, MAINS_SPREAD * found_hz)
+    near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
     for mains_hz in MAINS_HZ:
         number = round(found_hz / mains_hz)
-        if 1 <= number <= MAINS_HARMONICS and abs(found_hz - number * mains_hz) <= near_hz:
-            return f"{number} times the mains frequency of {mains_hz:g} Hz", None
-    near_hz = max(spectrum.bin_hz / 2, near_hz)
+        if 1 <= number <= HARMONICS and abs(found_hz - number * mains_hz) <= near_hz:
+            return f"{number} times the mains frequency of {mains_hz:g} Hz"
     turns = max(2, round(found_hz / speed.value_hz))
     for number in sorted({2, 3, 4, turns} - ({2} if fault is Fault.ROLLER else set())):
         lower = spectrum.highest(found_hz / number, near_hz)
@@ -171,9 +164,9 @@ def _lower(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> 
         if spectrum.depth[lower] >= spectrum.depth[at] / 2:
             lower_hz = float(spectrum.frequency_hz[lower])
             if abs(lower_hz - speed.value_hz) <= max(spectrum.bin_hz, speed.ci95_hz):
-                return f"harmonic {number} of the shaft", None
-            return f"harmonic {number} of a comb at {lower_hz / speed.value_hz:.3f} times the shaft speed", lower
-    return "", None
+                return f"harmonic {number} of the shaft"
+            return f"harmonic {number} of a comb at {lower_hz / speed.value_hz:.3f} times the shaft speed"
+    return ""
 
 
 def log_likelihood(
@@ -254,11 +247,13 @@ def share_of(state: str, probabilities: Mapping[str, float]) -> float:
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """The parts, or else the most probable class, that are probable enough to be called, else `UNDECIDED`."""
-    if parts := [one.value for one in DEFECTS if share_of(one.value, probabilities) >= LEAST_NAMED]:
-        return "+".join(parts)
+    """The most probable class if it is probable enough to be called, healthy from one half up, else `UNDECIDED`.
+
+    A part may be faulty alone or beside another; two parts are called if both are.
+    """
     best = most_probable(probabilities)
-    return best if probabilities[best] >= LEAST_NAMED else UNDECIDED
+    least = 1 / 2 if best == Fault.HEALTHY else LEAST_NAMED
+    return best if share_of(best, probabilities) >= least else UNDECIDED
 
 
 def stands_out(excess: float) -> bool:

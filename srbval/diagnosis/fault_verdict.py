@@ -13,8 +13,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from srbval.bearing import DEFECTS, Fault
 from srbval.bridges import Shown
 from srbval.diagnosis.baseline import (
@@ -43,7 +41,7 @@ from srbval.diagnosis.fault_posterior import (
 )
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.lines import RACE_LINES, Line, NotDetected
+from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import Source, recording_of
@@ -53,9 +51,6 @@ from srbval.signal.comb import FALSE_ALARM
 RIGS = 7  # whose records of known state the numbers of the method were set on
 # A defect struck once a period modulates the squared envelope by about its mean; healthy bearings by less than half.
 SHALLOW_DEPTH = 0.5
-# An outer-race line with a weaker second harmonic is a smooth modulation by rollers that pass under the load (varying
-# compliance, Sunnersjo 1978, J. Sound Vib. 58, 363). The healthy model has 0.2, measured outer-race faults from 0.48.
-IMPACT_SECOND_HARMONIC = 1 / 3
 STRUCK_DEPTH = 1.0  # modulation of the squared envelope by a defect that is struck once a period
 # A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
 # of the noise in phase with it, half of the noise's power (Rice 1945).
@@ -116,61 +111,46 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose a record, by itself or compared with a healthy one; if it is not yet analysed, as `analyse` is `asked`.
 
-    With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
-    stated speed within its tolerance is a further view: the estimate may belong to another shaft.
+    With `all_channels` other channels of the record are views too.
     """
     analysis = source if isinstance(source, Analysis) else analyse(source, **asked)
     return weigh(views_of(analysis, all_channels=all_channels), analysis, comparison)
 
 
-def weigh(
-    scored: list[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
-) -> Diagnosis:
-    """Diagnosis from channel and scores of each view, the table of lines, and the comparison."""
-    standing = tuple(_standing(analysis, comparison))
-    views, elsewhere = [one for _, one in scored], None
+def weigh(views: Mapping[str | None, FaultScores], analysis: Analysis, comparison: BaselineComparison) -> Diagnosis:
+    """Diagnosis from the scores of each view by channel, the table of lines, and the comparison."""
+    standing, elsewhere = tuple(_standing(analysis, comparison)), None
     lines = {
-        # Its own line stands out unexplained, or has risen and is like a fault's.
-        part.value: 2 if x.name == comparison.line and is_fault_like(analysis, x) else int(_stands(x, comparison))
+        part.value: 2 if x.name == comparison.line else int(_stands(x, comparison))  # risen, or unexplained
         for x in analysis.lines
         if x.is_first and x.detected and (part := Fault.of_line(x.name))
     }
     if (outside := analysis.outside_speed) is not None:
         speed = ShaftSpeed(value_hz=outside.value_hz, ci95_hz=outside.ci95_hz, source=SpeedSource.ESTIMATED)
         elsewhere = fault_scores(replace(analysis, speed=speed))
-    together = log_likelihood(views, lines, stands=bool(standing), elsewhere=elsewhere)
+    together = log_likelihood([*views.values()], lines, stands=bool(standing), elsewhere=elsewhere)
     shares = probabilities(together)
     found = most_probable(shares)
-    best = int(np.argmax([log_likelihood([one], lines, stands=bool(standing))[found] for one in views]))
+    best = max(views, key=lambda channel: log_likelihood([views[channel]], lines, stands=bool(standing))[found])
     return Diagnosis(
         state=decide(shares),
         probabilities=shares,
         log_likelihood=together,
         standing=standing,
         scores=views[best],
-        channel=scored[best][0] if len(dict(scored)) > 1 and found != Fault.HEALTHY else None,
+        channel=best if len(views) > 1 and found != Fault.HEALTHY else None,
     )
 
 
-def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
+def views_of(analysis: Analysis, *, all_channels: bool) -> dict[str | None, FaultScores]:
+    """Scores of a record by channel, see `diagnose`; channels are of the same length, not constant."""
     recording, done = analysis.recording, analysis.processed
-    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
+    views, own = {recording.channel: fault_scores(analysis)}, recording.channels.get(recording.channel or "")
     for name, x in recording.channels.items() if all_channels else ():
         if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
             other = process(replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
-            views.append((name, replace(analysis, processed=other)))
-    if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
-        views += [(name, replace(view, speed=recording.speed)) for name, view in views]
-    return [(name, fault_scores(view)) for name, view in views]
-
-
-def is_fault_like(analysis: Analysis, line: Line) -> bool:
-    """True if `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation."""
-    if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
-        return False
-    second = [x.depth for x in analysis.lines if (x.name, x.harmonic) == (line.name, 2) and x.depth is not None]
-    return line.name != "BPFO" or not second or second[0] >= IMPACT_SECOND_HARMONIC * (line.depth or 0.0)
+            views[name] = fault_scores(replace(analysis, processed=other))
+    return views
 
 
 def _stands(line: Line, comparison: BaselineComparison) -> bool:
@@ -311,22 +291,22 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         headline = f"{parts[0].label.capitalize()} fault: {shown}"
         if len(parts) > 1:
             headline = f"{LABELS[diagnosis.state].capitalize()} faults: {shown}, and both combs are strong"
-    elif shares[Fault.HEALTHY] <= 1 / 2:
+    elif diagnosis.state != Fault.HEALTHY:
         finding = Finding.UNDECIDED
         strong = [*diagnosis.standing, *_strong_combs(diagnosis)]
         headline = f"Undecided: strong lines that are not explained: {', '.join(strong[:3])}"
-        # Why no part is named although a line is like a fault's, and what would decide.
+        # Why no part is named although a deep line is detected, and what would decide.
         advice = " ".join(
             f"The comb at {Fault(name).line}, {comb.found_hz:.2f} Hz, is {comb.explained_by}: "
             "it names no fault by itself."
             for name, comb in first.items()
             if comb.explained_by and stands_out(comb.excess)
         )
-        if not advice and (alike := [one for one in DEFECTS if is_fault_like(analysis, analysis.line_of(one))]):
-            likely = max(alike, key=lambda one: analysis.line_of(one).snr or 0.0)
+        lines = detected_fault_lines(analysis.lines)
+        if not advice and lines and (lines[0].depth or 0.0) >= SHALLOW_DEPTH and (part := Fault.of_line(lines[0].name)):
             advice = (
-                f"Not named: once tones and all that repeats exactly are taken out, {likely.label} has "
-                f"{100 * shares[likely]:.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of "
+                f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
+                f"{100 * share_of(part, shares):.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of "
                 "rolling elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of "
                 "the machine can decide: --healthy FILE."
             )

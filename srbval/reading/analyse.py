@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.bridges import Shown
 from srbval.errors import ConfigurationError, DataError
@@ -182,21 +180,12 @@ def analyse(
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
     found, band = _clearest(recording, bearing, known_speed, bands, tracking)
     if tracking.course is None and recording.origin is Origin.MEASURED and not detected_fault_lines(found.lines):
-        course = course_by_comb(found.processed, bearing, known_speed)
-        if course is not None:
-            speeds = np.diff(course.turns) / np.diff(course.time_s)
-            low, high = (100 * (speeds.min() / speeds.mean() - 1), 100 * (speeds.max() / speeds.mean() - 1))
-            why = (
-                f"the shaft drifts by {low:+.2g} to {high:+.2g} % about its mean speed within the record, as a "
-                "comb that stands out in every part shows: lines are read at even shaft angles about the speed stated"
-            )
-            tracking = Tracking(
-                why=why, drift_bins=course.drift_bins(bearing.orders.bpfi), course=course, mean_hz=known_speed.value_hz
-            )
-            followed = _clearest(recording, bearing, known_speed, bands, tracking)
+        drifting = course_by_comb(found.processed, bearing, known_speed)
+        if drifting is not None:
+            followed = _clearest(recording, bearing, known_speed, bands, drifting)
             if detected_fault_lines(followed[0].lines):  # else the comb may be rounding or another source
                 found, band = followed
-                recording = replace(recording, cautions=(*recording.cautions, why))
+                recording = replace(recording, cautions=(*recording.cautions, drifting.why))
     return Analysis(**vars(found), recording=recording, band=band)
 
 

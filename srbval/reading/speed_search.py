@@ -11,13 +11,14 @@ from typing import TypeGuard
 import numpy as np
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.reading.families import HARMONICS, families_of, window_share
+from srbval.reading.families import HARMONICS, ONSET, SLOPE, families_of, window_share
 from srbval.reading.lines import Line, detected_fault_lines, read_lines, sidak_corrected
-from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, periodogram_of, whitened_bands
+from srbval.reading.pipeline import LEAST_REVOLUTIONS, Processed, Tracking, periodogram_of, whitened_bands
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, ShaftAngle, read_comb
-from srbval.signal.comb_spectrum import CombSpectrum, highest_path
+from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import COMBS
+from srbval.signal.order_tracking import DRIFT_PARTS
 from srbval.signal.shaft_lines import RIVAL_SHARE, shaft_by_lines
 
 SEARCH_SHARE = 0.1  # half width of the search, as a share of the nominal speed: set points turn out 6 % wrong
@@ -27,9 +28,7 @@ COMBS_PER_SPEED = 220  # placebos: the least rank, times all speeds and two band
 ALLOWANCE = 8e-4
 # Lines of the shaft's comb in a whitened envelope, and the least score: wrong combs of 61 measured records reach 9.5.
 COMB_LINES, LEAST_COMB = 5, 12.0
-# A drifting shaft is followed in so many parts, in steps from part to part of at most this share of the speed, if the
-# comb is on average so far above a typical one: noise reaches 1.7, another machine's impacts 2.5.
-DRIFT_PARTS, LARGEST_STEP, LEAST_PART = 8, 0.03, 4.0
+DRIFT_STEPS = 64  # of the course of a drifting shaft in each part of a record
 SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches to the farthest of them
 
 
@@ -260,36 +259,41 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
     return ShaftSpeed(value_hz=value, ci95_hz=max(ALLOWANCE, spread) * value, source=SpeedSource.ESTIMATED)
 
 
-def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> ShaftAngle | None:
-    """Course of a drifting shaft, of mean `speed`, by the comb of a fault that stands out in all parts of a record.
+def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
+    """Follow a drifting shaft, of mean `speed`, by the comb of a fault that stands out in all parts of a record.
 
-    It is the path of the highest combs through the parts; only its changes are used. None without such a comb, or if it
-    moves by less than the search window of a steady shaft.
+    In each part it is the highest comb within `SEARCH_SHARE` of the line; only its changes are used. None if the combs
+    are less probable with a fault than without (`ONSET`), or move by less than the search window of a steady shaft.
     """
     size = processed.squared.size // DRIFT_PARTS
-    if size / processed.squared_fs_hz * speed.value_hz < LEAST_REVOLUTIONS:
+    part_s = size / processed.squared_fs_hz
+    if part_s * speed.value_hz < LEAST_REVOLUTIONS:
         return None
     parts = [replace(processed, squared=processed.squared[n * size : (n + 1) * size]) for n in range(DRIFT_PARTS)]
-    lowest_hz = min(family.kinematic_hz for family in families_of(bearing, speed.value_hz)) / 2
+    families = families_of(bearing, speed.value_hz)
+    lowest_hz = min(family.kinematic_hz for family in families) / 2
     combs = [CombSpectrum.of([[periodogram_of(one, bearing, speed)]], lowest_hz, HARMONICS) for one in parts]
-    reach, paths = round(LARGEST_STEP / combs[0].step), []
-    for family in families_of(bearing, speed.value_hz)[: len(DEFECTS)]:
-        inside = np.abs(combs[0].frequency_hz / family.kinematic_hz - 1) <= SEARCH_SHARE
-        if not inside.any():
-            continue
-        score = np.array([one.score[inside] - one.typical(LARGEST_STEP) for one in combs])
-        mean, path = highest_path(score, reach)
-        paths.append((mean, combs[0].frequency_hz[inside][path]))
-    mean, course = max(paths, key=lambda one: one[0], default=(0.0, np.ones(1)))
-    course = speed.value_hz * course / course.mean()
-    if mean < LEAST_PART or np.ptp(course) < 2 * window_share(bearing, speed) * speed.value_hz:
+    hz, best, course = combs[0].frequency_hz, ONSET / SLOPE, np.ones(DRIFT_PARTS)
+    for family in families[: len(DEFECTS)]:
+        inside = np.abs(hz / family.kinematic_hz - 1) <= SEARCH_SHARE
+        if inside.any():
+            score = np.array([one.score[inside] - one.typical(SEARCH_SHARE) for one in combs])
+            if (mean := float(score.max(axis=1).mean())) > best:
+                best, course = mean, hz[inside][score.argmax(axis=1)]
+    if np.ptp(course) < 2 * window_share(bearing, speed) * course.mean():
         return None
     from scipy.interpolate import CubicSpline  # takes a while to load
 
-    middle = (np.arange(DRIFT_PARTS) + 0.5) * size
-    at = np.arange(0, DRIFT_PARTS * size, max(1, size // 64))
-    rate_hz = processed.squared_fs_hz / max(1, size // 64)
-    whole = np.pad(
-        CubicSpline(middle, course, bc_type="natural")(at), round(processed.end_s * rate_hz) + 1, mode="edge"
+    middle_s = processed.end_s + part_s * (np.arange(DRIFT_PARTS) + 0.5)
+    at_s = np.arange(0, 2 * processed.end_s + DRIFT_PARTS * part_s, part_s / DRIFT_STEPS)
+    inside_s = np.clip(at_s, processed.end_s, processed.end_s + DRIFT_PARTS * part_s)
+    share = CubicSpline(middle_s, course / course.mean(), bc_type="natural")(inside_s)
+    angle = ShaftAngle.from_speed(speed.value_hz * share, DRIFT_STEPS / part_s)
+    return Tracking(
+        why=f"the shaft drifts by {100 * (share.min() - 1):+.2g} to {100 * (share.max() - 1):+.2g} % about its mean "
+        "speed within the record, as a comb that stands out in every part shows: lines are read at even shaft angles "
+        "about the speed stated",
+        drift_bins=angle.drift_bins(bearing.orders.bpfi),
+        course=angle,
+        mean_hz=speed.value_hz,
     )
-    return ShaftAngle.from_speed(whole, rate_hz)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d
 
 from srbval.arrays import FloatArray
@@ -86,16 +85,3 @@ def _summed(lines: FloatArray, harmonics: int, step: float) -> FloatArray:
     shift = [round(math.log(number) / step) for number in range(1, harmonics + 1)]
     size = max(0, lines.size - shift[-1])
     return np.asarray(np.sum([lines[at : at + size] for at in shift], axis=0))
-
-
-def highest_path(score: FloatArray, reach: int) -> tuple[float, FloatArray]:
-    """Mean score and places [parts] of the highest path through scores [parts, n], in steps of at most `reach`."""
-    total, origins = score[0], []
-    for own in score[1:]:
-        near = sliding_window_view(np.pad(total, reach, constant_values=-np.inf), 2 * reach + 1)
-        origins.append(np.arange(total.size) + near.argmax(axis=1) - reach)
-        total = own + near.max(axis=1)
-    path = [int(np.argmax(total))]
-    for origin in reversed(origins):
-        path.append(int(origin[path[-1]]))
-    return float(total.max()) / len(score), np.array(path[::-1])
