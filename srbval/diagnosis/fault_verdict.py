@@ -209,7 +209,7 @@ class FaultVerdict:
         """Headline and probability in one sentence."""
         if self.diagnosis is None:
             return self.sentence
-        name = self.diagnosis.state if self.parts else most_probable(self.diagnosis.probabilities)
+        name = most_probable(self.diagnosis.probabilities)
         share = f"{LABELS[name]} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
         return f"{self.headline} ({share}, against records of known state of {RIGS} rigs)."
 
@@ -302,8 +302,9 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
             for name, comb in first.items()
             if comb.explained_by and stands_out(comb.excess)
         )
-        lines = detected_fault_lines(analysis.lines)
-        if not advice and lines and (lines[0].depth or 0.0) >= SHALLOW_DEPTH and (part := Fault.of_line(lines[0].name)):
+        deep = (x for x in detected_fault_lines(analysis.lines) if (x.depth or 0.0) >= SHALLOW_DEPTH)
+        part = next((Fault.of_line(x.name) for x in deep), None)
+        if not advice and part is not None:
             advice = (
                 f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
                 f"{100 * share_of(part, shares):.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of "

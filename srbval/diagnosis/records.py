@@ -321,8 +321,7 @@ def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how
     """State, probabilities and sentence of a machine from its log likelihood ratios."""
     shares = probabilities(together)
     state = decide(shares)
-    parts = faults_of(state)
-    best = state if parts else most_probable(shares)
+    parts, best = faults_of(state), most_probable(shares)
     answer = state
     if state != UNDECIDED:
         answer = f"{LABELS[state]} fault" if parts else f"{LABELS[state]}, no fault named"
