@@ -8,14 +8,15 @@ from srbval.cli.installation_commands import build_docs, doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict
 from srbval.diagnosis.records import RecordRequest, read_record, read_records
-from srbval.diagnosis.trend import record_times, trend_of
+from srbval.diagnosis.trend import Trend
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
 from srbval.models.outside.signals import SimulatedSignals
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
 from srbval.path.identify import identify as identify_path
-from srbval.plan.plan import make_plan
+from srbval.plan.plan import Plan
+from srbval.plan.plan import make_plan as plan
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
 from srbval.recordings.load import recording_from_columns
@@ -27,7 +28,7 @@ from srbval.recordings.registry import verify as verify_recordings
 from srbval.report.figures.plot import draw, plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
-from srbval.report.reports import make_report, report_case, report_recordings, write_plot, write_trend
+from srbval.report.reports import report, report_case, trend, write_plot, write_trend
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.signal import Spectrum, amplitude_spectrum, envelope, envelope_spectrum, kurtogram
 from srbval.studies.harness import run_study
@@ -48,6 +49,7 @@ __all__ = [
     "Findings",
     "NumericsError",
     "Origin",
+    "Plan",
     "RecordRequest",
     "Recording",
     "Run",
@@ -58,6 +60,7 @@ __all__ = [
     "Spectrum",
     "SpeedSource",
     "SrbvalError",
+    "Trend",
     "Validation",
     "__version__",
     "add_recordings",
@@ -88,24 +91,22 @@ __all__ = [
     "load_case",
     "load_recording",
     "load_scene",
-    "make_plan",
-    "make_report",
     "paper_scene",
+    "plan",
     "plot",
     "read_record",
     "read_records",
-    "record_times",
     "recording_from_columns",
     "recording_from_run",
     "remove_recordings",
+    "report",
     "report_case",
-    "report_recordings",
     "run_campaign",
     "run_check",
     "run_study",
     "simulate",
     "stability",
-    "trend_of",
+    "trend",
     "validate",
     "verify_campaign",
     "verify_recordings",

@@ -52,12 +52,6 @@ def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     return RecordingSettings(**named)
 
 
-def files_of(paths: Sequence[str]) -> list[str]:
-    """Files as they are named, and all files below the folders named, each once."""
-    found = (registry.files_under(Path(path)) if Path(path).is_dir() else [path] for path in paths)
-    return list(dict.fromkeys(str(file) for files in found for file in files))
-
-
 def _act(options: argparse.Namespace) -> RegisterListing:
     if options.action == "list":
         return registry.listing()

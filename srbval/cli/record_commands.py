@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.cli.data_command import LONGEST_LINE, files_of, recording_settings
+from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
@@ -23,6 +23,7 @@ from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
+from srbval.recordings.registry import files_of
 from srbval.storage.files import check_suffix
 from srbval.storage.json_files import to_json
 
@@ -259,19 +260,13 @@ def trend(options: argparse.Namespace) -> int:
         times, time_from = record_times(files, Path(options.times) if options.times else None)
     limits = {name: getattr(options, name) for name in ("baseline", "machine_class", "zones_mm_s")}
     found = trend_of(documents, times, time_from=time_from, **limits)
-    rows = []
-    for one, point in ((channel, point) for channel in found.channels for point in channel.points):
-        levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
-        row = {"channel": one.channel, "time": one.time_text(point), "file": point["file"], "rpm": point["rpm"]}
-        severity = {name: point[name] for name in ("velocity_rms_mm_s", "zone")}
-        rows.append(row | levels | severity | {"risen": " ".join(point["risen"])})
     if options.plot:
         from srbval.report.reports import write_trend  # needs the report's room
 
         write_trend(found, Path(options.plot), command=own_command())
     code = report_failed(failed, other)
     document: dict[str, Any] = {"trend": found, "failed": failed, "left_out": other}
-    status, tables = "incomplete" if failed else "", {"trend": rows}
+    status, tables = "incomplete" if failed else "", {"trend": found.rows()}
     return answer(options, document, lambda: _print_trend(found), code=code, status=status, tables=tables)
 
 

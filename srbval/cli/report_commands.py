@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.cli.data_command import files_of, recording_settings
+from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.progress import Progress, ProgressDisplay, stage
@@ -72,7 +72,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         from srbval.diagnosis.baseline import load_healthy
         from srbval.diagnosis.records import FailedFile, read_records, summary_of, without_other_files
         from srbval.recordings import Recording
-        from srbval.recordings.registry import load_registered
+        from srbval.recordings.registry import files_of, load_registered
         from srbval.report.reports import report_recordings
     request = request_of(options)
     settings, band_hz = request.settings, request.band_hz

@@ -44,7 +44,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.registry import Source, recording_of
+from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
@@ -107,7 +107,11 @@ class Diagnosis(Shown):
 
 @one_thread()
 def diagnose(
-    source: Analysis | Source, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False, **asked: Any
+    source: Analysis | RecordSource,
+    comparison: BaselineComparison = NO_HEALTHY,
+    *,
+    all_channels: bool = False,
+    **asked: Any,
 ) -> Diagnosis:
     """Diagnose a record, by itself or compared with a healthy one; if it is not yet analysed, as `analyse` is `asked`.
 
@@ -252,8 +256,8 @@ class FaultVerdict:
 
 
 def fault_verdict(
-    source: Analysis | Source,
-    baseline: Baseline | Analysis | Source | None = None,
+    source: Analysis | RecordSource,
+    baseline: Baseline | Analysis | RecordSource | None = None,
     *,
     all_channels: bool = False,
     **asked: Any,

@@ -5,7 +5,7 @@ The result of a file is stored under all that it depends on, so that an interrup
 
 import json
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,8 +39,8 @@ from srbval.reading.features import ACCELERATION, features_of, read_short, snaps
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
-from srbval.recordings.registry import Source, listing, load_registered, recording_of, registered_settings
-from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION
+from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION, settings_of
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
@@ -106,26 +106,23 @@ class FailedFile:
         return {"file": self.file, "reason": str(self.error)}
 
 
-def read_record(
-    request: RecordRequest | Source, *, healthy: Source | None = None, bearing: str | None = None, **stated: Any
-) -> RecordReading:
+def request_of(asked: Mapping[str, Any]) -> RecordRequest:
+    """Request from the keywords of a call: its own fields, and those of the settings."""
+    own = {field.name for field in fields(RecordRequest)}
+    of_request = {key: value for key, value in asked.items() if key in own}
+    return RecordRequest(settings=settings_of({k: v for k, v in asked.items() if k not in own}), **of_request)
+
+
+def read_record(request: RecordRequest) -> RecordReading:
     """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
 
-    In place of a request: a file, a recording or a run, with options of the request, or `stated` as in `analyse`. All
-    that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
+    All that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
     """
-    if not isinstance(request, RecordRequest):
-        of_request = {name: stated.pop(name) for name in ("band_hz", "auto_band", "largest_slip_pct") if name in stated}
-        beside = None if healthy is None else recording_of(healthy)
-        asked = RecordRequest(bearing=bearing, **of_request)
-        return read_recording(
-            recording_of(request, **stated), asked, healthy=beside, all_channels="channel" not in stated
-        )
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = load_registered(request.file, request.settings, request.band_hz)
-    own = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    return read_recording(recording, request, healthy=own, all_channels=request.settings.channel is None)
+    healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
+    return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
 
 
 def read_recording(

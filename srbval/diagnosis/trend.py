@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from scipy.special import stdtrit
@@ -30,6 +30,9 @@ from srbval.reading.features import pooled
 from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
 from srbval.storage.tables import read_toml
+
+if TYPE_CHECKING:
+    import pandas
 
 ALPHA = 0.05
 LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer do not show the scatter
@@ -91,6 +94,22 @@ class Trend:
         """Channel of the first alarm; None without an alarm."""
         found = [one for one in self.channels if one.first_alarm is not None]
         return min(found, key=lambda one: one.first_alarm or 0, default=None)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A row for each record of each channel: levels of lines and RMS, velocity, zone and what has risen."""
+        rows = []
+        for one, point in ((channel, point) for channel in self.channels for point in channel.points):
+            levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
+            row = {"channel": one.channel, "time": one.time_text(point), "file": point["file"], "rpm": point["rpm"]}
+            severity = {name: point[name] for name in ("velocity_rms_mm_s", "zone")}
+            rows.append(row | levels | severity | {"risen": " ".join(point["risen"])})
+        return rows
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """Pandas table of the `rows`."""
+        import pandas
+
+        return pandas.DataFrame(self.rows())
 
     @property
     def answer(self) -> str:

@@ -3,16 +3,20 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from srbval.bearing import Bearing, load_bearing
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, UnknownNameError
 from srbval.models.hierarchy import FidelityLevel, geometry_of, level_of
 from srbval.models.kinematic import refuse_axial
 from srbval.models.planar.ring import make_ring
 from srbval.plan.measured import REMEDY, Bound, MeasuredErrors, table_about
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.scene import Scene
+from srbval.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
 
 IN_THE_PLANE = ("impulse", "planar")
 
@@ -45,6 +49,12 @@ class Plan:
     candidates: tuple[Candidate, ...]
     outside: tuple[str, ...]
 
+    def to_frame(self) -> "pandas.DataFrame":
+        """Pandas table of the candidates."""
+        import pandas
+
+        return pandas.DataFrame([vars(one) for one in self.candidates]).drop(columns="bound")
+
     @property
     def tolerance(self) -> str:
         """The tolerance in words."""
@@ -57,19 +67,23 @@ class Plan:
 
 
 def make_plan(
-    scene: Scene,
+    scene: Scene | str | Path,
     *,
-    question: Question = Question.LINES,
+    question: Question | str = Question.LINES,
     tolerance_pct: float = 0.5,
     measured: MeasuredErrors | None = None,
 ) -> Plan:
-    """The cheapest model that answers `question` on `scene` within `tolerance_pct`.
+    """The cheapest model that answers `question` on `scene`, or on one by its name or file, within `tolerance_pct`.
 
     A model is enough if its largest error on the drawn scenes with the same defect and roller fit, against the
     reference model at a finer step, is within the tolerance (see `measured.Bound`). If none is enough, or nothing was
     measured, the reference model is chosen and `met` is False. Raises `ConfigurationError` for a tolerance that is not
     positive, a question that a healthy scene leaves empty, and a scene that every model refuses.
     """
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    if question not in list(Question):
+        raise UnknownNameError.of(f"question {question!r} is not known", question, [one.value for one in Question])
+    question = Question(question)
     if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
         raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")
     if question not in asked_of(scene.defect.kind):

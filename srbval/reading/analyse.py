@@ -23,7 +23,7 @@ from srbval.reading.pipeline import (
 )
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
-from srbval.recordings.registry import Source, recording_of
+from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS, check_band
 
@@ -80,11 +80,19 @@ class Analysis(SpeedSearch, Shown):
         """First harmonic of a fault's line."""
         return self.line(fault.line or "")
 
-    def to_frame(self) -> "pandas.DataFrame":
-        """Pandas table of the lines."""
+    def to_frame(self, rows: str = "lines") -> "pandas.DataFrame":
+        """Pandas table of the ``lines``, or of their ``families``."""
         import pandas
 
-        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+        lines = [vars(line) | {"false_alarm": line.false_alarm} for line in self.lines]
+        return pandas.DataFrame(self.families if rows == "families" else lines)
+
+    @property
+    def families(self) -> list[dict[str, Any]]:
+        """State and false-alarm probability of each line with its harmonics."""
+        names = ("name", "false_alarm", "detected", "explained_by")
+        first = (line for line in self.lines if line.is_first)
+        return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
         """The first harmonics, for a notebook."""
@@ -129,12 +137,7 @@ class Analysis(SpeedSearch, Shown):
                 "outside": self.outside_speed,
             },
             "lines": [line.stated() for line in self.lines],
-            "families": [
-                {key: getattr(x, key) for key in ("name", "false_alarm", "detected", "explained_by")}
-                | {"state": x.not_detected or "detected"}
-                for x in self.lines
-                if x.is_first
-            ],
+            "families": self.families,
             "closure": self.closure,
             "summary": self.summary,
             "notes": self.recording.notes,
@@ -144,7 +147,7 @@ class Analysis(SpeedSearch, Shown):
 
 @one_thread()
 def analyse(
-    source: Source,
+    source: RecordSource,
     *,
     bearing: Bearing | str | Path | None = None,
     speed: ShaftSpeed | None = None,

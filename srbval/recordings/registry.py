@@ -325,10 +325,16 @@ def load_entry(entry: RegisteredRecording) -> Recording:
     return load_recording(entry.file, entry.settings)
 
 
-Source = str | Path | Recording | Run  # of a record: its file, itself, or a simulated run
+RecordSource = str | Path | Recording | Run  # a record's file, itself, or a simulated run
 
 
-def recording_of(source: Source, settings: RecordingSettings | None = None, **asked: Any) -> Recording:
+def files_of(paths: Iterable[str | Path]) -> list[str]:
+    """Files as they are named, and all files below the folders named, each once."""
+    found = (files_under(Path(path)) if Path(path).is_dir() else [shipped_or(path)] for path in paths)
+    return list(dict.fromkeys(str(file) for files in found for file in files))
+
+
+def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **asked: Any) -> Recording:
     """The recording in a file (see `load_registered`), of a run, or itself; with `asked`, fields of the settings."""
     if isinstance(source, str | Path):
         return load_registered(shipped_or(source), settings_of(asked).over(settings or NO_SETTINGS))

@@ -1,16 +1,27 @@
 """The reports as one call each: gather the findings, word and draw them, write the files."""
 
 import tempfile
+import warnings
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, summary_of
-from srbval.diagnosis.trend import Trend
-from srbval.errors import ConfigurationError
+from srbval.diagnosis.records import (
+    FailedFile,
+    RecordReading,
+    RecordRequest,
+    read_recording,
+    read_records,
+    request_of,
+    summary_of,
+)
+from srbval.diagnosis.trend import Trend, record_times, trend_of
+from srbval.errors import ConfigurationError, SrbvalError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
+from srbval.recordings.registry import RecordSource, files_of, recording_of
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import plot
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -27,6 +38,7 @@ from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
 from srbval.storage.files import atomic_write
+from srbval.storage.json_files import to_json
 from srbval.validation.case import Case
 from srbval.validation.validate import PairReading, Validation, validate
 
@@ -57,6 +69,64 @@ def make_report(
         found = gather(seconds=seconds, pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
         return found, _written(report, folder, formats, progress)
+
+
+def report(
+    *sources: RecordSource,
+    folder: str | Path = "srbval-report",
+    healthy: RecordSource | None = None,
+    formats: tuple[str, ...] = ("html", "json"),
+    progress: Progress = silent,
+    **asked: Any,
+) -> dict[str, Path]:
+    """Write the report on recordings (files, folders, recordings, runs) into `folder`; returns its files by format.
+
+    Without recordings it is the main report, see `make_report`. `asked`: `model`, `all_channels`, and fields of a
+    `RecordRequest` and of `RecordingSettings`, such as `bearing`, `band_hz`, `rpm`. ``pdf`` is a further format.
+    """
+    common: dict[str, Any] = {"formats": formats, "command": "srbval.report", "progress": progress}
+    if not sources:
+        return make_report(Path(folder), **common, **asked)[1]
+    own = {key: asked.pop(key) for key in ("model", "all_channels") if key in asked}
+    request, recordings = request_of(asked), list[Recording | FailedFile]()
+    for source in (path for one in sources for path in (files_of([one]) if isinstance(one, str | Path) else [one])):
+        try:
+            recordings.append(recording_of(source, request.settings))
+        except SrbvalError as error:
+            recordings.append(FailedFile(file=str(source), error=error))
+    beside = None if healthy is None else recording_of(healthy)
+    of_request = {key: value for key, value in asked.items() if hasattr(request, key)}
+    return report_recordings(recordings, Path(folder), healthy=beside, **common, **own, **of_request)[1]
+
+
+def trend(
+    *sources: RecordSource,
+    times: str | Path | None = None,
+    jobs: int | None = None,
+    progress: Progress = silent,
+    baseline: int | None = None,
+    machine_class: str | None = None,
+    zones_mm_s: Sequence[float] = (),
+    **asked: Any,
+) -> Trend:
+    """Trend of the records of one machine: files, folders, recordings or runs in the order of `record_times`.
+
+    `asked`: fields of a `RecordRequest` and of `RecordingSettings`. Files that cannot be read are warned about.
+    """
+    request = replace(request_of(asked), one_band=True)  # levels are compared
+    files = files_of([one for one in sources if isinstance(one, str | Path)])
+    requests = [replace(request, file=file) for file in files]
+    documents, failed = read_records(requests, jobs=jobs, progress=progress) if files else ([], [])
+    for one in failed:
+        warnings.warn(f"not read: {one.file}: {one.error}", stacklevel=2)
+    held = [recording_of(one, request.settings) for one in sources if not isinstance(one, str | Path)]
+    for number, recording in enumerate(held, start=1):
+        document = to_json(read_recording(recording, request))
+        documents.append(document | {"file": recording.file or f"{recording.name} {number}"})
+    names = list(dict.fromkeys(one["file"] for one in documents))
+    known, time_from = record_times(names, None if times is None else Path(times))
+    limits: dict[str, Any] = {"baseline": baseline, "machine_class": machine_class, "zones_mm_s": zones_mm_s}
+    return trend_of(documents, known, time_from=time_from, **limits)
 
 
 def report_recordings(

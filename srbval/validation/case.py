@@ -19,8 +19,9 @@ from typing import Any
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, bearing_from_table, load_bearing
 from srbval.comparison.table6 import CASES, Published
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import RecordingSettings
-from srbval.recordings.registry import listing, shipped_recordings
+from srbval.models.run import Run
+from srbval.recordings import Recording, RecordingSettings, recording_from_run
+from srbval.recordings.registry import RecordSource, listing, shipped_recordings
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import to_json
@@ -51,9 +52,10 @@ class Uncertainty(Tolerance):
 class Source(RecordingSettings):
     """Signals of one side and how they are read; None if not stated.
 
-    `file` contains paths or patterns, repeats if they are several; ``registered = "torino"`` stands for every record of
-    that rig in the register. `scene` (a name or a TOML file) is run at the measured speed and load, by `model` if it
-    is stated, such as ``mine.py:simulate``, else by the scene's own.
+    `file` contains paths or patterns (in Python also recordings), repeats if they are several;
+    ``registered = "torino"`` stands for every record of that rig in the register. `scene` (a name or a TOML file) is
+    run at the measured speed and load, by `model` if it is stated, such as ``mine.py:simulate``, else by the scene's
+    own.
     """
 
     file: tuple[str, ...] | None = None
@@ -150,6 +152,27 @@ def case_of_pairs(pairs: Sequence[Mapping[str, Any]], changes: Mapping[str, Any]
     return _made({"pair": [dict(pair) for pair in pairs]}, changes, None)
 
 
+def case_of_signals(
+    simulated: Any, measured: Any, *, state: str | None = None, bearing: Bearing | str | Path | None = None
+) -> Case:
+    """A case of one comparison, whose sides are files, recordings or runs; several on one side are repeats.
+
+    `bearing` and `state` are by default those of the recordings.
+    """
+    pair: dict[str, Any] = {"state": state and Fault(state)}
+    for side, given in (("simulated", simulated), ("measured", measured)):
+        listed = [given] if isinstance(given, RecordSource) else given
+        held = [recording_from_run(one) if isinstance(one, Run) else one for one in listed]
+        known = [one for one in held if isinstance(one, Recording)]
+        bearing = bearing or next((own for one in known if (own := one.own_bearing or one.bearing)), None)
+        files: Any = tuple(one if isinstance(one, Recording) else str(one) for one in held)
+        pair[side] = Source(file=files) if files else None
+    if isinstance(bearing, Bearing):
+        orders = {"rolling_elements": bearing.rolling_elements} | vars(bearing.orders)
+        return Case(pair=(CasePair(**pair),), orders=orders)
+    return Case(pair=(CasePair(**pair),), bearing=str(bearing) if bearing else None)
+
+
 def _made(document: dict[str, Any], changes: Mapping[str, Any] | None, path: Path | None) -> Case:
     where = "case" if path is None else str(path)
     if "path" in document:
@@ -183,7 +206,8 @@ def files_of_source(source: Source, folder: Path, side: str) -> tuple[Path, ...]
 
     Raises `DataError` for a name that leads to no file, or to several registered ones.
     """
-    return tuple(path for name in source.file or () for path in _files_named(name, folder, side))
+    names = (name for name in source.file or () if isinstance(name, str))
+    return tuple(path for name in names for path in _files_named(name, folder, side))
 
 
 def _files_named(name: str, folder: Path, side: str) -> Iterator[Path]:

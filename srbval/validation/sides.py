@@ -59,10 +59,13 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
 
     A measured file that states that it is simulated is a `ConfigurationError`: nothing simulated passes as measured.
     """
-    found = []
-    for path in files_of_source(source, folder, side):
+    found, held = [], [one for one in source.file or () if isinstance(one, Recording)]
+    files: list[Any] = [*held, *files_of_source(source, folder, side)]
+    for path in files:
         try:
-            if side == "measured":
+            if isinstance(path, Recording):
+                recording = path if side == "measured" else dataclasses.replace(path, origin=Origin.SIMULATED)
+            elif side == "measured":
                 recording = load_registered(path, source.settings)
             else:
                 recording = load_recording(path, dataclasses.replace(source.settings, origin=Origin.SIMULATED))
@@ -74,8 +77,8 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
             ) from None
         if side == "measured" and recording.origin is not Origin.MEASURED:
             raise ConfigurationError(
-                f"{path}: states that it is {recording.origin}, and is given as measured. Give it with --simulated, or "
-                "name a measured file."
+                f"{recording.file or recording.name}: states that it is {recording.origin}, and is given as measured. "
+                "Give it with --simulated, or name a measured file."
             )
         found.append(recording)
     return tuple(found)

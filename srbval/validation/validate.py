@@ -4,7 +4,7 @@ import dataclasses
 import math
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
-from srbval.bearing import Fault
+from srbval.bearing import Bearing, Fault
 from srbval.bridges import Shown, offered
 from srbval.comparison.compared_quantities import RACE_LINE, Effects, biases, effects_of
 from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_frame
@@ -21,8 +21,9 @@ from srbval.comparison.table6 import sum_rule
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
+from srbval.recordings.registry import RecordSource
 from srbval.storage.stored_result import newest_result
-from srbval.validation.case import Case, CasePair, load_case
+from srbval.validation.case import Case, CasePair, case_of_signals, load_case
 from srbval.validation.compare import compare_pair, same_speed, table_of
 from srbval.validation.sides import SideReading, load_files, read_files, registered_pairs, run_scene, stated_state
 
@@ -141,19 +142,26 @@ class Validation(Shown):
 
 
 def validate(
-    case: Case | str | Path,
+    case: Case | str | Path | None = None,
     changes: Mapping[str, Any] | None = None,
     *,
+    simulated: RecordSource | Sequence[RecordSource] = (),
+    measured: RecordSource | Sequence[RecordSource] = (),
+    state: str | None = None,
+    bearing: Bearing | str | Path | None = None,
     found: Callable[[PairReading], None] = lambda _: None,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> Validation:
     """Compare every pair of a case, given as such or by its file or name; `changes` as in `load_case`.
 
-    `jobs` pairs are read at a time; `found` is called with each of them in their order. Raises the error of the first
-    pair if none can be compared.
+    In place of a case: `simulated` and `measured` signals of one comparison, see `case_of_signals`. `jobs` pairs are
+    read at a time; `found` is called with each of them in their order. Raises the error of the first pair if none can
+    be compared.
     """
-    if not isinstance(case, Case):
+    if case is None:
+        case = case_of_signals(simulated, measured, state=state, bearing=bearing)
+    elif not isinstance(case, Case):
         case = load_case(case, changes)
     elif changes:
         raise ConfigurationError("changes apply to a case's file, not to a Case.")
