@@ -25,7 +25,7 @@ from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings
 from srbval.recordings.registry import remove as remove_recordings
 from srbval.recordings.registry import verify as verify_recordings
-from srbval.report.figures.plot import draw, plot
+from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
 from srbval.report.reports import report, report_case, trend, write_plot, write_trend
@@ -74,7 +74,6 @@ __all__ = [
     "compare_with_baseline",
     "diagnose",
     "doctor",
-    "draw",
     "envelope",
     "envelope_spectrum",
     "fault_frequencies",

@@ -61,25 +61,19 @@ class Shown:
     """Object that a notebook shows as a headline over a table, and that draws itself onto matplotlib axes."""
 
     def summary_table(self) -> tuple[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]:
-        """Headline, and facts by name or rows of a table."""
-        raise NotImplementedError
+        """Headline, and facts by name or rows of a table; here the representation and all numbers and texts."""
+        facts = {name: x for name, x in vars(self).items() if isinstance(x, str | float | int) and x == x}
+        return repr(self).strip("<>"), facts
 
     def plot(self, ax: Any = None, **options: Any) -> Any:
-        """Draw onto the matplotlib axes `ax`, by default onto new ones, and return them; see `srbval.draw`."""
-        return offered("draw")(self, ax, **options)
+        """Draw onto the matplotlib axes `ax`, by default onto new ones, and return them; see `srbval.plot`."""
+        return offered("plot")(self, ax, **options)
 
     def _repr_html_(self) -> str:
         import pandas
 
         headline, table = self.summary_table()
-        rows = [{"": name, "value": value} for name, value in table.items()] if isinstance(table, Mapping) else table
-        frame = pandas.DataFrame(list(rows), dtype=object)
-        shown = frame.map(_short).to_html(index=False, na_rep="–")
-        return f"<p>{html.escape(headline)}</p>{shown}"
-
-
-def _short(value: Any) -> Any:
-    """A number with five digits, a list in words, any other value as it is."""
-    if isinstance(value, float):
-        return f"{value:.5g}" if value == value else "–"
-    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "–" if value is None else value
+        rows = table.items() if isinstance(table, Mapping) else [row.values() for row in table]
+        names = ["", "value"] if isinstance(table, Mapping) else [*table[0]] if table else []
+        shown = [[f"{x:.5g}" if isinstance(x, float) else "–" if x is None else x for x in row] for row in rows]
+        return f"<p>{html.escape(headline)}</p>{pandas.DataFrame(shown, columns=names).to_html(index=False)}"

@@ -211,22 +211,6 @@ class Run(RunSummary, Outputs, Shown):
             data: xarray.Dataset = engine.load_dataset(path, engine="h5netcdf")
             return data
 
-    def summary_table(self) -> tuple[str, dict[str, Any]]:
-        """Figures of the run, for a notebook."""
-        names = (
-            "reason",
-            "cage_ratio",
-            "bpfo_hz",
-            "bpfi_hz",
-            "slip_pct",
-            "drive_power_w",
-            "roller_load_share",
-            "wall_s",
-        )
-        bands = {f"band_rms_m_s2 {band}": rms for band, rms in self.band_rms_m_s2.items()}
-        figures = {name: getattr(self, name) for name in names} | bands
-        return repr(self).strip("<>"), figures | {"not validated": list(self.not_validated)}
-
     def __repr__(self) -> str:
         scene = self.scene
         return (

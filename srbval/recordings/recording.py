@@ -243,11 +243,3 @@ class Recording(SourceFacts, Shown):
         import pandas
 
         return pandas.DataFrame({"time_s": self.time_s, **self.channels})
-
-    def summary_table(self) -> tuple[str, dict[str, Any]]:
-        """Facts of the record, for a notebook."""
-        speed = self.speed and f"{60 * self.speed.value_hz:.6g} rpm ({self.speed.source.value})"
-        stated = {"bearing": self.bearing, "state": self.state and self.state.label, "shaft": speed, "unit": self.unit}
-        loads = {f"{name} load, kN": x and x / 1e3 for name, x in (("radial", self.radial_n), ("axial", self.axial_n))}
-        facts = stated | loads | {"channels": list(self.channels), "cautions": list(self.cautions)}
-        return repr(self).strip("<>"), {name: x for name, x in facts.items() if x not in (None, [])}

@@ -23,7 +23,7 @@ from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
 from srbval.recordings.registry import RecordSource, files_of, recording_of
 from srbval.report.blocks import FigureGrid, Report
-from srbval.report.figures.plot import plot
+from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather
@@ -193,7 +193,7 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval analyse") -> None:
-    """One picture of a record that was read, as PNG or SVG (see `plot`), or with its table of lines as a page."""
+    """One picture of a record that was read, as PNG or SVG (see `analysis_figure`), or with its table of lines as a page."""
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline
     if path.suffix.lower() == ".html":
@@ -201,7 +201,7 @@ def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval ana
         _write_page(assemble_user_report([record], command=command, provenance={}, brief=True), path)
         return
     with atomic_write(path) as part, figure_style():
-        figure = plot(analysis, healthy=None if baseline is None else baseline.analysis)
+        figure = analysis_figure(analysis, None if baseline is None else baseline.analysis)
         part.write_bytes(picture_bytes(figure, path.suffix.lower()))
 
 

@@ -27,5 +27,4 @@ from srbval.signal.spectrum import (
     morlet_scalogram,
     power_density,
     prewhitened,
-    with_noise,
 )

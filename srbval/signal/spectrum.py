@@ -24,7 +24,6 @@ REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
 LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
 ROWS, COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
-SHOWN_PEAKS = 6  # in the table of a spectrum
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -51,13 +50,6 @@ class Spectrum(Shown):
         about = {"resolution_hz": self.resolution_hz}
         data: xarray.DataArray = require_xarray().DataArray(self.amplitude, [coordinate], attrs=about, name="amplitude")
         return data
-
-    def summary_table(self) -> tuple[str, list[dict[str, float]]]:
-        """The highest peaks, for a notebook."""
-        peaks = scipy.signal.find_peaks(self.amplitude)[0]
-        highest = peaks[np.argsort(-self.amplitude[peaks], kind="stable")][:SHOWN_PEAKS]
-        rows = [{"frequency_hz": float(self.frequency_hz[n]), "amplitude": float(self.amplitude[n])} for n in highest]
-        return f"{repr(self).strip('<>')}; highest peaks", rows
 
     def __repr__(self) -> str:
         count, last = self.frequency_hz.size, self.frequency_hz[-1] if self.frequency_hz.size else 0.0
@@ -114,30 +106,6 @@ def prewhitened(samples: FloatArray) -> FloatArray:
     lines[0] = 0.0
     white = scipy.fft.irfft(lines, n=size)
     return np.asarray(white / white.std())
-
-
-def with_noise(
-    samples: FloatArray,
-    fs_hz: float,
-    *,
-    snr_db: float,
-    random: np.random.Generator,
-    density: tuple[FloatArray, FloatArray] | None = None,
-) -> FloatArray:
-    """`samples` [n] with Gaussian noise, whose variance is `snr_db` [dB] below that of the samples.
-
-    The noise is white, or has a power `density` by frequency [Hz]; `ConfigurationError` if none of it is in reach.
-    """
-    noise = random.standard_normal(samples.size)
-    if density is not None:
-        lines = scipy.fft.rfft(noise)
-        gain = np.interp(np.arange(lines.size) * fs_hz / samples.size, density[0], np.sqrt(density[1]), right=0.0)
-        gain[0] = 0.0
-        noise = scipy.fft.irfft(lines * gain, n=samples.size)
-    power = float(np.var(noise))
-    if power == 0:
-        raise ConfigurationError(f"nothing of the noise's spectrum is left at {fs_hz:g} Hz; use white noise.")
-    return np.asarray(samples + noise * np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,7 +18,6 @@ from srbval.signal import (
     peak_snr,
     prewhitened,
     squared_envelope_one_pass,
-    with_noise,
 )
 from srbval.signal.envelope import END_S
 from srbval.signal.spectrum import BANDWIDTH, LEAST_SAMPLES
@@ -104,25 +103,6 @@ def test_bands_that_do_not_fit_the_record_are_left_out():
         assert none.kurtosis.size == none.band_hz.size == 0
         with pytest.raises(DataError, match="longer record"):
             _ = none.best_hz
-
-
-RATIO_ROUNDING_DB = 1e-6  # the ratio is set on the noise that was drawn
-SCATTER = 0.3  # of the density about its shape: 199 averages scatter by 7 %, these are four standard deviations
-LEAKAGE = 1e-6  # of the density beyond the last frequency, through the window's side lobes
-
-
-@pytest.mark.parametrize("snr_db", [20.0, 0.0, -10.0])
-def test_added_noise_has_its_ratio_and_its_density(snr_db: float) -> None:
-    fs_hz, frequency_hz = 10_000.0, np.linspace(0, 2500, 200)
-    density = (frequency_hz, 1 / (100 + frequency_hz) ** 2)
-    samples = np.sin(2 * np.pi * 50 * np.arange(100_000) / fs_hz)
-    noise = with_noise(samples, fs_hz, snr_db=snr_db, random=np.random.default_rng(3), density=density) - samples
-    assert 10 * np.log10(np.var(samples) / np.var(noise)) == pytest.approx(snr_db, abs=RATIO_ROUNDING_DB)
-    found_hz, found = scipy.signal.welch(noise, fs_hz, nperseg=1000)
-    inside, outside = (found_hz > 50) & (found_hz < 2000), found_hz > 2700
-    ratio = found[inside] * (100 + found_hz[inside]) ** 2
-    assert np.all(np.abs(ratio / np.median(ratio) - 1) < SCATTER)
-    assert found[outside].max() < LEAKAGE * found[inside].max()
 
 
 PICTURE_HZ, SAMPLES, RANGE_HZ = 20_480.0, 4097, (40.0, 1000.0)

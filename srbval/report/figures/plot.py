@@ -1,16 +1,14 @@
-"""Pictures for a notebook, or a file of one's own: figures of several panels, or one panel on axes of one's own."""
+"""Pictures for a notebook, or a file of one's own."""
 
 from functools import singledispatch
 from typing import Any
-
-import numpy as np
 
 from srbval.bearing import Bearing
 from srbval.diagnosis.fault_verdict import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
-from srbval.recordings import Origin, Recording
+from srbval.recordings import Recording
 from srbval.report.figures import style
 from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITIES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
@@ -18,7 +16,6 @@ from srbval.report.findings.records import (
     OWN_UNITS,
     highest_of,
     marked_line,
-    run_spectrum,
     signal_of,
     spectrum_view,
     views_of,
@@ -29,20 +26,9 @@ from srbval.validation.validate import Validation
 
 HEAD_ROOM, LABEL_ROOM = 1.12, 2.0  # over the highest value: of a signal in time, of a spectrum with labelled lines
 PLOTTED_BINS = 900
-LEAST_REACH = 1e-3  # of the cage speed's axis, as a share of its mean: rounding is not drawn as a movement
 
 
-def plot(of: Run | Analysis, *, healthy: Analysis | None = None) -> Any:
-    """A matplotlib figure of a run or an analysis. Notebooks show what this returns; ``savefig`` writes it.
-
-    A run: acceleration along the sensor's axis, its spectrum, the cage's speed. An analysis: the middle of the record
-    with its envelope, and the envelope spectrum with its lines; `healthy`, read in the same band, is drawn dashed.
-    """
-    with figure_style():
-        return plot_run(of) if isinstance(of, Run) else plot_analysis(of, healthy)
-
-
-def draw(of: Any, ax: Any = None, **options: Any) -> Any:
+def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     """Draw an object onto matplotlib axes, by default onto new ones of pyplot, and return the axes.
 
     A recording or a run: its signal in time. An analysis: its envelope spectrum with the lines, and with those of a
@@ -65,13 +51,12 @@ def _draw(of: Any, _: Any) -> None:
 
 @_draw.register
 def _signal(of: Recording | Run, axes: Any) -> None:
-    time_s, samples, unit = signal_of(of)
-    origin = of.origin if isinstance(of, Recording) else Origin.SIMULATED
-    shown, kept = OWN_UNITS.get(unit, unit), extreme_indices(samples, PLOTTED_BINS)
-    quantity = QUANTITIES.get(shown, "acceleration") if unit in OWN_UNITS else "signal"
-    axes.plot(time_s[kept], samples[kept], color=style.ORIGINS[origin][1], lw=0.8)
-    axes.set(xlabel="Time, s", ylabel=f"{quantity.capitalize()}, {shown}", xlim=(time_s[0], time_s[-1]))
-    title_panel(axes, origin, "", of.name if isinstance(of, Recording) else _run_title(of), pad=6.0)
+    record, samples = signal_of(of)
+    unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, PLOTTED_BINS)
+    quantity = QUANTITIES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
+    axes.plot(kept / record.fs_hz, samples[kept], color=style.ORIGINS[record.origin][1], lw=0.8)
+    axes.set(xlabel="Time, s", ylabel=f"{quantity.capitalize()}, {unit}", xlim=(0.0, record.seconds))
+    title_panel(axes, record.origin, "", record.name, pad=6.0)
 
 
 @_draw.register
@@ -111,13 +96,8 @@ def _validation(of: Validation, axes: Any) -> None:
     draw_errors(axes, of.errors_pct)
 
 
-def _run_title(run: Run) -> str:
-    scene = run.scene
-    return f"{scene.model} model, {scene.bearing}, {scene.defect.kind.label}, {60 * scene.shaft_hz:.5g} rpm"
-
-
-def plot_analysis(analysis: Analysis, healthy: Analysis | None) -> Any:
-    """See `plot`; drawn in the style that is set."""
+def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
+    """Figure of the middle of the record with its envelope, above what `plot` draws; in the style that is set."""
     record, _ = views_of(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
@@ -126,25 +106,4 @@ def plot_analysis(analysis: Analysis, healthy: Analysis | None) -> Any:
     title_panel(upper, record.origin, "", f"{analysis.recording.name}, {60 * record.shaft_hz:.5g} rpm")
     title_panel(lower, record.origin, "", "envelope spectrum", pad=9.0)
     legend_above(upper)
-    return figure
-
-
-def plot_run(run: Run) -> Any:
-    """See `plot`; drawn in the style that is set."""
-    scene, time_s = run.scene, run.time_s
-    cage_ratio, rate = run.cage_rad_s / scene.shaft_speed_rad_s, scene.output_rate_hz
-    hz, level_db = run_spectrum(run)
-    mean = float(np.mean(cage_ratio))
-    reach = max(LEAST_REACH * mean, 1.1 * float(np.abs(cage_ratio - mean).max()))
-    look = {"color": BLUE, "lw": 0.8}
-    figure = new_figure((7.6, 6.0))
-    upper, middle, lower = figure.subplots(3, 1, height_ratios=(1.2, 1.2, 0.7))
-    _signal(run, upper)
-    middle.plot(hz / 1e3, level_db, **look)
-    middle.set(xlabel="Frequency, kHz", ylabel="dB re 1 (m/s²)²/Hz", xlim=(0, rate / 2e3))
-    lower.plot(time_s, cage_ratio, color=BLUE, lw=0.9)
-    lower.set(
-        xlabel="Time, s", ylabel="Cage over shaft", xlim=(time_s[0], time_s[-1]), ylim=(mean - reach, mean + reach)
-    )
-    lower.ticklabel_format(useOffset=False)
     return figure

@@ -10,11 +10,10 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models.run import Run
-from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording
+from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
 from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
@@ -22,7 +21,6 @@ from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of a race fault or more
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
-RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
 OWN_UNITS, NORMALISED = {"m/s2": "m/s²", "mm/s": "mm/s", "um": "µm"}, "std. dev."  # by the recording's unit
 # The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
 LEAST_HZ, LEAST_ORDER = 1.0, 0.3
@@ -99,18 +97,10 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
     )
 
 
-def signal_of(source: Recording | Run) -> tuple[FloatArray, FloatArray, str]:
-    """Times [s], acceleration along the sensor's axis of a run, or signal to analyse of a recording, and its unit."""
-    if isinstance(source, Run):
-        return source.time_s, along_sensor(source.acceleration_m_s2), "m/s2"
-    return source.time_s, one_signal(source), source.unit
-
-
-def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray]:
-    """Frequencies [Hz] and level [dB re 1 (m/s²)²/Hz] of a run's acceleration along the sensor's axis."""
-    acceleration = along_sensor(run.acceleration_m_s2)
-    hz, power = power_density(acceleration, run.scene.output_rate_hz, 1 / RUN_SEGMENT_HZ)
-    return hz[1:], _decibels(power[1:])
+def signal_of(source: Recording | Run) -> tuple[Recording, FloatArray]:
+    """A recording, or that of a run, and its signal to analyse."""
+    recording = recording_from_run(source) if isinstance(source, Run) else source
+    return recording, one_signal(recording)
 
 
 def _decibels(power: FloatArray) -> FloatArray:
