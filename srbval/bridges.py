@@ -7,7 +7,6 @@ that `srbval` offers (`offered`), as pandas calls its plotting backend: no room 
 import functools
 import html
 import importlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -45,16 +44,6 @@ def require_xarray() -> Any:
     except ImportError:
         raise MissingLibraryError("a data set of xarray", "xarray", "h5netcdf") from None
     return xarray
-
-
-def attributes(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes of a data set that netCDF can store: numbers and texts, anything else as JSON; None is left out."""
-    from srbval.storage.json_files import to_json
-
-    plain = {name: to_json(value) for name, value in facts.items() if value is not None}
-    return {
-        name: x if isinstance(x, int | float | str) else json.dumps(x) for name, x in plain.items() if x is not None
-    }
 
 
 class Shown:

@@ -1,14 +1,20 @@
 """The package's public names, loaded only when used; pictures, tables and short representations for notebooks."""
 
 import ast
+import dataclasses
 import functools
 import subprocess
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
+import xarray
+from matplotlib.figure import Figure
 
 import srbval
+from srbval.recordings.registry import recording_of
 from tests.reading.test_shaft_speed import BEARING, record
 
 
@@ -38,12 +44,10 @@ def analysis() -> srbval.Analysis:
     return srbval.analyse(record(shaft_hz=25.0), bearing=BEARING)
 
 
-def test_a_run_is_a_table_a_picture_and_a_line_of_text():
+def test_a_run_is_a_table_and_a_line_of_text():
     frame = run().to_frame()
     assert len(frame) == run().samples
     assert frame["acceleration_x_m_s2"].to_numpy() == pytest.approx(run().acceleration_m_s2[:, 0])
-    assert len(srbval.plot(run()).axes) == 3
-    assert srbval.plot(run())._repr_png_().startswith(b"\x89PNG")  # shown in a notebook that never imported pyplot
     assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 0.5 s")
 
 
@@ -51,7 +55,103 @@ def test_an_analysis_is_a_table_a_picture_and_a_line_of_text():
     frame = analysis().to_frame()
     inner = frame[(frame["name"] == "BPFI") & (frame["harmonic"] == 1)].iloc[0]
     assert inner["found_hz"] == analysis().line("BPFI").found_hz
-    labels = [text.get_text() for axes in srbval.plot(analysis()).axes for text in axes.texts]
+    labels = [text.get_text() for text in analysis().plot(new_axes()).texts]
     assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
     assert repr(analysis()).endswith("BPFI detected>")
     assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"
+
+
+def new_axes():
+    return Figure().add_subplot()
+
+
+SHOWN = {
+    "recording": lambda: analysis().recording,
+    "analysis": analysis,
+    "diagnosis": lambda: srbval.diagnose(analysis()),
+    "run": run,
+    "spectrum": lambda: analysis().processed.spectrum,
+    "bearing": lambda: srbval.load_bearing("skf-22240"),
+    "validation": lambda: srbval.validate(simulated=analysis().recording, measured=analysis().recording),
+}
+
+
+@pytest.mark.parametrize("kind", SHOWN)
+def test_objects_draw_onto_given_axes_and_show_a_table(kind):
+    shown, axes = SHOWN[kind](), new_axes()
+    assert shown.plot(axes) is axes
+    assert axes.lines or axes.patches
+    page = shown._repr_html_()
+    assert page.count("<tr") > 1
+    assert "<script" not in page
+
+
+@pytest.mark.parametrize("measured", ["OR_877rpm_sample.h5", "simulated", "own"])
+def test_round_trips_through_xarray_are_exact(measured, tmp_path):
+    """From the object, and from a file that xarray wrote: signals to the last bit, and everything that is known."""
+    own = {"simulated": run, "own": lambda: analysis().recording}.get(measured, lambda: measured)()
+    recording = recording_of(own)
+    data = recording.to_xarray()
+    data.to_netcdf(tmp_path / "record.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "record.nc", engine="h5netcdf") as stored:
+        assert stored.identical(data)
+        again = [srbval.Recording.from_xarray(one) for one in (data, stored)]
+    for one in (*again, dataclasses.replace(srbval.load_recording(tmp_path / "record.nc"), **of_file(recording))):
+        for name, samples in recording.channels.items():
+            assert np.array_equal(one.channels[name], samples)
+        assert one.facts() == recording.facts()
+        if recording.speed_signal is not None:
+            assert np.array_equal(one.speed_signal.values_hz, recording.speed_signal.values_hz)
+    with pytest.raises(srbval.DataError, match="Set the attribute"):
+        srbval.Recording.from_xarray(data.isel(time_s=slice(None, None, 2)))
+
+
+def of_file(recording):
+    return {"file": recording.file, "sha256": recording.sha256}
+
+
+def test_a_run_file_is_what_to_xarray_gives(tmp_path):
+    srbval.write_run(run(), tmp_path / "run.h5")
+    with xarray.open_dataset(tmp_path / "run.h5", engine="h5netcdf") as stored:
+        assert stored.equals(run().to_xarray())
+        read = srbval.Recording.from_xarray(stored)
+    assert np.array_equal(read.channels["y"], run().acceleration_m_s2[:, 1])
+    spectrum = analysis().processed.spectrum
+    assert np.array_equal(spectrum.to_xarray().sel(frequency_hz=spectrum.frequency_hz[5]), spectrum.amplitude[5])
+
+
+SESSION = """
+import numpy as np, pandas as pd, xarray as xr
+import srbval
+run = srbval.simulate(srbval.paper_scene(defect="outer", duration="2 s", model="impulse"))
+run.plot()
+run.to_xarray().acceleration_y_m_s2.std()
+srbval.analyse(run).to_frame().query("detected")
+analysis = srbval.analyse("OR_877rpm_sample.h5")
+analysis.plot().set_title("mine")
+diagnosis = srbval.diagnose(analysis)
+diagnosis.probabilities["outer"] > 0.5
+x = np.random.default_rng(0).standard_normal(40_000)
+mine = srbval.Recording.from_array(x, fs_hz=20_000, unit="g", rpm=1500, bearing="skf-6205")
+table = srbval.Recording.from_frame(pd.DataFrame({"time": np.arange(40_000) / 20_000, "acc [g]": x}))
+other = srbval.Recording.from_xarray(xr.DataArray(x, dims="time", coords={"time": table.time_s}, attrs={"units": "g"}))
+np.array_equal(other.channels["signal"], table.channels["acc [g]"])
+srbval.analyse(other, rpm=1500, bearing="skf-6205", auto_band=True)
+srbval.trend(*[mine] * 6, baseline=5).to_frame()
+srbval.plan("paper", question="slip").to_frame()
+srbval.validate(simulated=run, measured="OR_877rpm_sample.h5", state="outer")
+srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report", model=False)["html"].stat().st_size > 1000
+done = srbval.run_campaign(srbval.load_campaign("table5-smoke"), "smoke", engine="local")
+srbval.load_campaign("smoke").to_xarray().status
+"""
+
+
+def test_a_session_in_a_notebook(tmp_path, monkeypatch):
+    """As somebody types it who guesses every name, in an empty folder; every line is a value or shows one."""
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for line in SESSION.strip().splitlines():
+        exec(line, names)
+    plt.close("all")
+    with pytest.raises(srbval.ConfigurationError, match=r"give it with rpm=\.\.\."):
+        srbval.analyse(names["table"], bearing="skf-6205")

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from srbval import __version__
-from srbval.bridges import attributes, require_xarray
+from srbval.bridges import require_xarray
 from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
 from srbval.campaign.results import REFUSED, CaseResult, CaseTask, intact_result, read_result, version
@@ -76,7 +76,7 @@ class CampaignTable:
         coordinates |= {name: ("case", [row[name] for row in rows]) for name in ("case", "model")}
         about = {"campaign": self.campaign.name, "title": self.campaign.title, "version": self.version}
         about |= {"program": f"srbval {__version__}", "use": USE}
-        data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, attributes(about))
+        data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, about)
         if not signals:
             return data
         accepted = {key for key, r in results.items() if r.usable and (inaccurate or r.status != RunStatus.INACCURATE)}

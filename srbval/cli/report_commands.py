@@ -4,19 +4,17 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import answer, own_command
-from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.errors import ConfigurationError, DataError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 
 MAIN_FOLDER, VALIDATION_FOLDER = "srbval-report", "srbval-validation"
-MOST_SECTIONS = 6  # recordings that have their own; a folder's others have a row
 LONGEST_NAME = 100  # characters of a file's name in its folder's, which file systems limit
 OUT_OF_TOLERANCE, INCOMPLETE, RUN_FAILED = 1, 3, 4  # exit codes
 SHOWN = ("pair", "quantity", "unit", "kinematic", "simulated", "measured", "error", "uncertainty", "verdict")
@@ -69,45 +67,10 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.cli.record_commands import request_of
-        from srbval.diagnosis.baseline import load_healthy
-        from srbval.diagnosis.records import FailedFile, read_records, summary_of, without_other_files
-        from srbval.recordings import Recording
-        from srbval.recordings.registry import files_of, load_registered
-        from srbval.report.reports import report_recordings
-    request = request_of(options)
-    settings, band_hz = request.settings, request.band_hz
-    files, documents, shown = files_of(options.files), list[dict[str, Any]](), list[dict[str, Any]]()
-    failed: list[FailedFile] = []
-    if files != options.files or len(files) > MOST_SECTIONS:
-        requests = [replace(request, file=file) for file in files]
-        documents, failed = read_records(requests, jobs=options.jobs, progress=progress)
-        failed, _ = without_other_files(failed, options.files, documents)
-        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
-        shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
-        files = [one["file"] for one in shown]
-    is_open = len({one["file"] for one in documents}) < len(documents)  # a document a channel
-
-    def read(file: str, channel: str | None) -> Recording | FailedFile:
-        try:
-            return load_registered(file, replace(settings, channel=channel or settings.channel), band_hz)
-        except SrbvalError as error:
-            return FailedFile(file=file, error=error)
-
-    channels = [one["channel"] if is_open else None for one in shown] or [None] * len(files)
-    report, written = report_recordings(
-        [*map(read, files, channels), *failed],
-        folder,
-        healthy=load_healthy(options.healthy, settings, options.healthy_scale) if options.healthy else None,
-        all_channels=options.channel is None and not is_open,
-        others=documents[len(shown) :],
-        formats=tuple(options.formats),
-        command=own_command(),
-        progress=progress,
-        bearing=options.bearing,
-        largest_slip_pct=options.cage_slip,
-        band_hz=band_hz,
-    )
-    return written, to_json(report.data)
+        from srbval.report.reports import report_sources
+    written = {"formats": tuple(options.formats), "command": own_command(), "progress": progress}
+    report, files = report_sources(options.files, folder, request_of(options), jobs=options.jobs, **written)
+    return files, to_json(report.data)
 
 
 def validate(options: argparse.Namespace) -> int:

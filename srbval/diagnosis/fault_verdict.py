@@ -40,7 +40,7 @@ from srbval.diagnosis.fault_posterior import (
     stands_out,
 )
 from srbval.processes.machine import one_thread
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, ShaftSpeed, SpeedSource
@@ -107,17 +107,12 @@ class Diagnosis(Shown):
 
 @one_thread()
 def diagnose(
-    source: Analysis | RecordSource,
-    comparison: BaselineComparison = NO_HEALTHY,
-    *,
-    all_channels: bool = False,
-    **asked: Any,
+    analysis: Analysis, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False
 ) -> Diagnosis:
-    """Diagnose a record, by itself or compared with a healthy one; if it is not yet analysed, as `analyse` is `asked`.
+    """Diagnose an analysed record, by itself or compared with a healthy one.
 
     With `all_channels` other channels of the record are views too.
     """
-    analysis = source if isinstance(source, Analysis) else analyse(source, **asked)
     return weigh(views_of(analysis, all_channels=all_channels), analysis, comparison)
 
 
@@ -256,18 +251,13 @@ class FaultVerdict:
 
 
 def fault_verdict(
-    source: Analysis | RecordSource,
-    baseline: Baseline | Analysis | RecordSource | None = None,
-    *,
-    all_channels: bool = False,
-    **asked: Any,
+    analysis: Analysis, baseline: Baseline | Analysis | RecordSource | None = None, *, all_channels: bool = False
 ) -> FaultVerdict:
-    """Judge a record, compared with a healthy record if given; if it is not yet analysed, as `analyse` is `asked`.
+    """Judge an analysed record, compared with a healthy record if given.
 
-    `all_channels`: see `diagnose`. Raises what `analyse` and `compare_with_baseline` raise.
+    `all_channels`: see `diagnose`. Raises what `compare_with_baseline` and `baseline_of` raise.
     """
-    analysis = source if isinstance(source, Analysis) else analyse(source, **asked)
-    if baseline is not None and not isinstance(baseline, Baseline | Analysis):
+    if isinstance(baseline, RecordSource):
         baseline = baseline_of(analysis, recording_of(baseline))
     if analysis.recording.origin is not Origin.MEASURED:
         said = f"No fault is named: the record is {analysis.recording.origin.value}, not measured"

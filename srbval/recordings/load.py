@@ -31,27 +31,17 @@ from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json
 
 
-def load_recording(
-    path: str | Path,
-    settings: RecordingSettings | None = None,
-    *,
-    channel: str | None = None,
-    fs_hz: float | None = None,
-    unit: str | None = None,
-    rpm: float | None = None,
-    rpm_tolerance_pct: float | None = None,
-) -> Recording:
+def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
     """Load one measured file, simulated run or stand-in.
 
-    The options answer what the file leaves open and override its own statements: `channel` by name, sampling rate [Hz],
-    `unit` of the samples in the file (see `units.UNITS`), mean shaft speed [rpm] and, if that is a set point, its
-    tolerance [%]; `settings` contain these and all others. The settings of the register are not used, see
-    `registry.load_registered`. Raises `DataError` for anything that cannot be read or is ambiguous,
-    `ConfigurationError` for an impossible option.
+    `stated` are fields of `RecordingSettings`, which answer what the file leaves open and override its own statements:
+    `channel` by name, sampling rate `fs_hz`, `unit` of the samples in the file (see `units.UNITS`), mean shaft speed
+    `rpm` and, if that is a set point, its tolerance `rpm_tolerance_pct`; they go over `settings`. The settings of the
+    register are not used, see `registry.load_registered`. Raises `DataError` for anything that cannot be read or is
+    ambiguous, `ConfigurationError` for an impossible option.
     """
-    given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
-    reading = apply_settings(file, read_file(file), given.over(settings or RecordingSettings()))
+    reading = apply_settings(file, read_file(file), settings_of(stated).over(settings or RecordingSettings()))
     named = {"name": printable(file.stem), "file": str(file), "sha256": file_sha256(file)}
     return _assemble(reading, subject_of(file), named)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
@@ -11,8 +12,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
-from srbval.bridges import Shown, attributes, offered, require_xarray
+from srbval.bridges import Shown, offered, require_xarray
 from srbval.errors import ConfigurationError, DataError
+from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
     import pandas
@@ -221,7 +223,8 @@ class Recording(SourceFacts, Shown):
     def facts(self) -> dict[str, Any]:
         """Attributes of the data set that contains this recording, from which it is read again."""
         stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in IN_ARRAYS}
-        return attributes({KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit, "facts": stated})
+        text = json.dumps(to_json(stated))
+        return {KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit, "facts": text}
 
     def to_xarray(self) -> xarray.Dataset:
         """Data set of the channels over ``time_s``, with everything that is known of the record in its attributes.

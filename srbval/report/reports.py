@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from srbval.diagnosis.baseline import load_healthy
 from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
@@ -15,13 +16,14 @@ from srbval.diagnosis.records import (
     read_records,
     request_of,
     summary_of,
+    without_other_files,
 )
 from srbval.diagnosis.trend import Trend, record_times, trend_of
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
-from srbval.recordings.registry import RecordSource, files_of, recording_of
+from srbval.recordings.registry import RecordSource, files_of, load_registered, recording_of
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -42,6 +44,7 @@ from srbval.storage.json_files import to_json
 from srbval.validation.case import Case
 from srbval.validation.validate import PairReading, Validation, validate
 
+MOST_SECTIONS = 6  # recordings that have their own; a folder's others have a row
 PLOTS = (".png", ".svg", ".html")
 
 
@@ -74,29 +77,62 @@ def make_report(
 def report(
     *sources: RecordSource,
     folder: str | Path = "srbval-report",
-    healthy: RecordSource | None = None,
     formats: tuple[str, ...] = ("html", "json"),
+    jobs: int | None = None,
     progress: Progress = silent,
     **asked: Any,
 ) -> dict[str, Path]:
     """Write the report on recordings (files, folders, recordings, runs) into `folder`; returns its files by format.
 
-    Without recordings it is the main report, see `make_report`. `asked`: `model`, `all_channels`, and fields of a
-    `RecordRequest` and of `RecordingSettings`, such as `bearing`, `band_hz`, `rpm`. ``pdf`` is a further format.
+    Without recordings it is the main report, see `make_report`. `asked`: `model`, see `report_recordings`, and fields
+    of a `RecordRequest` and of `RecordingSettings`, such as `healthy`, `bearing`, `band_hz`, `rpm`. ``pdf`` is a
+    further format.
     """
-    common: dict[str, Any] = {"formats": formats, "command": "srbval.report", "progress": progress}
+    written: dict[str, Any] = {"formats": formats, "jobs": jobs, "command": "srbval.report", "progress": progress}
     if not sources:
-        return make_report(Path(folder), **common, **asked)[1]
-    own = {key: asked.pop(key) for key in ("model", "all_channels") if key in asked}
-    request, recordings = request_of(asked), list[Recording | FailedFile]()
-    for source in (path for one in sources for path in (files_of([one]) if isinstance(one, str | Path) else [one])):
+        return make_report(Path(folder), **written, **asked)[1]
+    model = asked.pop("model", True)
+    return report_sources(sources, Path(folder), request_of(asked), model=model, **written)[1]
+
+
+def report_sources(
+    sources: Sequence[RecordSource], folder: Path, request: RecordRequest, *, jobs: int | None = None, **written: Any
+) -> tuple[Report, dict[str, Path]]:
+    """Report on recordings as they are requested; of a folder or many files the most serious ones have a section.
+
+    `written`: see `report_recordings`.
+    """
+    named = [str(one) for one in sources if isinstance(one, str | Path)]
+    files, documents, shown = files_of(named), list[dict[str, Any]](), list[dict[str, Any]]()
+    settings, failed = request.settings, list[FailedFile]()
+    if files != named or len(files) > MOST_SECTIONS:
+        requests = [replace(request, file=file) for file in files]
+        documents, failed = read_records(requests, jobs=jobs, progress=written["progress"])
+        failed, _ = without_other_files(failed, named, documents)
+        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
+        shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
+        files = [one["file"] for one in shown]
+    is_open = len({one["file"] for one in documents}) < len(documents)  # a document a channel
+
+    def read(source: RecordSource, channel: str | None = None) -> Recording | FailedFile:
         try:
-            recordings.append(recording_of(source, request.settings))
+            if not isinstance(source, str | Path):
+                return recording_of(source, settings)
+            return load_registered(source, replace(settings, channel=channel or settings.channel), request.band_hz)
         except SrbvalError as error:
-            recordings.append(FailedFile(file=str(source), error=error))
-    beside = None if healthy is None else recording_of(healthy)
-    of_request = {key: value for key, value in asked.items() if hasattr(request, key)}
-    return report_recordings(recordings, Path(folder), healthy=beside, **common, **own, **of_request)[1]
+            return FailedFile(file=str(source), error=error)
+
+    channels = [one["channel"] if is_open else None for one in shown] or [None] * len(files)
+    held = [read(one) for one in sources if not isinstance(one, str | Path)]
+    return report_recordings(
+        [*map(read, files, channels), *held, *failed],
+        folder,
+        healthy=load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None,
+        all_channels=settings.channel is None and not is_open,
+        others=documents[len(shown) :],
+        **written,
+        **{name: getattr(request, name) for name in ("bearing", "largest_slip_pct", "band_hz")},
+    )
 
 
 def trend(
@@ -193,7 +229,7 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval analyse") -> None:
-    """One picture of a record that was read, as PNG or SVG (see `analysis_figure`), or with its table of lines as a page."""
+    """One picture of a record that was read, as PNG or SVG, or with its table of lines as a page."""
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline
     if path.suffix.lower() == ".html":

@@ -48,14 +48,10 @@ def paper_scene(**changes: Any) -> Scene:
     return _scene(_spelled_out(changes), "scene")
 
 
-def _spelled_out(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes in which words that stand for a table or a number are replaced: a defect's kind, `rpm`, a `Path`."""
-    found = {key: str(value) if isinstance(value, Path) else value for key, value in changes.items()}
-    if isinstance(found.get("defect"), str):
-        found["defect"] = {"kind": str(found["defect"])}
-    if "rpm" in found:
-        found["shaft_speed"] = f"{found.pop('rpm')!r} rpm"
-    return found
+def _spelled_out(changes: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Changes in which the kind of a defect stands in its table."""
+    kind = changes.get("defect")
+    return {**changes, "defect": {"kind": kind}} if isinstance(kind, str) else changes
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
