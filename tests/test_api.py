@@ -141,15 +141,20 @@ srbval.trend(*[mine] * 6, baseline=5).to_frame()
 srbval.plan("paper", question="slip").to_frame()
 srbval.validate(simulated=run, measured="OR_877rpm_sample.h5", state="outer")
 srbval.report(analysis.recording, mine, bearing="skf-22240", folder="report", model=False)["html"].stat().st_size > 1000
-done = srbval.run_campaign(srbval.load_campaign("table5-smoke"), "smoke", engine="local")
-srbval.load_campaign("smoke").to_xarray().status
+done = srbval.run_campaign(srbval.load_campaign(Path("speeds.toml")), "speeds", engine="local")
+srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("time_s")
 """
 
 
 def test_a_session_in_a_notebook(tmp_path, monkeypatch):
     """As somebody types it who guesses every name, in an empty folder; every line is a value or shows one."""
     monkeypatch.chdir(tmp_path)
-    names = {}
+    speeds = (
+        'name = "speeds"\noutputs = ["acceleration"]\nscene = { model = "planar", duration = "5 ms", settle = "0 s" }\n'
+    )
+    axes = '[[axes]]\nkind = "grid"\nvalues = { shaft_speed = ["400 rpm", "700 rpm"] }\n'
+    (tmp_path / "speeds.toml").write_text(speeds + axes)
+    names = {"Path": Path}
     for line in SESSION.strip().splitlines():
         exec(line, names)
     plt.close("all")

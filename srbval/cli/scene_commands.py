@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from srbval.bearing import DEFAULT_BEARING, Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import answer, print_table
-from srbval.errors import DataError, NumericsError
+from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.hierarchy import AUTO, level_of, models_of
 from srbval.models.run import RunSummary, works
 from srbval.models.simulate import Step, stored_summary
@@ -208,7 +208,9 @@ def _plan_of(scene: Scene, options: argparse.Namespace) -> "Plan":
 
 def kinematics(options: argparse.Namespace) -> int:
     """Print the kinematic frequencies and orders."""
-    bearing = load_bearing(options.bearing or DEFAULT_BEARING)
+    if options.name and options.bearing:
+        raise ConfigurationError(f"two bearings are given, {options.name} and {options.bearing}: leave one out.")
+    bearing = load_bearing(options.name or options.bearing or DEFAULT_BEARING)
     frequencies = fault_frequencies(bearing, rpm=options.rpm)
 
     def show() -> None:
