@@ -5,7 +5,8 @@ import hashlib
 import json
 import re
 from functools import lru_cache, partial
-from importlib import resources
+from importlib import metadata, resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -92,6 +93,12 @@ def render_pdf(report: Report, folder: Path) -> bytes:
         timestamp=int(report.generated_utc.timestamp()),
     )
     return content
+
+
+def typeset_with() -> list[Any]:
+    """Template and versions of the libraries that a PDF depends on; its fonts are those of matplotlib."""
+    versions = [metadata.version(name) for name in ("typst", "matplotlib") if find_spec(name)]
+    return [_template("report.typ"), *versions]
 
 
 def _font_folder() -> Path:

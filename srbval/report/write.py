@@ -1,21 +1,29 @@
 """Write a report's files, all of them or none."""
 
+import base64
 import tempfile
 from collections.abc import Iterable
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.report.blocks import FIGURES, Cell, Report, Table
-from srbval.report.renderers import render_html, render_pdf, require_typst
+from srbval.report.plain import as_plain
+from srbval.report.renderers import render_html, render_pdf, require_typst, typeset_with
+from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.json_files import move_listed_files, to_json
 
 FORMATS = ("html", "pdf", "json")
 LISTING = "report.json"
+STORE = ContentStore(kind="report", computed_by=__name__)
 
 
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`; returns the path of each.
+
+    A report whose content has not changed keeps the time at which it was made, and its PDF is not typeset again.
 
     ``figures`` contains the pictures and, as CSV, their data, the tables and the rows of the report. A failure leaves
     the former files. ``report.json`` lists all files with their SHA-256; files that a former report in `folder` listed,
@@ -47,12 +55,24 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
         stage = Path(name)
         draw_figures(report, stage)
         write_tables(report, stage / FIGURES)
+        content = _content(report, stage)
+        known: dict[str, str] = STORE.load(content, dict) or {"generated_utc": report.generated_utc.isoformat()}
+        report = replace(report, generated_utc=datetime.fromisoformat(known["generated_utc"]))
         if "html" in wanted:
             (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
         if "pdf" in wanted:
-            (stage / "report.pdf").write_bytes(render_pdf(report, stage))
+            known["pdf"] = known.get("pdf") or base64.b64encode(render_pdf(report, stage)).decode()
+            (stage / "report.pdf").write_bytes(base64.b64decode(known["pdf"]))
+        STORE.save(content, known)
         move_listed_files(stage, folder, LISTING, report_data(report) if "json" in wanted else None)
     return {kind: folder / f"report.{kind}" for kind in wanted}
+
+
+def _content(report: Report, stage: Path) -> str:
+    """Hash of all that a report consists of and is typeset with, but for the time at which it is made."""
+    files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES).iterdir())}
+    whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
+    return content_sha256(whole, report_data(report), files, *typeset_with())
 
 
 def draw_figures(report: Report, folder: Path) -> None:

@@ -6,9 +6,12 @@ for longest are removed.
 """
 
 import contextlib
+import dataclasses
 import hashlib
+import io
 import json
 import os
+import pickle
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -50,6 +53,24 @@ def stored_results(*, fresh: bool = False) -> Iterator[list[str]]:
 def content_key(content: str, *, computed_by: str, lazy: bool = True) -> str:
     """Hash of `content` and of the code behind a module, see `content_version`, 32 hexadecimal digits."""
     return hashlib.sha256(f"{content_version(computed_by, lazy=lazy)} {content}".encode()).hexdigest()[:32]
+
+
+class _FieldsPickler(pickle.Pickler):
+    """Pickles dataclasses by their fields alone, whatever was computed of them meanwhile."""
+
+    def reducer_override(self, value: Any) -> Any:
+        if isinstance(value, type) or not dataclasses.is_dataclass(value):
+            return NotImplemented
+        return type(value), tuple(getattr(value, one.name) for one in dataclasses.fields(value))
+
+
+def content_sha256(*values: Any) -> str:
+    """Hash of arrays, dataclasses of them, and all else that `pickle` knows, alike in every process."""
+    pickled = io.BytesIO()
+    pickler = _FieldsPickler(pickled, protocol=5)
+    pickler.fast = True  # equal values give equal bytes, whether they are one object or two
+    pickler.dump(values)
+    return hashlib.sha256(pickled.getbuffer()).hexdigest()
 
 
 @dataclass(frozen=True, kw_only=True)

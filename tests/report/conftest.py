@@ -67,13 +67,16 @@ def with_rig(tmp_path_factory):
         return Made(found, report, write_report(report, tmp_path_factory.mktemp("rig") / "report"))
 
 
+def line_of(_: str) -> SimpleNamespace:
+    return SimpleNamespace(kinematic_hz=97.0)
+
+
 def view(origin: str = "measured", **changes: Any) -> Any:
     """What figures draw of a record of noise with a tall line at 128.1 Hz, a shaft of 11.833 Hz."""
     rng, time = np.random.default_rng(1), np.arange(12_288) / 61_440
     noise, height = rng.standard_normal(time.size), rng.random(10_000)
     height[1281] = 30.0
-    line = SimpleNamespace(kinematic_hz=97.0)
-    analysis = SimpleNamespace(line=lambda _: line, processed=SimpleNamespace(band_hz=(500.0, 1500.0)))
+    analysis = SimpleNamespace(line=line_of, processed=SimpleNamespace(band_hz=(500.0, 1500.0)))
     given = {
         "origin": Origin(origin),
         "shaft_hz": 11.833,

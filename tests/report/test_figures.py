@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
+from srbval.report.figures import style
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices, figure_style
 from srbval.signal import Scalogram
+from srbval.storage.sources import sources_of
 
 from .conftest import spectrum, view
 
@@ -62,6 +64,34 @@ def test_pictures_are_small_dateless_the_same_each_time_and_only_a_stand_in_is_c
     assert "Measured" in text
     assert "Synthetic stand-in" not in text
     assert "Synthetic stand-in" in draw(kind, tmp_path / "4", "stand-in").picture.read_text("utf-8")
+
+
+@pytest.mark.parametrize("changed", ["nothing", "data", "argument", "source", "style", "library"])
+def test_a_panel_is_drawn_again_only_if_its_data_or_its_code_has_changed(changed, tmp_path, monkeypatch):
+    record, title, drawn, draw_now = view("measured"), "one", [], style._drawn
+    monkeypatch.setattr(style, "_drawn", lambda draw: drawn.append(draw) or draw_now(draw))
+    DRAWERS["acceleration"](record, title)(tmp_path, "before")
+    if changed == "data":
+        record = view("measured", envelope=record.envelope + np.eye(1, record.envelope.size, 7)[0] * 1e-15)
+    elif changed == "argument":
+        title = "two"
+    elif changed == "source":
+        monkeypatch.setattr("srbval.storage.content_store.content_version", lambda *_, **__: "new")
+    elif changed == "style":
+        new = style.STYLE_FILE.read_text().replace("lines.linewidth: 1.0", "lines.linewidth: 2.0")
+        monkeypatch.setattr(style, "STYLE_FILE", tmp_path / "new.mplstyle")
+        style.STYLE_FILE.write_text(new)
+    elif changed == "library":
+        monkeypatch.setattr(style.metadata, "version", lambda _: "new")
+    DRAWERS["acceleration"](record, title)(tmp_path, "after")
+    assert len(drawn) == (1 if changed == "nothing" else 2)
+    if changed == "nothing":
+        assert (tmp_path / "before.svg").read_bytes() == (tmp_path / "after.svg").read_bytes()
+
+
+def test_sources_of_a_panel_are_all_that_draw_it():
+    names = {path.name for path in sources_of(acceleration_panel.__module__, lazy=False)}
+    assert {"signals.py", "style.py", "records.py", "spectrum.py"} <= names
 
 
 @pytest.mark.parametrize("kind", COLUMNS)

@@ -8,6 +8,7 @@ import re
 import sys
 import zlib
 from collections import Counter
+from datetime import timedelta
 from html.parser import HTMLParser
 from importlib import resources
 
@@ -63,6 +64,20 @@ def test_a_new_report_replaces_the_former_one_and_nothing_else(report, tmp_path)
     kept = sorted(["figures", "figures/table6.csv", "report.json", *own])
     assert listing(tmp_path) == ["beside.txt", "out", *(f"out/{f}" for f in kept)]
     assert {name: (folder / name).read_text() for name in own} == own
+
+
+@pytest.mark.parametrize("changed", [{}, {"title": "Another"}, {"data": {"new": 1.0}}])
+def test_a_report_is_typeset_again_only_if_its_content_has_changed(changed, report, tmp_path, monkeypatch):
+    """Else it keeps its time."""
+    pytest.importorskip("typst")
+    typeset, render = [], write_module.render_pdf
+    monkeypatch.setattr(write_module, "render_pdf", lambda *given: typeset.append(given) or render(*given))
+    later = dataclasses.replace(report, generated_utc=report.generated_utc + timedelta(days=1), **changed)
+    first, second = (write_report(one, tmp_path / str(n)) for n, one in enumerate((report, later)))
+    same = {kind: first[kind].read_bytes() == second[kind].read_bytes() for kind in first}
+    assert len(typeset) == (2 if changed else 1)
+    assert set(same.values()) == {True} or changed
+    assert not (changed and same["pdf"])
 
 
 def test_what_cannot_be_written_is_refused(report, tmp_path):

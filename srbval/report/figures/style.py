@@ -5,7 +5,7 @@ import io
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from importlib import resources
+from importlib import metadata
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from srbval.arrays import FloatArray
+from srbval.storage.content_store import ContentStore, content_sha256
 
 P = ParamSpec("P")
+STYLE_FILE = Path(__file__).with_name("srbval.mplstyle")
 
 # Width and height of a panel [inch]: half and full width of the text.
 HALF = (4.2, 2.2)
@@ -98,33 +100,47 @@ def figure_style() -> Iterator[None]:
     """Context in which figures have the report's style, whatever the user's settings are."""
     import matplotlib as mpl
 
-    with mpl.rc_context(), resources.as_file(resources.files(__package__) / "srbval.mplstyle") as path:
+    with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(mpl.rc_params_from_file(path, use_default_template=False))
+        mpl.rcParams.update(mpl.rc_params_from_file(STYLE_FILE, use_default_template=False))
         yield
 
 
 def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
     """Turn a function that returns a figure and its columns into a `Drawing` that writes ``name.svg`` and ``name.csv``.
 
-    The data have six significant digits, and nothing for missing numbers.
+    The data have six significant digits, and nothing for missing numbers. Both files are stored by all that goes into
+    them, arguments, sources and libraries, and drawn again only if one of these has changed.
     """
+    store = ContentStore(kind="figure", computed_by=draw.__module__)
 
     @functools.wraps(draw)
     def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
         def write(folder: Path, name: str) -> None:
-            import pandas as pd
-
+            drawn_with = STYLE_FILE.read_bytes(), metadata.version("matplotlib"), metadata.version("numpy")
+            content = content_sha256(draw.__qualname__, args, kwargs, *drawn_with)
+            files = store.load(content, dict)
+            if files is None:
+                files = _drawn(lambda: draw(*args, **kwargs))
+                store.save(content, files)
             folder.mkdir(parents=True, exist_ok=True)
-            with figure_style():
-                figure, columns = draw(*args, **kwargs)
-                (folder / f"{name}.svg").write_bytes(picture_bytes(figure, ".svg"))
-            frame = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
-            frame.to_csv(folder / f"{name}.csv", index=False, float_format="%.6g", lineterminator="\n")
+            for suffix, text in files.items():
+                (folder / f"{name}{suffix}").write_bytes(text.encode())
 
         return write
 
     return drawing
+
+
+def _drawn(draw: Callable[[], Drawn]) -> dict[str, str]:
+    """Picture and data of a panel, by the suffixes of their files."""
+    import pandas as pd
+
+    with figure_style():
+        figure, columns = draw()
+        picture = picture_bytes(figure, ".svg").decode()
+    frame = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
+    return {".svg": picture, ".csv": frame.to_csv(index=False, float_format="%.6g", lineterminator="\n")}
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
