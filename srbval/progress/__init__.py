@@ -76,8 +76,8 @@ class ProgressDisplay:
         with self._lock:
             if task not in self._running:
                 self._write(f"{task} ...", passing=True)
-            _, started_at, *reported = self._running.get(task, (None, now, now, 0))
-            self._running[task] = fraction, started_at, *reported
+            _, started_at, reported_at, count = self._running.get(task, (None, now, now, 0))
+            self._running[task] = fraction, started_at, reported_at, count
             if fraction is not None and fraction >= 1:
                 del self._running[task]
                 self._write(f"{task}: done in {now - started_at:.1f} s")
