@@ -9,7 +9,7 @@ is not used.
 
 import enum
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -111,13 +111,16 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose an analysed record, by itself or compared with a healthy one.
 
-    With `all_channels` other channels of the record are views too.
+    With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
+    stated speed within its tolerance is a further view: the estimate may belong to another shaft.
     """
     return weigh(views_of(analysis, all_channels=all_channels), analysis, comparison)
 
 
-def weigh(views: Mapping[str | None, FaultScores], analysis: Analysis, comparison: BaselineComparison) -> Diagnosis:
-    """Diagnosis from the scores of each view by channel, the table of lines, and the comparison."""
+def weigh(
+    views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
+) -> Diagnosis:
+    """Diagnosis from channel and scores of each view, the table of lines, and the comparison."""
     standing, elsewhere = tuple(_standing(analysis, comparison)), None
     lines = {
         part.value: 2 if x.name == comparison.line else int(_stands(x, comparison))  # risen, or unexplained
@@ -127,29 +130,31 @@ def weigh(views: Mapping[str | None, FaultScores], analysis: Analysis, compariso
     if (outside := analysis.outside_speed) is not None:
         speed = ShaftSpeed(value_hz=outside.value_hz, ci95_hz=outside.ci95_hz, source=SpeedSource.ESTIMATED)
         elsewhere = fault_scores(replace(analysis, speed=speed))
-    together = log_likelihood([*views.values()], lines, stands=bool(standing), elsewhere=elsewhere)
+    together = log_likelihood([scores for _, scores in views], lines, stands=bool(standing), elsewhere=elsewhere)
     shares = probabilities(together)
     found = most_probable(shares)
-    best = max(views, key=lambda channel: log_likelihood([views[channel]], lines, stands=bool(standing))[found])
+    best, scores = max(views, key=lambda one: log_likelihood([one[1]], lines, stands=bool(standing))[found])
     return Diagnosis(
         state=decide(shares),
         probabilities=shares,
         log_likelihood=together,
         standing=standing,
-        scores=views[best],
-        channel=best if len(views) > 1 and found != Fault.HEALTHY else None,
+        scores=scores,
+        channel=best if len(dict(views)) > 1 and found != Fault.HEALTHY else None,
     )
 
 
-def views_of(analysis: Analysis, *, all_channels: bool) -> dict[str | None, FaultScores]:
-    """Scores of a record by channel, see `diagnose`; channels are of the same length, not constant."""
+def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
+    """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
     recording, done = analysis.recording, analysis.processed
-    views, own = {recording.channel: fault_scores(analysis)}, recording.channels.get(recording.channel or "")
+    views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
     for name, x in recording.channels.items() if all_channels else ():
         if name != recording.channel and own is not None and x.size == own.size and x.min() < x.max():
             other = process(replace(recording, channel=name), band_hz=done.band_hz, tracking=done.tracking)
-            views[name] = fault_scores(replace(analysis, processed=other))
-    return views
+            views.append((name, replace(analysis, processed=other)))
+    if analysis.speed.source is SpeedSource.ESTIMATED and recording.speed is not None:
+        views += [(name, replace(view, speed=recording.speed)) for name, view in views]
+    return [(name, fault_scores(view)) for name, view in views]
 
 
 def _stands(line: Line, comparison: BaselineComparison) -> bool:

@@ -111,7 +111,7 @@ def test_no_combination_of_evidence_contradicts_itself():
             compared = dataclasses.replace(
                 compared, risen=Fault.of_line(name), line=name, ratio=ratio, ratio_ci95=(28.0, 32.0)
             )
-        verdict = verdict_of(analysis, compared, weigh({None: COMBS[state]}, analysis, compared))
+        verdict = verdict_of(analysis, compared, weigh([(None, COMBS[state])], analysis, compared))
         assert_no_contradiction(analysis, verdict)
         if state == OTHER or (height in ("explained", "covered") and ratio != 1.1):
             assert verdict.finding is not Finding.NOTHING_FOUND
@@ -127,7 +127,7 @@ def test_a_healthy_record_of_another_speed_is_no_reassurance():
     same = dataclasses.replace(NOTHING, ratios={"BPFO": (1.1, (0.9, 1.3))})
 
     def judged(compared: BaselineComparison) -> FaultVerdict:
-        return verdict_of(analysis, compared, weigh({None: scores()}, analysis, compared))
+        return verdict_of(analysis, compared, weigh([(None, scores())], analysis, compared))
 
     assert judged(same).finding is Finding.NOTHING_FOUND
     compared = compare_with_baseline(analysis, UNLIKE)
