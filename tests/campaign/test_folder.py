@@ -203,7 +203,7 @@ def test_a_campaign_is_one_data_set(whole: Path, tmp_path: Path) -> None:
     assert "split training and test by case" in data.attrs["use"]
     data.to_netcdf(tmp_path / "campaign.nc", engine="h5netcdf")
     with xarray.open_dataset(tmp_path / "campaign.nc", engine="h5netcdf") as stored:
-        assert stored.identical(data) or stored.equals(data)
+        assert stored.identical(data)
     assert campaign.to_frame()["cage_ratio"].iloc[0] == data["cage_ratio"].values[0]
 
 
@@ -226,7 +226,5 @@ def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert [f["status"] for f in found["failed"]] == ["refused"]  # type: ignore[attr-defined]
     code, found = ask("status", out)
     assert (code, found["done"], found["running"]) == (0, 2, False)
-    code, found = ask("export", out, "-o", str(tmp_path / "set.h5"), "--segment-seconds", "0.001")
-    assert (code, found["segments"], found["left_out"]) == (0, 5, 1)
     assert ask("run", str(tmp_path / "none.toml"))[0] == 3
     assert ask("run", str(file), "-o", out, "--engine", "x")[0] == 2
