@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
+from srbval.diagnosis.feature_rows import record_features
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
@@ -24,7 +26,8 @@ from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import files_of
-from srbval.storage.files import check_suffix
+from srbval.storage.files import atomic_write, check_suffix
+from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import to_json
 
 DETECTED = ("line", "part", "found Hz, ± 95 %", "times noise", "modulation %", "harmonics")
@@ -48,8 +51,8 @@ def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         auto_band=getattr(options, "auto_band", False),
         one_band=getattr(options, "one_band", False),
-        healthy=options.healthy,
-        healthy_scale=options.healthy_scale,
+        healthy=getattr(options, "healthy", None),
+        healthy_scale=getattr(options, "healthy_scale", None),
     )
 
 
@@ -64,6 +67,29 @@ def analyse(options: argparse.Namespace) -> int:
         path = Path(options.write_machine)
         write_text(path, machine_toml(path.stem, vars(options), path.parent))
     return code
+
+
+def features(options: argparse.Namespace) -> int:
+    """Write a table of features with a row per record; exit code 3 if some could not be read."""
+    from srbval.campaign.run import CASES, TABLE  # takes a while to load
+
+    path = Path(options.output)
+    check_suffix(path, "CSV, Parquet or Feather", (".csv", ".parquet", ".feather"))
+    kind = path.suffix.lower().removeprefix(".") or "csv"
+    if kind != "csv" and find_spec("pyarrow") is None:
+        raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
+    sources = [Path(one) / CASES if (Path(one) / TABLE).is_file() else one for one in options.files]
+    with ProgressDisplay() as progress:
+        table = record_features(sources, request_of(options), jobs=options.jobs, progress=progress)
+    with atomic_write(path) as part:
+        getattr(table, f"to_{kind}")(part, **({"index": False} if kind == "csv" else {}))
+    rows = table.astype(object).where(table.notna(), None).to_dict("records")
+    failed = [row for row in rows if row["seconds"] is None]
+    for row in failed:
+        print(f"srbval: not read: {row['file']}: {row['reason']}", file=sys.stderr)
+    text = f"{len(rows)} records, {len(failed)} of them not read; {len(table.columns)} columns: {path}"
+    code, status = (DataError.exit_code, "incomplete") if failed else (0, "")
+    return answer(options, {"features": rows, "file": path}, text, code=code, status=status)
 
 
 def _run_one(options: argparse.Namespace) -> int:

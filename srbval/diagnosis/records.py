@@ -54,7 +54,7 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request for one file; see `analyse`, `bearing_of` and `load_healthy` for the options.
+    """Request for one file, or a `recording` in its place; see `analyse`, `bearing_of`, `load_healthy` for the options.
 
     A band is chosen on the record with `auto_band`, and if neither the request nor a data set states one; records
     whose levels are compared, `one_band`, have the whole band then.
@@ -69,6 +69,7 @@ class RecordRequest:
     one_band: bool = False
     healthy: str | None = None
     healthy_scale: float | None = None
+    recording: Recording | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +121,7 @@ def read_record(request: RecordRequest) -> RecordReading:
     """
     stored = registered_settings(request.file)
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
-    recording = load_registered(request.file, request.settings, request.band_hz)
+    recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
     return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
 
@@ -175,7 +176,18 @@ def read_recording(
 def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
-    """Documents of many files, the most serious first, and the files that failed; `jobs` at a time (one per core).
+    """Documents of many files, the most serious first, and the files that failed; see `answers_of`."""
+    answers = answers_of(requests, jobs=jobs, progress=progress).values()
+    read = [document for answer in answers if isinstance(answer, list) for document in answer]
+    order = list(ALARMS)
+    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), *_seriousness(one)))
+    return read, [answer for answer in answers if isinstance(answer, FailedFile)]
+
+
+def answers_of(
+    requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
+) -> dict[RecordRequest, list[dict[str, Any]] | FailedFile]:
+    """Documents of each file, or its failure; `jobs` at a time (one per core).
 
     A file without a stated channel has one document for each channel. Raises the error of the files if all fail.
     """
@@ -192,12 +204,9 @@ def read_records(
             STORE.save(contents[request], answer)
         progress(task, len(answers) / len(requests))
     failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
-    read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
-    if failed and not read:
+    if failed and len(failed) == len(answers):
         raise only_error(failed)
-    order = list(ALARMS)
-    read.sort(key=lambda one: (order.index(one["fault"]["verdict"]), *_seriousness(one)))
-    return read, failed
+    return answers
 
 
 def _seriousness(document: dict[str, Any]) -> tuple[float, float]:
@@ -340,12 +349,13 @@ def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one for each channel if none is stated; or its error."""
     try:
-        names = open_channels(Path(request.file), registered_settings(request.file, request.settings, request.band_hz))
+        settings = registered_settings(request.file, request.settings, request.band_hz)
+        names = () if request.recording else open_channels(Path(request.file), settings)
         own = [replace(request, settings=replace(request.settings, channel=name)) for name in names] or [request]
         documents: list[dict[str, Any]] = to_json([_reading_or_snapshot(one) for one in own])
     except SrbvalError as error:
         kind = type(error) if isinstance(error, ConfigurationError | NoRecordingError) else DataError
-        return FailedFile(file=request.file, error=kind(str(error)))
+        return FailedFile(file=request.recording.name if request.recording else request.file, error=kind(str(error)))
     return documents
 
 
@@ -361,12 +371,14 @@ def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, An
 
 
 def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
-    recording = load_registered(request.file, request.settings, request.band_hz)
+    recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
     return recording, bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
 
 
 def _content(request: RecordRequest, register: str) -> str:
-    """All that the documents of a file depend on; empty if the file cannot be read."""
+    """All that the documents of a file depend on; empty if the file cannot be read, or there is none."""
+    if request.recording is not None:
+        return ""
     try:
         files = [Path(path) for path in (request.file, request.healthy) if path]
         if not all(file.is_file() for file in files):  # opening a pipe would block

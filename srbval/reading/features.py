@@ -90,7 +90,10 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
         depth, snr = math.sqrt(power), float(power / np.mean(beside))
         lines.append({"name": fault.line, "harmonic": 1, "depth": depth, "snr": snr, "detected": False})
     return {
-        **{key: getattr(read.recording, key) for key in ("file", "channel", "seconds")},
+        **{key: getattr(read.recording, key) for key in ("file", "name", "channel", "fs_hz", "seconds")},
+        "declared_state": read.recording.state,
+        "bearing": read.bearing.name,
+        "band_hz": done.band_hz,
         "snapshot": True,
         "shaft_hz": {"value": shaft_hz},
         "features": features_of(read),
