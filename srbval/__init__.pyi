@@ -21,6 +21,7 @@ from srbval.plan.plan import make_plan as plan
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
 from srbval.recordings.load import recording_from_columns
+from srbval.recordings.public_sets import dataset_recordings
 from srbval.recordings.registry import add as add_recordings
 from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings
@@ -73,6 +74,7 @@ __all__ = [
     "campaign_status",
     "choose_engine",
     "compare_with_baseline",
+    "dataset_recordings",
     "diagnose",
     "doctor",
     "envelope",

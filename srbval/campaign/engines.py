@@ -9,9 +9,11 @@ import importlib
 import inspect
 import itertools
 import logging
+import os
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -191,6 +193,8 @@ def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt:
         settings = {"cores": 1, "processes": 1, "memory": memory} | dict(options)
         settings |= {"worker_extra_args": [*NO_DASHBOARD, *resources, *extra], "scheduler_options": HIDDEN | scheduler}
     elif f"{kind.__module__.partition('.')[0]}.{kind.__name__}" == LOCAL_CLUSTER:
+        if hasattr(os, "fork"):
+            resource_tracker.ensure_running()  # if it starts among the workers, it lets Ctrl-C through to them
         share = parse_bytes(options.get("memory_limit", MEMORY_LIMIT // workers))
         settings = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": HIDDEN["dashboard_address"]}
         settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"} | dict(options)

@@ -1,15 +1,14 @@
 """Table of features: a row per record, for statistics and learning; names state the quantity and its unit."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from srbval.diagnosis.records import FailedFile, RecordRequest, answers_of, without_other_files
+from srbval.diagnosis.records import FailedFile, RecordRequest, answers_of, request_of, without_other_files
 from srbval.progress import Progress, silent
-from srbval.recordings.registry import Source, files_under, recording_of, shipped_or
-from srbval.recordings.settings import settings_of
+from srbval.recordings.registry import RecordSource, files_of, recording_of
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.recordings.units import ACCELERATION, UNKNOWN
 
@@ -21,7 +20,7 @@ IN_NAMES = {"-": "_minus_", "+": "_plus_"}  # of sidebands, as BPFI-fr
 
 
 def record_features(
-    sources: Source | Sequence[Source],
+    sources: RecordSource | Iterable[RecordSource],
     request: RecordRequest | None = None,
     *,
     jobs: int | None = None,
@@ -37,31 +36,29 @@ def record_features(
     """
     import pandas
 
-    given = [sources] if isinstance(sources, Source) else list(sources)
-    if request is None:
-        own = {field.name: stated.pop(field.name) for field in fields(RecordRequest) if field.name in stated}
-        request = RecordRequest(**own, settings=settings_of(stated))
-    request = replace(request, one_band=not request.auto_band)
-    requests = [one for source in given for one in _requests(source, request)]
+    given = [sources] if isinstance(sources, RecordSource) else list(sources)
+    asked = request or request_of(stated)
+    asked = replace(asked, one_band=not asked.auto_band)
+    requests = [one for source in given for one in _requests(source, asked)]
     answers = answers_of(requests, jobs=jobs, progress=progress)
     failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
-    shown, _ = without_other_files(failed, [str(source) for source in given], read)
+    of_files = [document for document in read if document["file"]]
+    shown, _ = without_other_files(failed, [str(source) for source in given], of_files)
     rows: list[Mapping[str, Any]] = []
     for answer in (answers[one] for one in requests):
         if isinstance(answer, list):
             rows += map(feature_row, answer)
         elif answer in shown:
-            rows.append({"file": answer.file, "reason": str(answer.error)})
+            rows.append({"file": answer.file, "reason": str(answer.error).removeprefix(f"{answer.file}: ")})
     return pandas.DataFrame(rows, columns=list(dict.fromkeys(k for row in sorted(rows, key=len)[::-1] for k in row)))
 
 
-def _requests(source: Source, request: RecordRequest) -> list[RecordRequest]:
+def _requests(source: RecordSource, request: RecordRequest) -> list[RecordRequest]:
     """Requests for a file, all files below a folder, a recording, or a run."""
-    if not isinstance(source, str | Path):
-        return [replace(request, recording=recording_of(source, **vars(request.settings)))]
-    files = files_under(Path(source)) if Path(source).is_dir() else [shipped_or(source)]
-    return [replace(request, file=str(file)) for file in files]
+    if isinstance(source, str | Path):
+        return [replace(request, file=file) for file in files_of([source])]
+    return [replace(request, recording=recording_of(source, **vars(request.settings)))]
 
 
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
