@@ -6,7 +6,6 @@ Each of them calls `run_isolated` for every case.
 import contextlib
 import functools
 import importlib
-import inspect
 import itertools
 import logging
 import os
@@ -172,7 +171,7 @@ Engine = LocalProcesses | DaskEngine
 
 @contextlib.contextmanager
 def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt: bool = False) -> Iterator[Any]:
-    """Cluster of a class of Dask's, made with `options`, of `workers` workers, or jobs if it submits jobs.
+    """Cluster of a class of Dask's, made with `options`, of `workers` workers; each is a job if the class submits jobs.
 
     A job has one core unless an option states its `cores`, which are as many cases at a time. Queue, account, time and
     all else that no option states come from Dask's own configuration, ``~/.config/dask/jobqueue.yaml``, as
@@ -183,39 +182,32 @@ def made_cluster(kind: type, workers: int, options: Mapping[str, Any], *, adapt:
     from dask.utils import parse_bytes
     from distributed.system import MEMORY_LIMIT
 
+    settings: dict[str, Any] = {}
     if job := getattr(kind, "job_cls", None):
-        own = functools.partial(dask.config.get, default=None)
-        section = f"jobqueue.{job.config_name}"
-        memory = options.get("memory") or own(f"{section}.memory") or JOB_MEMORY
-        extra = options.get("worker_extra_args") or own(f"{section}.worker-extra-args") or []
-        scheduler = options.get("scheduler_options") or own(f"{section}.scheduler-options") or {}
-        resources = ("--resources", f"{MEMORY}={parse_bytes(memory)}")
-        settings = {"cores": 1, "processes": 1, "memory": memory} | dict(options)
-        settings |= {"worker_extra_args": [*NO_DASHBOARD, *resources, *extra], "scheduler_options": HIDDEN | scheduler}
-    elif f"{kind.__module__.partition('.')[0]}.{kind.__name__}" == LOCAL_CLUSTER:
+        names = ("memory", "worker_extra_args", "scheduler_options")
+        own = {name: options.get(name) or dask.config.get(f"jobqueue.{job.config_name}.{name}", None) for name in names}
+        settings = {"cores": 1, "processes": 1, "memory": own["memory"] or JOB_MEMORY, **options}
+        resources = ("--resources", f"{MEMORY}={parse_bytes(settings['memory'])}")
+        settings["worker_extra_args"] = [*NO_DASHBOARD, *resources, *(own["worker_extra_args"] or ())]
+        settings["scheduler_options"] = HIDDEN | (own["scheduler_options"] or {})
+    elif kind.__name__ == "LocalCluster":
         if hasattr(os, "fork"):
             resource_tracker.ensure_running()  # if it starts among the workers, it lets Ctrl-C through to them
         share = parse_bytes(options.get("memory_limit", MEMORY_LIMIT // workers))
         settings = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": HIDDEN["dashboard_address"]}
-        settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"} | dict(options)
-    else:
-        settings = dict(options)
+        settings |= {"memory_limit": share, "resources": {MEMORY: share}, "silence_logs": "CRITICAL"}
     with without_ctrl_c():
-        made = kind(**settings)
+        made = kind(**{**options, **settings} if job else {**settings, **options})
     with made as cluster:
-        jobs = "jobs" in inspect.signature(cluster.scale).parameters
-        if jobs:
-            cluster.sync(_submit, cluster, 1 if adapt else workers)
-        elif not adapt:
-            cluster.scale(workers)
+        cluster.sync(_scale, cluster, 1 if adapt else workers)
         if adapt:
-            cluster.adapt(**({"maximum_jobs": workers} if jobs else {"minimum": 1, "maximum": workers}))
+            cluster.adapt(minimum=1, maximum=workers)
         yield cluster
 
 
-async def _submit(cluster: Any, jobs: int) -> None:
-    """Submit jobs and wait for that: it raises the errors of the batch system, which Dask would only log."""
-    cluster.scale(jobs=jobs)
+async def _scale(cluster: Any, workers: int) -> None:
+    """Ask for workers and wait for that: it raises the errors of a batch system, which Dask would only log."""
+    cluster.scale(workers)
     await cluster
 
 
@@ -232,11 +224,10 @@ def choose_engine(
     """The engine of that name.
 
     ``local`` are `jobs` worker processes of this machine. ``dask`` is the cluster of a `scheduler` (its address, a
-    `Client` or a cluster), or a cluster made for the campaign: of a `cluster_class`, such as
-    ``dask_jobqueue.PBSCluster``, with its `cluster_options`, else a ``LocalCluster``; of `jobs` jobs or workers, with
-    `adapt` at most that many. Without a name it is ``dask`` if any of these is given. `jobs` is by default one per
-    usable core; `wait_s` limits the time without any worker of a cluster [s], by default two minutes, an hour for a
-    `cluster_class`.
+    `Client` or a cluster), or else one made for the campaign, of `jobs` workers, with `adapt` at most that many: of a
+    `cluster_class`, such as ``dask_jobqueue.PBSCluster``, with its `cluster_options`, or a ``LocalCluster``. Without a
+    name it is ``dask`` if any of these is given. `jobs` is by default one per usable core; `wait_s` limits the time
+    without any worker of a cluster [s], by default two minutes, an hour for a `cluster_class`.
 
     Raises `ConfigurationError` for an unknown name, options that do not fit it, or missing packages.
     """
@@ -248,18 +239,18 @@ def choose_engine(
             f"engine {name!r} is not known. Known: {LOCAL}, {DASK}. For a batch system: --engine dask --cluster-class "
             "dask_jobqueue.SLURMCluster, or another class of dask-jobqueue."
         )
-    if name == LOCAL and stated:
-        raise ConfigurationError(f"engine 'local' does not know {', '.join(stated)}; that needs --engine dask.")
-    if scheduler is not None and len(stated) > 1:
-        raise ConfigurationError(f"--scheduler is a running cluster, which {', '.join(stated[1:])} cannot change.")
+    if (name == LOCAL and stated) or (scheduler and len(stated) > 1):
+        raise ConfigurationError(
+            f"engine {name!r} with {', '.join(stated)}: a --scheduler is taken as it is, and the others need "
+            "--engine dask."
+        )
     workers = jobs or usable_cores()
     if name == LOCAL:
         return LocalProcesses(workers)
-    if scheduler is not None:
-        _dask_class(LOCAL_CLUSTER)
+    kind = _dask_class(cluster_class or LOCAL_CLUSTER)
+    if scheduler:
         where = f" at {scheduler}" if isinstance(scheduler, str) else ""
         return DaskEngine(scheduler, f"{DASK}{where}", wait_s or WAIT_S)
-    kind = _dask_class(cluster_class or LOCAL_CLUSTER)
     made = functools.partial(made_cluster, kind, workers, cluster_options or {}, adapt=adapt)
     return DaskEngine(made, f"{DASK} {kind.__name__}", wait_s or (QUEUE_WAIT_S if cluster_class else WAIT_S))
 
@@ -269,12 +260,9 @@ def _dask_class(path: str) -> type:
     module, _, name = path.rpartition(".")
     try:
         with without_ctrl_c():
-            importlib.import_module("distributed")
-            found = getattr(importlib.import_module(module), name)
+            found = getattr(importlib.import_module(module or "distributed"), name, None)
     except ModuleNotFoundError:
         raise MissingLibraryError(f"cluster class {path!r}", "dask[distributed]", "dask-jobqueue") from None
-    except (ImportError, AttributeError, ValueError):
-        found = None
     if not (isinstance(found, type) and hasattr(found, "scale")):
         raise ConfigurationError(f"{path!r} is no class of Dask clusters; one is dask_jobqueue.SLURMCluster.")
     return found

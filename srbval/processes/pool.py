@@ -1,6 +1,5 @@
 """Work that holds the interpreter, spread over several processes."""
 
-import contextlib
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -28,10 +27,15 @@ def in_processes(
     if len(items) < 2:
         yield from ((item, function(item)) for item in items)
         return
+    main = sys.modules["__main__"]
     count, ignore = min(jobs or usable_cores(), len(items)), (signal.SIGINT, signal.SIG_IGN)
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=signal.signal, initargs=ignore) as pool:
-        with _without_script():
+        script = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
+        main.__spec__ = None  # a spawned process would run the user's script again
+        try:
             running = {pool.submit(function, item): item for item in items}
+        finally:
+            vars(main).update({name: value for name, value in script.items() if value or name == "__spec__"})
         try:
             yield from ((running[future], future.result()) for future in as_completed(running))
         except BrokenProcessPool:
@@ -41,15 +45,3 @@ def in_processes(
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-@contextlib.contextmanager
-def _without_script() -> Iterator[None]:
-    """Processes started within do not run the user's script again, which need not protect itself against that."""
-    main = sys.modules["__main__"]
-    kept = {name: vars(main).pop(name, None) for name in ("__file__", "__spec__")}
-    main.__spec__ = None
-    try:
-        yield
-    finally:
-        vars(main).update({name: value for name, value in kept.items() if value is not None or name == "__spec__"})

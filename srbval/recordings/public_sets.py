@@ -39,10 +39,10 @@ def dataset_recordings(
     if isinstance(dataset, str):
         try:
             import bearing_datasets
+
+            dataset = bearing_datasets.open(dataset, root)
         except ImportError:
             raise MissingLibraryError(f"data set {dataset!r}", "bearing-datasets") from None
-        try:
-            dataset = bearing_datasets.open(dataset, root)
         except (FileNotFoundError, ValueError) as error:
             raise DataError(f"data set {dataset!r}: {error}") from None
     whole = dataset.metadata()
@@ -50,33 +50,31 @@ def dataset_recordings(
     said = dataset.columns().set_index("column")["description"]
     for row in (whole[kinds.isin([*UNITS, "unknown"])] if rows is None else rows).to_dict("records"):
         facts = {key: value for key, value in row.items() if value not in NOT_STATED and value == value}
-        beside = whole[(kinds == "speed") & (whole["recording_id"] == row["recording_id"])]
         try:
-            recording = _recording(dataset, facts, f"speed_rpm: {said.get('speed_rpm')}", stated)
+            recording = _recording(dataset, facts, stated)
         except SrbvalError as error:
             error.args = (with_keywords(str(error)),)
             raise
+        beside = whole[(kinds == "speed") & (whole["recording_id"] == row["recording_id"])]
+        notes, changes = [*recording.notes, f"speed_rpm: {said.get('speed_rpm')}"], dict[str, Any]()
         for speed in beside.to_dict("records") if "rpm" not in stated else ():
             with contextlib.suppress(DataError, ValueError):  # a shaft at rest, or no unit
-                values_hz = dataset.signal(speed["signal_id"], unit="Hz")
-                course = SpeedSignal(values_hz=values_hz, rate_hz=speed["fs"])
-                recording = replace(recording, speed=tachometer_speed(values_hz, speed["fs"]), speed_signal=course)
-        profile = facts.get("speed_profile", "constant")
-        if profile != "constant" and recording.speed_signal is None:
-            caution = f"the speed is not constant ({profile}), and its course is not recorded"
-            recording = replace(recording, cautions=(*recording.cautions, caution))
-        yield recording
+                signal = SpeedSignal(values_hz=dataset.signal(speed["signal_id"], unit="Hz"), rate_hz=speed["fs"])
+                changes = {"speed_signal": signal, "speed": tachometer_speed(signal.values_hz, signal.rate_hz)}
+        if (profile := facts.get("speed_profile", "constant")) != "constant" and not changes:
+            changes["cautions"] = (*recording.cautions, f"speed {profile}, and its course is not recorded")
+        yield replace(recording, notes=tuple(notes), **changes)
 
 
-def _recording(dataset: Any, facts: Mapping[str, Any], about_speed: str, stated: Mapping[str, Any]) -> Recording:
+def _recording(dataset: Any, facts: Mapping[str, Any], stated: Mapping[str, Any]) -> Recording:
     """Recording of the signal with these `facts`, its speed as a set point."""
-    identity, channel, units, given = facts["signal_id"], facts["channel"], {}, {"fs_hz": facts["fs"], **stated}
-    theirs, ours = UNITS.get(facts.get("quantity", ""), (None, ""))
+    identity, channel, given = facts["signal_id"], facts["channel"], {"fs_hz": facts["fs"], **stated}
+    theirs, ours = UNITS.get(facts.get("quantity", ""), (None, None))
     try:
-        samples, units = dataset.signal(identity, unit=theirs), {channel: ours} if theirs else {}
+        samples = dataset.signal(identity, unit=theirs)
     except ValueError:  # raw values of no stated unit
-        samples = dataset.signal(identity)
-    if units:
+        samples, ours = dataset.signal(identity), None
+    if ours:
         given.pop("unit", None)
     notes = [f"data set {dataset.name} of bearing-datasets, label {facts.get('native_label', 'none')}"]
     notes += [f"{key} {value} given by the user" for key, value in stated.items()]
@@ -87,22 +85,22 @@ def _recording(dataset: Any, facts: Mapping[str, Any], about_speed: str, stated:
         notes.append(f"the fault, {fault}, is at {places[1]}, not at this sensor's {places[0]}")
     if "speed_rpm" in facts and "rpm" not in stated:
         given |= {"rpm": facts["speed_rpm"], "rpm_tolerance_pct": SET_POINT_PCT}
-        notes.append(about_speed)
-    given.setdefault("bearing", _bearing(facts, dataset.name, notes))
+    if "bearing" not in stated:
+        try:
+            given["bearing"] = _bearing(facts, dataset.name)
+        except ConfigurationError as error:
+            notes.append(f"bearing {facts.get('bearing_model', '')} is left open: {error}")
     name = f"{dataset.name} {identity}"
-    recording = recording_from_columns({channel: samples}, name=name, column_units=units, channel=channel, **given)
+    recording = recording_from_columns(
+        {channel: samples}, name=name, column_units={channel: ours} if ours else None, channel=channel, **given
+    )
     return replace(recording, notes=tuple(notes))
 
 
-def _bearing(facts: Mapping[str, Any], dataset: str, notes: list[str]) -> Bearing | None:
-    """Bearing by its orders, else by its designation if that is known; None if the set states neither."""
-    orders = [str(facts[key]) for key in ("bpfo", "bpfi", "bsf", "ftf") if key in facts]
-    model = facts.get("bearing_model")
-    try:
-        if len(orders) == 4:
-            title = f"{model or 'bearing'}, by the orders in data set {dataset}"
-            return replace(load_bearing(f"orders {','.join(orders)}"), title=title)
+def _bearing(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
+    """Bearing by its orders, else by its designation; None if the set states neither; raises as `load_bearing`."""
+    model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
+    if "None" in orders:
         return load_bearing(model) if model else None
-    except ConfigurationError as error:
-        notes.append(f"bearing {model or ''} is left open: {error}")
-        return None
+    title = f"{model or 'bearing'}, by the orders in data set {dataset}"
+    return replace(load_bearing(f"orders {','.join(orders)}"), title=title)

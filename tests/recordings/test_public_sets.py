@@ -80,7 +80,7 @@ def test_facts_of_a_set_are_those_of_the_recordings(kind: str, tmp_path: Path) -
     assert [one.state for one in (first, far, healthy)] == ["inner", None, "healthy"]
     assert (first.fs_hz, first.unit, first.own_bearing.orders.bpfi) == (12000.0, "m/s2", ORDERS["bpfi"])
     assert (first.speed.source, round(60 * first.speed.ci95_hz)) == ("nominal", round(0.015 * 1797))
-    assert "the speed is not constant (varying)" in first.cautions[-1]
+    assert "speed varying, and its course" in first.cautions[-1]
     assert "speed_rpm: the set speed" in first.notes
     assert (healthy.speed.source, round(60 * healthy.speed.value_hz)) == ("tachometer", 1790)
     assert "the fault, inner, is at motor_bearing_de, not at this sensor's motor_bearing_nde" in far.notes
