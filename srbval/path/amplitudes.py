@@ -8,8 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.fft
-import scipy.signal
+import scipy.fft  # scipy.signal takes half a second: scipy loads it where it is used
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault

@@ -8,8 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.signal
-import scipy.special
+import scipy.special  # scipy.signal takes half a second: scipy loads it where it is used
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError

@@ -26,6 +26,7 @@ from srbval.signal.envelope import ORDER, check_band
 from srbval.signal.locked import locked_mean, steady_tone
 from srbval.signal.order_tracking import spline
 from srbval.signal.periodogram import decimated
+from srbval.signal.spectrum import power_density
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -307,6 +308,15 @@ def drawn(count):
         *(
             (spline(x, drawn(x.size), at), scipy.interpolate.CubicSpline(x, drawn(x.size))(at), 0.0)
             for x, at in [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(drawn(9) ** 2), PERIODS)]
+        ),
+        *(
+            (
+                power_density(drawn(n), FS_HZ, 0.05)[k],
+                scipy.signal.welch(drawn(n), FS_HZ, nperseg=min(1024, n))[k],
+                ROUNDING,
+            )
+            for n in (999, 1000, 5000)
+            for k in (0, 1)
         ),
         *((log_student(x, n), scipy.stats.t.logpdf(x, n), ROUNDING) for x in (0.0, 0.3, 50.0) for n in (1, 4, 30)),
     ],
