@@ -18,15 +18,7 @@ from srbval.processes.worker import without_ctrl_c
 SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
 INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
 ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-RESUMED = (
-    "bench",
-    "campaign",
-    "evidence",
-    "features",
-    "report",
-    "stability",
-    "study",
-)  # what they computed is kept
+RESUMED = ("bench", "campaign", "evidence", "features", "report", "stability", "study")  # what is computed is kept
 # Numerical libraries start one thread per core for small products, which then wait for each other: up to 30 times the
 # work.
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")

@@ -70,7 +70,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     hints |= {(Campaign, "scene"): Scene, (Scene, "sensor_path"): str | SensorPath}
     hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
     kinds = {"scene": Scene, "case": Case, "campaign": Campaign, "machine": Machine}
-    return {name: json_schema(kind, hints=hints, complete=kind is not Scene) for name, kind in kinds.items()}
+    return {name: json_schema(kind, hints) for name, kind in kinds.items()}
 
 
 def doctor() -> dict[str, Any]:

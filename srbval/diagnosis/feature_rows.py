@@ -39,7 +39,12 @@ def record_features(
     given = [sources] if isinstance(sources, RecordSource) else list(sources)
     asked = request or request_of(stated)
     asked = replace(asked, one_band=not asked.auto_band)
-    requests = [one for source in given for one in _requests(source, asked)]
+    requests = list[RecordRequest]()
+    for source in given:
+        if isinstance(source, str | Path):
+            requests += [replace(asked, file=file) for file in files_of([source])]
+        else:
+            requests.append(replace(asked, recording=recording_of(source, **vars(asked.settings))))
     answers = answers_of(requests, jobs=jobs, progress=progress)
     failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
@@ -52,13 +57,6 @@ def record_features(
         elif answer in shown:
             rows.append({"file": answer.file, "reason": str(answer.error).removeprefix(f"{answer.file}: ")})
     return pandas.DataFrame(rows, columns=list(dict.fromkeys(k for row in sorted(rows, key=len)[::-1] for k in row)))
-
-
-def _requests(source: RecordSource, request: RecordRequest) -> list[RecordRequest]:
-    """Requests for a file, all files below a folder, a recording, or a run."""
-    if isinstance(source, str | Path):
-        return [replace(request, file=file) for file in files_of([source])]
-    return [replace(request, recording=recording_of(source, **vars(request.settings)))]
 
 
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -77,8 +75,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     for kind in (ACCELERATION, unit):
         word = re.sub(r"\W", "_", kind) if kind != UNKNOWN else "unknown_unit"
         row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVELS}
-    row |= {"crest_factor": found["crest"], "kurtosis": found["kurtosis"]}
-    row["velocity_rms_mm_s"] = found["velocity_rms_mm_s"]
+    row |= {"crest_factor": found["crest"]} | {key: found[key] for key in ("kurtosis", "velocity_rms_mm_s")}
     for line in document["lines"]:
         name = re.sub("[-+]", lambda sign: IN_NAMES[sign[0]], line["name"].lower())
         row |= {f"{name}_harmonic_{line['harmonic']}_{key}": line[key] for key in ("snr", "depth")}

@@ -258,12 +258,11 @@ JSON_TYPES = {bool: "boolean", int: "integer", str: "string", Path: "string"}  #
 LIMIT_WORDS = ("exclusiveMinimum", "minimum", "maximum")  # of the three limits of `limited`
 
 
-def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = True) -> dict[str, Any]:
+def json_schema(cls: type, hints: Mapping[Any, Any]) -> dict[str, Any]:
     """JSON Schema (draft 7) of the files that `build` makes a `cls` of, for completion and checks in an editor.
 
     `hints` are types, by class and field, in place of those of the dataclass: what a reader converts before `build`,
-    None for a field that is no key; by enum, words that it knows beside its values. No key of inner tables is required,
-    and none at all if the file need not be `complete`.
+    None for a field that is no key; by enum, words that it knows beside its values. No key is required.
     """
     definitions: dict[str, Any] = {}
 
@@ -297,10 +296,7 @@ def json_schema(cls: type[Any], *, hints: Mapping[Any, Any], complete: bool = Tr
         limits = {word: number[word] for word in LIMIT_WORDS if word in number} if kind is int else {}
         return {"type": JSON_TYPES.get(kind, "object")} | limits
 
-    _, fields, _ = _declared(cls)  # type: ignore[arg-type]
-    needed = [n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING and complete]
-    whole = {"$schema": "http://json-schema.org/draft-07/schema#"} | of_table(cls)
-    return whole | ({"required": needed} if needed else {}) | {"definitions": definitions}
+    return {"$schema": "http://json-schema.org/draft-07/schema#"} | of_table(cls) | {"definitions": definitions}
 
 
 def _number_schema(field: dataclasses.Field[Any], key: str) -> dict[str, Any]:
