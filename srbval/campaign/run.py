@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from srbval import __version__
+from srbval.bearing import Fault
 from srbval.bridges import require_xarray
 from srbval.campaign.cases import PROCESS_BYTES, SAMPLE_BYTES, CampaignCase, plan_cases, scene_of
 from srbval.campaign.engines import Engine, choose_engine
@@ -110,7 +111,8 @@ def _signals_of(table: CampaignTable, accepted: Collection[str]) -> "xarray.Data
             one = file[[name for name, variable in file.items() if variable.dims == ("time_s",)]].load()
         defect = json.loads(one.attrs["scene"])["defect"]
         labels = {name: one.attrs[name] for name in ("state", "shaft_speed_hz", "radial_n", "axial_n")}
-        labels |= {f"defect_{name}": defect[name] or 0.0 for name in ("height_m", "extent_m")}
+        faulty = labels["state"] != Fault.HEALTHY
+        labels |= {f"defect_{name}": (defect[name] or 0.0) if faulty else 0.0 for name in ("height_m", "extent_m")}
         rates.add(float(one.attrs["fs_hz"]))
         found[case.index] = one.drop_attrs(deep=False).assign_coords(labels)
     if not found:

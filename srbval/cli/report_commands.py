@@ -68,7 +68,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
     with stage(progress, "Load the program"):
         from srbval.cli.record_commands import request_of
         from srbval.report.reports import report_sources
-    written = {"formats": tuple(options.formats), "command": own_command(), "progress": progress}
+    written: dict[str, Any] = {"formats": tuple(options.formats), "command": own_command(), "progress": progress}
     report, files = report_sources(options.files, folder, request_of(options), jobs=options.jobs, **written)
     return files, to_json(report.data)
 

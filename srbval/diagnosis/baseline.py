@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +15,13 @@ from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.reading import N_PER_KN
-from srbval.recordings.registry import healthy_baseline, load_registered, registered_settings
+from srbval.recordings.registry import (
+    RecordSource,
+    healthy_baseline,
+    load_registered,
+    recording_of,
+    registered_settings,
+)
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import LEAST_SNR, NORMAL_95
 
@@ -87,12 +94,14 @@ def _is_same(one: Recording, other: Recording) -> bool:
     return a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=1e-6 * float(np.abs(a).max())))
 
 
-def load_healthy(path: str, settings: RecordingSettings, scale: float | None = None) -> Recording:
+def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
     """Load a healthy record from its file, with the settings of the record that is compared with it.
 
     Its own speed, state, loads, unit and sensitivity go before; its `scale` is given or registered, since each file has
     its own gain. Raises `ConfigurationError` if it is declared faulty, or a scale is given for the other record alone.
     """
+    if not isinstance(path, str | Path):
+        return recording_of(path)
     own = registered_settings(path)
     if settings.scale is not None and scale is None and own.scale is None:
         raise ConfigurationError(

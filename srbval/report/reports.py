@@ -23,7 +23,7 @@ from srbval.errors import ConfigurationError, SrbvalError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording
-from srbval.recordings.registry import RecordSource, files_of, load_registered, recording_of
+from srbval.recordings.registry import RecordSource, files_of, load_registered, recording_of, shipped_or
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -84,7 +84,7 @@ def report(
 ) -> dict[str, Path]:
     """Write the report on recordings (files, folders, recordings, runs) into `folder`; returns its files by format.
 
-    Without recordings it is the main report, see `make_report`. `asked`: `model`, see `report_recordings`, and fields
+    Without recordings it is the main report, see `make_report`. `asked`: `model`, and fields
     of a `RecordRequest` and of `RecordingSettings`, such as `healthy`, `bearing`, `band_hz`, `rpm`. ``pdf`` is a
     further format.
     """
@@ -96,18 +96,30 @@ def report(
 
 
 def report_sources(
-    sources: Sequence[RecordSource], folder: Path, request: RecordRequest, *, jobs: int | None = None, **written: Any
+    sources: Sequence[RecordSource],
+    folder: Path,
+    request: RecordRequest,
+    *,
+    model: bool = True,
+    jobs: int | None = None,
+    formats: tuple[str, ...] = FORMATS,
+    command: str = "srbval report",
+    progress: Progress = silent,
 ) -> tuple[Report, dict[str, Path]]:
-    """Report on recordings as they are requested; of a folder or many files the most serious ones have a section.
+    """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
 
-    `written`: see `report_recordings`.
+    Of a folder or many files the most serious ones have a section, all have a row. If no band is requested, each
+    record's is chosen on it. Recordings that cannot be read are listed with the reason. For the rest, and for errors,
+    see `gather_user_records` and `make_report`.
     """
-    named = [str(one) for one in sources if isinstance(one, str | Path)]
+    if "pdf" in formats:
+        require_typst()
+    named = [str(shipped_or(one)) for one in sources if isinstance(one, str | Path)]
     files, documents, shown = files_of(named), list[dict[str, Any]](), list[dict[str, Any]]()
     settings, failed = request.settings, list[FailedFile]()
     if files != named or len(files) > MOST_SECTIONS:
         requests = [replace(request, file=file) for file in files]
-        documents, failed = read_records(requests, jobs=jobs, progress=written["progress"])
+        documents, failed = read_records(requests, jobs=jobs, progress=progress)
         failed, _ = without_other_files(failed, named, documents)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
         shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
@@ -124,15 +136,15 @@ def report_sources(
 
     channels = [one["channel"] if is_open else None for one in shown] or [None] * len(files)
     held = [read(one) for one in sources if not isinstance(one, str | Path)]
-    return report_recordings(
-        [*map(read, files, channels), *held, *failed],
-        folder,
-        healthy=load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None,
-        all_channels=settings.channel is None and not is_open,
-        others=documents[len(shown) :],
-        **written,
-        **{name: getattr(request, name) for name in ("bearing", "largest_slip_pct", "band_hz")},
-    )
+    healthy = load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None
+    with one_thread():
+        options: dict[str, Any] = {"all_channels": settings.channel is None and not is_open, "progress": progress}
+        read_all = [*map(read, files, channels), *held, *failed]
+        records, failed, facts = gather_user_records(read_all, request, healthy=healthy, model=model, **options)
+        others = documents[len(shown) :]
+        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
+        report = assemble_user_report(records, command=command, provenance=facts, **rows)
+        return report, _written(report, folder, formats, progress)
 
 
 def trend(
@@ -163,36 +175,6 @@ def trend(
     known, time_from = record_times(names, None if times is None else Path(times))
     limits: dict[str, Any] = {"baseline": baseline, "machine_class": machine_class, "zones_mm_s": zones_mm_s}
     return trend_of(documents, known, time_from=time_from, **limits)
-
-
-def report_recordings(
-    recordings: Sequence[Recording | FailedFile],
-    folder: Path,
-    *,
-    healthy: Recording | None = None,
-    model: bool = True,
-    all_channels: bool = False,
-    others: Sequence[dict[str, Any]] = (),
-    formats: tuple[str, ...] = FORMATS,
-    command: str = "srbval report",
-    progress: Progress = silent,
-    **asked: Any,
-) -> tuple[Report, dict[str, Path]]:
-    """Write a report of a few pages on recordings of one bearing into `folder`; returns it, and its files by format.
-
-    `asked`: fields of a `RecordRequest`, such as `bearing` or `band_hz`; if no band is stated, each record's is chosen
-    on it. The report lists recordings that cannot be read with the reason; `others`, documents of `read_records`, have
-    a row in its overview and no section. For the rest, and for errors, see `gather_user_records` and `make_report`.
-    """
-    if "pdf" in formats:
-        require_typst()
-    with one_thread():
-        request = RecordRequest(**asked)
-        options: dict[str, Any] = {"model": model, "all_channels": all_channels, "progress": progress}
-        records, failed, facts = gather_user_records(recordings, request, healthy=healthy, **options)
-        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
-        report = assemble_user_report(records, command=command, provenance=facts, **rows)
-        return report, _written(report, folder, formats, progress)
 
 
 def report_case(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval import ConfigurationError, DataError, report_recordings
+from srbval import ConfigurationError, DataError, report
 from srbval.cli.machine_file import machine_options, machine_toml
 from srbval.diagnosis.trend import ALPHA, Trend, machine_classes, record_times, trend_of
 from srbval.reading.features import velocity_rms
@@ -124,7 +124,7 @@ def test_levels_of_files_of_unlike_full_scale(kind, tmp_path, srbval_json, srbva
     alone = load_registered(faulty, settings)
     assert (alone.unit, alone.scale_missing) == ("unknown", True)
     with pytest.raises(DataError, match="cannot be compared"):
-        report_recordings([alone], tmp_path / "r", bearing="skf-6205", healthy=load_registered(healthy, settings))
+        report(alone, folder=tmp_path / "r", bearing="skf-6205", healthy=load_registered(healthy, settings))
     add(healthy, settings=RecordingSettings(unit="mg", scale=1e3 * quiet_scale))
     assert ratio(healthy, *stated) == pytest.approx(true, rel=DIGITS)
 
