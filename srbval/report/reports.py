@@ -140,9 +140,9 @@ def report_sources(
     with one_thread():
         options: dict[str, Any] = {"all_channels": settings.channel is None and not is_open, "progress": progress}
         read_all = [*map(read, files, channels), *held, *failed]
-        records, failed, facts = gather_user_records(read_all, request, healthy=healthy, model=model, **options)
+        records, unread, facts = gather_user_records(read_all, request, healthy=healthy, model=model, **options)
         others = documents[len(shown) :]
-        rows: dict[str, Any] = {"failed": failed, "others": others, "other_rows": [*map(summary_of, others)]}
+        rows: dict[str, Any] = {"failed": unread, "others": others, "other_rows": [*map(summary_of, others)]}
         report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
 
