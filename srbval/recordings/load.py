@@ -17,7 +17,7 @@ from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Reading
-from srbval.recordings.recording import Origin, Recording, SourceFacts
+from srbval.recordings.recording import SPEED_VARIABLE, Origin, Recording, SourceFacts
 from srbval.recordings.settings import (
     NAMED_CHANNELS,
     RecordingSettings,
@@ -82,7 +82,9 @@ def with_settings(recording: Recording, **asked: Any) -> Recording:
     """The recording with statements of the user, fields of `RecordingSettings`; itself without any."""
     if all(value is None for value in asked.values()):
         return recording
-    return recording_from_columns(recording.columns(), name=recording.name, attributes=recording.facts(), **asked)
+    columns, course = {**recording.channels}, recording.speed_signal
+    columns |= {SPEED_VARIABLE: course.values_hz} if course is not None else {}
+    return recording_from_columns(columns, name=recording.name, attributes=recording.facts(), **asked)
 
 
 class LeftOpenError(DataError):

@@ -14,6 +14,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.bridges import Shown, offered, require_xarray
 from srbval.errors import ConfigurationError, DataError
+from srbval.recordings.times import is_time
 from srbval.storage.json_files import to_json
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 KIND_ATTRIBUTE, RECORDING_KIND = "srbval_kind", "recording"  # of a file or data set; of one that contains a recording
 IN_ARRAYS = ("channels", "speed_signal")  # fields of a recording that a data set contains as variables
-SPEED_VARIABLE, SPEED_TIME = "shaft_speed_hz", "shaft_time_s"
+SPEED_VARIABLE, SPEED_TIME, SPEED_RATE = "shaft_speed_hz", "shaft_time_s", "shaft_rate_hz"
 
 
 class Origin(enum.StrEnum):
@@ -186,7 +187,9 @@ class Recording(SourceFacts, Shown):
         `fs_hz`. A title such as ``acc [g]`` states the unit.
         """
         table = frame.to_frame() if frame.ndim == 1 else frame
-        table = table if type(table.index).__name__ == "RangeIndex" else table.rename_axis(index="time").reset_index()
+        if type(table.index).__name__ != "RangeIndex":
+            name = str(table.index.name)
+            table = table.rename_axis(index=name if is_time(name) else "time").reset_index()
         columns = {str(name): column.to_numpy() for name, column in table.items()}
         recording: Recording = offered("recording_from_columns")(columns, **asked)
         return recording
@@ -201,43 +204,31 @@ class Recording(SourceFacts, Shown):
         if hasattr(data, "to_dataset"):  # an array, of one signal or with the channels along its shorter side
             shorter = min(data.dims, key=data.sizes.__getitem__)
             whole = data.to_dataset(dim=shorter) if data.ndim == 2 else data.to_dataset(name=data.name or "signal")
-        columns, units = {}, {}
-        for name, variable in whole.variables.items():
-            is_time = name in whole.dims and variable.dims[0] == next(iter(whole.data_vars.values())).dims[0]
-            title = "time" if is_time and name != "time_s" else str(name)
-            columns[title] = variable.to_numpy()
-            if unit := variable.attrs.get("units"):
-                units[title] = str(unit)
+        along = next((variable.dims[0] for variable in whole.data_vars.values() if variable.dims), None)
+        titles = {name: "time" if name == along and not is_time(str(name)) else str(name) for name in whole.variables}
+        columns = {titles[name]: variable.to_numpy() for name, variable in whole.variables.items()}
+        units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
         facts = {name: x for name, x in whole.attrs.items() if isinstance(x, str | int | float | np.number)}
         recording: Recording = offered("recording_from_columns")(columns, column_units=units, attributes=facts, **asked)
         return recording
 
-    def columns(self) -> dict[str, FloatArray]:
-        """Times and channels by name, and the shaft's speed with times of its own if the record contains one."""
-        columns = {"time_s": self.time_s, **self.channels}
-        if (signal := self.speed_signal) is not None:
-            times_s = np.arange(signal.values_hz.size) / signal.rate_hz
-            columns |= {SPEED_TIME: times_s, SPEED_VARIABLE: signal.values_hz}
-        return columns
-
     def facts(self) -> dict[str, Any]:
         """Attributes of the data set that contains this recording, from which it is read again."""
         stated = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in IN_ARRAYS}
-        text = json.dumps(to_json(stated))
-        return {KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit, "facts": text}
+        facts = {KIND_ATTRIBUTE: RECORDING_KIND, "fs_hz": self.fs_hz, "unit": self.unit}
+        facts |= {SPEED_RATE: self.speed_signal.rate_hz} if self.speed_signal is not None else {}
+        return facts | {"facts": json.dumps(to_json(stated))}
 
     def to_xarray(self) -> xarray.Dataset:
         """Data set of the channels over ``time_s``, with everything that is known of the record in its attributes.
 
         `from_xarray` makes the same recording of it, also from a file that ``to_netcdf`` wrote.
         """
-        columns, units = self.columns(), {SPEED_VARIABLE: "Hz", SPEED_TIME: "s", "time_s": "s"}
-        times = {name: (name, columns[name], {"units": "s"}) for name in ("time_s", SPEED_TIME) if name in columns}
-        signals = {
-            name: (SPEED_TIME if name == SPEED_VARIABLE else "time_s", values, {"units": units.get(name, self.unit)})
-            for name, values in columns.items()
-            if name not in times
-        }
+        signals: dict[str, Any] = {name: ("time_s", x, {"units": self.unit}) for name, x in self.channels.items()}
+        times = {"time_s": ("time_s", self.time_s, {"units": "s"})}
+        if (course := self.speed_signal) is not None:
+            signals[SPEED_VARIABLE] = (SPEED_TIME, course.values_hz, {"units": "Hz"})
+            times[SPEED_TIME] = (SPEED_TIME, np.arange(course.values_hz.size) / course.rate_hz, {"units": "s"})
         data: xarray.Dataset = require_xarray().Dataset(signals, times, self.facts())
         return data
 

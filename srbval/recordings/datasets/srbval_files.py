@@ -13,6 +13,7 @@ from srbval.recordings.reading import Channel, Reading, scaled
 from srbval.recordings.recording import (
     KIND_ATTRIBUTE,
     RECORDING_KIND,
+    SPEED_RATE,
     SPEED_TIME,
     SPEED_VARIABLE,
     Origin,
@@ -92,21 +93,21 @@ def _check_rate(raw: RawFile) -> None:
     times_s, fs_hz = raw.array("time_s"), raw.number("fs_hz")
     if times_s is None or fs_hz is None or times_s.size < 2:
         return
-    own_hz = (times_s.size - 1) / float(times_s[-1] - times_s[0])
-    if not abs(own_hz / fs_hz - 1) < SAME_RATE:
+    seconds = float(times_s[-1] - times_s[0])
+    if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < SAME_RATE:
         raise DataError(
-            f"{raw.path}: the times mean {own_hz:.9g} Hz, the attribute fs_hz is {fs_hz:.9g} Hz. Set the attribute to "
-            "the rate of the samples, low-pass filtered before any were dropped."
+            f"{raw.path}: the times of {times_s.size} samples last {seconds:.9g} s, which is not the rate that the "
+            f"attribute fs_hz states, {fs_hz:.9g} Hz. Set the attribute to the rate of the samples, low-pass filtered "
+            "before any were dropped."
         )
 
 
 def _recording(raw: RawFile) -> Reading:
     """A recording as `Recording.to_xarray` wrote it."""
     arrays = {name: raw.signal(name) for name in raw.variables if raw.array(name) is not None}
-    times_s, values_hz = arrays.pop(SPEED_TIME, None), arrays.pop(SPEED_VARIABLE, None)
-    signal, samples = None, {name: values for name, values in arrays.items() if name != "time_s"}
-    if times_s is not None and values_hz is not None:
-        signal = SpeedSignal(values_hz=values_hz, rate_hz=(values_hz.size - 1) / float(times_s[-1]))
+    samples = {name: values for name, values in arrays.items() if name not in ("time_s", SPEED_TIME, SPEED_VARIABLE)}
+    rate_hz, course = raw.number(SPEED_RATE), arrays.get(SPEED_VARIABLE)
+    signal = SpeedSignal(values_hz=course, rate_hz=rate_hz) if rate_hz and course is not None else None
     try:
         facts = parse_json(raw.text("facts") or "")
         stated = build(Recording, facts | {"channels": samples}, "facts")
