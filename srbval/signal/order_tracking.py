@@ -79,8 +79,7 @@ def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: flo
 def spline(knots: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Cubic spline through `values` over rising `knots` (both [n], four or more), without end knots, at points [m].
 
-    It is `scipy.interpolate.CubicSpline` to the last bit, without the quarter of a second that its package takes to
-    load.
+    It is `scipy.interpolate.CubicSpline` without the quarter of a second that its package takes to load.
     """
     step = np.diff(knots)
     rise, end = np.diff(values) / step, (knots[2] - knots[0], knots[-1] - knots[-3])

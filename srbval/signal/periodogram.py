@@ -200,7 +200,7 @@ class Periodogram:
 
 
 def decimated(samples: FloatArray, down: int) -> FloatArray:
-    """Every sample number `down` behind a low pass: `scipy.signal.resample_poly` to the last bit, quicker to load."""
+    """Every sample number `down` behind a low pass: `scipy.signal.resample_poly`, quicker to load."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)
     kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)
