@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.campaign.engines import NAMES as ENGINES
 from srbval.cli import arguments, main, output
 from srbval.diagnosis.records import _answer
 from srbval.errors import NumericsError, SrbvalError
@@ -81,7 +80,10 @@ solver: {" ".join(METHODS)}
 Q: {" ".join(Question)}
 C: acc tacho 2
 U: g g m/s2 m/s² mg
-E: {" ".join(ENGINES)}
+E: local local slurm
+cluster_class: distributed.Nothing queue.Queue none
+KEY=VALUE: memory=8GB measured.channel=acc x
+TABLE.parquet|feather|csv: out.csv out.parquet out.xlsx
 FOLDER: records record.csv
 DIR: done done done damaged out
 LABELS.csv: records/labels.csv
