@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.processes.worker import without_ctrl_c
 
 SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
 INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
@@ -55,10 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(given: list[str]) -> int:
-    with without_ctrl_c():  # half a second in which nobody could answer it
-        from srbval.cli.arguments import parser, take_machine
+    from srbval.cli.arguments import parser, take_machine
 
-        importlib.import_module("srbval.cli.output")  # which prints that it was interrupted
     options = parser().parse_args(given)
     if options.command is None:
         parser().print_help(sys.stderr)

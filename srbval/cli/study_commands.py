@@ -21,6 +21,7 @@ from srbval.storage.stored_result import ResultKind, reference_fingerprint
 from srbval.studies.evidence import State, recompute, result_states
 from srbval.studies.harness import StudyResult, load_study, make_result, study_names
 from srbval.studies.outside import bench, draw_study, stability
+from srbval.studies.scale import measure_scale
 
 SHOWN = 20  # quantities out of tolerance that are printed; --json has all
 HOLDS = {ResultKind.RECORDED: "as recorded", ResultKind.DOCUMENT: "of its revision"}
@@ -125,6 +126,8 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
         for option, settings in OUTSIDE.items():
             group.add_argument(option, dest="model", **settings)
         parser.add_argument("--plot", metavar="OUT.svg", help=f"the picture (default: {picture})")
+    if name == VERBS["bench"]:
+        parser.add_argument("--scale", action="store_true", help="cost against size instead: about half an hour")
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
     told = "store it here (default: a complete result is stored for the report)"
     parser.add_argument("-o", "--output", metavar="FILE", help=told)
@@ -135,12 +138,13 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
     check_suffix(plot, "SVG", (".svg",))
     with ProgressDisplay() as shown, stored_results(fresh=given.fresh):
         progress = prefixed(shown, name.replace("_", " ").capitalize())
-        if getattr(given, "model", None) or (name == VERBS["bench"] and given.quick):
+        scale = getattr(given, "scale", False)
+        if scale or getattr(given, "model", None) or (name == VERBS["bench"] and given.quick):
             found, stored = _run_outside(name, given, progress, shown.message)
         else:
             shown.message(f"about {asked.minutes:g} minutes on two cores for all, and half a minute once to compile")
             found, stored = make_result(name, given, progress, command=own_command())
-        if name in VERBS.values():
+        if name in VERBS.values() and not scale:
             with stage(progress, "Draw"):
                 panel(draw_study)(name, stored)(plot.parent, plot.stem)
             stored |= {"plot": plot}
@@ -153,14 +157,16 @@ def _run_study(name: str, command: str, options: argparse.Namespace) -> int:
 def _run_outside(
     name: str, given: argparse.Namespace, progress: Progress, message: Callable[[str], None]
 ) -> tuple[StudyResult, dict[str, Any]]:
-    """Run a study of a model from outside, or the quick chart; stored only in a file that is named for it."""
+    """Run a study of a model from outside, the quick chart or the costs by size; stored only in a named file."""
     given_lists = {key: tuple(own) for key in ("scenes", "solvers", "rpm") if (own := getattr(given, key, None))}
     asked: dict[str, Any] = given_lists | {"quick": given.quick, "progress": progress}
-    if name == VERBS["bench"]:
+    if getattr(given, "scale", False):
+        found = measure_scale(quick=given.quick, progress=progress)
+    elif name == VERBS["bench"]:
         found = bench(given.model, message=message, **asked)
     else:
         found = stability(given.model, jobs=given.jobs, **asked)
-    content = to_json(found.content) | {"model": given.model}
+    content = to_json(found.content) | ({"model": given.model} if given.model else {})
     if given.output:
         write_json(Path(given.output), content)
     return found, content

@@ -2,9 +2,10 @@
 
 A page ``api/ROOM.md`` describes a room of the package; the reference of its modules replaces the word `MODULES`, from
 the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
-options and `SCENE_KEYS` a list of every key of a scene file. A page `notebooks/NAME.md` shows the stored notebook
-`NAME` with its output. A line `PICTURE alt text` in the guide becomes the picture that the preceding command or Python
-example draws from the shipped recordings. Formulas become MathML, which browsers show without a network.
+options, `SCENE_KEYS` a list of every key of a scene file and `SCALE` the stored costs by size. A page
+`notebooks/NAME.md` shows the stored notebook `NAME` with its output. A line `PICTURE alt text` in the guide becomes the
+picture that the preceding command or Python example draws from the shipped recordings. Formulas become MathML, which
+browsers show without a network.
 """
 
 import argparse
@@ -98,13 +99,29 @@ def offered() -> str:
 def fill_in(_app: Any, page: str, source: list[str]) -> None:
     """Insert the reference, the notebooks and the pictures of examples into their pages."""
     folder, _, name = page.partition("/")
-    if folder == "api":
+    if folder in ("api", "guide"):
         makers = {"NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys, "MODULES": lambda: reference(name)}
+        makers |= {"SCALE": scale}
         source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
     if folder == "notebooks" and name != "index":
         source[0] = notebook(name)
     if folder == "guide":
         source[0] = DRAWN.sub(lambda found: found["before"] + drawn(**found.groupdict()), source[0])
+
+
+def scale() -> str:
+    """List the stored costs by size, a table for each kind of work, and the machine that they were measured on."""
+    from srbval.storage.stored_result import newest_result
+    from srbval.studies.scale import SHOWN, by_series
+
+    result = newest_result("scale")
+    assert result is not None
+    origin = "{processor}, {usable_cores} cores, {made_utc}, revision {git_revision}.".format(**result.origin)
+    parts = [f"Measured on {origin}"]
+    for series, rows in by_series(result.content["rows"]).items():
+        texts = [tuple("" if row[key] is None else f"{row[key]:.3g}" for key in SHOWN.values()) for row in rows]
+        parts.append(f"**{series[0].upper()}{series[1:]}**\n\n{table(tuple(SHOWN), texts)}")
+    return "\n\n".join(parts)
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:

@@ -8,10 +8,13 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from srbval import paper_scene
 from srbval.processes.worker import WorkerProcess
+from srbval.storage.stored_result import ResultKind, read_result
+from srbval.studies import scale
 from srbval.studies.outside import judged
 from srbval.sweep.pool import attempt, side_by_side
 from tests.marked import marked, until
@@ -152,3 +155,19 @@ def test_ctrl_c_ends_the_model_too():
     process.send_signal(signal.SIGINT)
     assert "interrupted" in process.communicate(timeout=30)[1].decode()
     until(lambda: not marked(mark), within_s=2.0)
+
+
+def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, srbval_text, tmp_path):
+    """Without this process's memory and its start in the cost per unit; a command that fails ends all."""
+    held = np.ones(2**26)  # 512 MB, which a copy of this process would show
+    monkeypatch.setattr(scale, "RUN", "kinematics {}")
+    monkeypatch.setattr(scale, "WARM", "")
+    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (), (0.02, 0.03))})
+    found = srbval_json("bench", "--scale", "--quick", "-o", tmp_path / "scale.json")
+    first, second = found["rows"]
+    assert 0.2 < second["cpu_s"] < second["wall_s"] * 4
+    assert 30 < second["memory_mb"] < held.nbytes / 2**20
+    assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)
+    assert read_result(tmp_path / "scale.json").kind is ResultKind.DOCUMENT
+    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse none-{}.npy", (), (1,))})
+    assert "no such file" in srbval_text("bench", "--scale", "--quick", code=4).err

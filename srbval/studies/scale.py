@@ -1,0 +1,130 @@
+"""Cost against size: commands of growing work, each in a process of its own, one after the other.
+
+A row has the wall time, processor time, largest process and written bytes of a command, its start included. The cost
+per further unit is the difference from the size before, without the start: if it grows, the cost bends.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing.catalogue import DEFAULT_BEARING, FOLDER
+from srbval.errors import NumericsError
+from srbval.processes.machine import load_average, this_machine
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
+from srbval.storage.installation import child_environment, git_revision
+from srbval.storage.stored_result import SCHEMA_VERSION
+from srbval.studies.harness import StudyResult
+
+FS_HZ, BPFO_HZ, BLOCK_S = 20480, 96.79, 2.0  # of the records, written in blocks: impacts in noise
+RECORD = f"--bearing {DEFAULT_BEARING} --rpm 710 --fs {FS_HZ} --unit g"
+RUN, ONE_SECOND, WARM = "simulate {} --defect outer --fresh -o run.h5", " --seconds 1", " --seconds 0.02"
+BEARING = (FOLDER / "known" / f"{DEFAULT_BEARING}.toml").read_text("utf-8")
+CAMPAIGN = (
+    'name = "scale"\noutputs = ["summary"]\n[scene]\nmodel = "kinematic"\nduration = "0.2 s"\nsettle = "0 s"\n'
+    '[[axes]]\nkind = "latin-hypercube"\nsamples = SIZE\nranges.shaft_speed = ["200 rpm", "1500 rpm"]\n'
+)
+FILES = {  # that the commands name
+    "rollers.toml": 'bearing = "bearing.toml"\n',
+    "bearing.toml": BEARING.replace("rollers_per_row = 19", "rollers_per_row = SIZE"),
+    "points.toml": "contact.points_per_circle = SIZE\n",
+    "cases.toml": CAMPAIGN,
+    "thousand.toml": CAMPAIGN.replace("SIZE", "1000"),
+}
+RUN_CASES = "campaign run cases.toml -o cases-{0}"
+SERIES: dict[str, tuple[str, tuple[float, ...], tuple[float, ...]]] = {  # command; sizes, a few for a first look
+    "a run of the full model, by simulated seconds": (RUN.format("") + " --seconds {}", (1, 2, 4, 8), (0.02, 0.04)),
+    "a run, by rollers in a row": (RUN.format("rollers.toml") + ONE_SECOND, (10, 13, 16, 19), ()),
+    "a run, by points of a circle": (RUN.format("points.toml") + ONE_SECOND, (500, 1000, 2000, 4000), ()),
+    "a campaign, by kinematic cases": (RUN_CASES, (100, 1000, 10_000), (2, 4)),
+    "the same campaign again, all its cases done": (RUN_CASES, (100, 1000, 10_000), (2, 4)),
+    "1000 kinematic cases, by processes": ("campaign run thousand.toml -o by-{0} --jobs {0}", (1, 2, 4), ()),
+    "a record, by minutes": ("analyse record-{}.npy " + RECORD, (1 / 30, 1, 10, 60), (1 / 30,)),
+    "a folder of records of 2 s, by files": ("analyse files-{} " + RECORD, (10, 100, 1000), (2,)),
+}
+# The system counts what a process was copied from as its memory, so a small process starts the command.
+ALONE = """import os, sys
+said = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
+_, status, used = os.wait4(os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ, file_actions=said), 0)
+print(used.ru_utime + used.ru_stime, used.ru_maxrss)
+sys.exit(os.waitstatus_to_exitcode(status) % 256)
+"""
+PER_UNIT = "cpu_per_unit_s"
+SHOWN = {"size": "size", "wall [s]": "wall_s", "CPU [s]": "cpu_s", "CPU per further unit [s]": PER_UNIT}
+SHOWN |= {"largest process [MB]": "memory_mb", "written [MB]": "written_mb"}
+Row = dict[str, Any]
+
+
+def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
+    """Measure `SERIES`, a few small sizes if `quick`; `NumericsError` if a command fails."""
+    wanted = [(name, command, n) for name, (command, *sizes) in SERIES.items() for n in sizes[bool(quick)]]
+    rows, load = list[Row](), load_average()
+    with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
+        _measured(RUN.format("") + WARM, Path(folder))  # compiles the kernels
+        for series, command, size in wanted:
+            progress("cost against size", len(rows) / len(wanted))
+            _write_inputs(Path(folder), command.format(size).split()[1], size)
+            row = {"series": series, "size": size, PER_UNIT: None} | _measured(command.format(size), Path(folder))
+            if rows and rows[-1]["series"] == series:
+                row[PER_UNIT] = (row["cpu_s"] - rows[-1]["cpu_s"]) / (size - rows[-1]["size"])
+            rows.append(row)
+    content = {"schema_version": SCHEMA_VERSION, "kind": "scale", "command": "srbval bench --scale", "rows": rows}
+    content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
+    content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
+    parts = (f"{series}\n{text_rows(found, SHOWN)}" for series, found in by_series(rows).items())
+    return StudyResult(content=content, text="\n\n".join(parts))
+
+
+def by_series(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of each series, in their order."""
+    return {series: list(found) for series, found in groupby(rows, key=lambda row: str(row["series"]))}
+
+
+def _write_inputs(folder: Path, name: str, size: float) -> None:
+    """Write the files of one size; `name`: the record, or the folder of records, that the command reads."""
+    for file, text in FILES.items():
+        (folder / file).write_text(text.replace("SIZE", str(size)), "utf-8")
+    if name.startswith("record"):
+        _write_record(folder / name, 60 * size)
+    elif name.startswith("files"):
+        (folder / name).mkdir()
+        _write_record(folder / name / "0.npy", BLOCK_S)
+        for number in range(1, int(size)):
+            shutil.copy(folder / name / "0.npy", folder / name / f"{number}.npy")
+
+
+def _write_record(path: Path, seconds: float) -> None:
+    whole = np.lib.format.open_memmap(path, "w+", np.float32, (round(seconds * FS_HZ),))
+    noise = np.random.default_rng(1).normal(0, 0.3, round(BLOCK_S * FS_HZ))
+    for first in range(0, whole.size, noise.size):
+        block = whole[first : first + noise.size]
+        since = np.arange(first, first + block.size) / FS_HZ % (1 / BPFO_HZ)
+        block[:] = noise[: block.size] + np.exp(-900 * since) * np.sin(12_000 * since)
+    whole.flush()
+
+
+def _measured(command: str, folder: Path) -> Row:
+    """Cost of one command in `folder`."""
+    before, started = _bytes_below(folder), time.perf_counter()
+    words = [sys.executable, "-c", ALONE, sys.executable, "-m", "srbval", *command.split(), "--json"]
+    done = subprocess.run(words, cwd=folder, env=os.environ | child_environment(), capture_output=True, text=True)
+    if done.returncode:
+        raise NumericsError(f"srbval {command} failed: {done.stderr[-400:]}")
+    cpu_s, kilobytes = map(float, done.stdout.split())
+    row = {"wall_s": time.perf_counter() - started, "cpu_s": cpu_s, "memory_mb": kilobytes / 1024}
+    return row | {"written_mb": (_bytes_below(folder) - before) / 1e6}
+
+
+def _bytes_below(folder: Path) -> int:
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
