@@ -116,15 +116,12 @@ def _write_record(path: Path, seconds: float) -> None:
 
 def _measured(command: str, folder: Path) -> Row:
     """Cost of one command in `folder`."""
-    before, started = _bytes_below(folder), time.perf_counter()
+    began, started = time.time(), time.perf_counter()
     words = [sys.executable, "-c", ALONE, sys.executable, "-m", "srbval", *command.split(), "--json"]
     done = subprocess.run(words, cwd=folder, env=os.environ | child_environment(), capture_output=True, text=True)
     if done.returncode:
         raise NumericsError(f"srbval {command} failed: {done.stderr[-400:]}")
     cpu_s, kilobytes = map(float, done.stdout.split())
     row = {"wall_s": time.perf_counter() - started, "cpu_s": cpu_s, "memory_mb": kilobytes / 1024}
-    return row | {"written_mb": (_bytes_below(folder) - before) / 1e6}
-
-
-def _bytes_below(folder: Path) -> int:
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    about = (path.stat() for path in folder.rglob("*"))
+    return row | {"written_mb": sum(one.st_size for one in about if one.st_mtime > began) / 1e6}
