@@ -110,18 +110,13 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 
 def scale() -> str:
-    """List the stored costs by size, a table for each kind of work, and the machine that they were measured on."""
+    """Show the stored costs by size as the command prints them."""
     from srbval.storage.stored_result import newest_result
-    from srbval.studies.scale import SHOWN, by_series
+    from srbval.studies.scale import scale_text
 
     result = newest_result("scale")
     assert result is not None
-    origin = "{processor}, {usable_cores} cores, {made_utc}, revision {git_revision}.".format(**result.origin)
-    parts = [f"Measured on {origin}"]
-    for series, rows in by_series(result.content["rows"]).items():
-        texts = [tuple("" if row[key] is None else f"{row[key]:.3g}" for key in SHOWN.values()) for row in rows]
-        parts.append(f"**{series[0].upper()}{series[1:]}**\n\n{table(tuple(SHOWN), texts)}")
-    return "\n\n".join(parts)
+    return f"```none\n{scale_text(result.content)}\n```"
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing.catalogue import DEFAULT_BEARING, FOLDER
-from srbval.errors import NumericsError
+from srbval.errors import ConfigurationError, NumericsError
 from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
@@ -68,6 +67,8 @@ Row = dict[str, Any]
 
 def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyResult:
     """Measure `SERIES`, a few small sizes if `quick`; `NumericsError` if a command fails."""
+    if not hasattr(os, "wait4"):
+        raise ConfigurationError("costs by size are measured on Linux and macOS only, which count a process's memory.")
     wanted = [(name, command, n) for name, (command, *sizes) in SERIES.items() for n in sizes[bool(quick)]]
     rows, load = list[Row](), load_average()
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as folder:
@@ -82,13 +83,15 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
     content = {"schema_version": SCHEMA_VERSION, "kind": "scale", "command": "srbval bench --scale", "rows": rows}
     content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
     content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
-    parts = (f"{series}\n{text_rows(found, SHOWN)}" for series, found in by_series(rows).items())
-    return StudyResult(content=content, text="\n\n".join(parts))
+    return StudyResult(content=content, text=scale_text(content))
 
 
-def by_series(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """The rows of each series, in their order."""
-    return {series: list(found) for series, found in groupby(rows, key=lambda row: str(row["series"]))}
+def scale_text(content: Row) -> str:
+    """A table for each series of a stored result, and its origin."""
+    series = groupby(content["rows"], key=lambda row: str(row["series"]))
+    origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
+    tables = (f"{name[0].upper()}{name[1:]}\n{text_rows(list(rows), SHOWN)}" for name, rows in series)
+    return "\n\n".join((*tables, f"{origin}; {content['made_utc']}, revision {content['git_revision']}"))
 
 
 def _write_inputs(folder: Path, name: str, size: float) -> None:
