@@ -1,12 +1,12 @@
 """The program: ``srbval`` and ``python -m srbval``."""
 
-import signal
+import _signal  # type: ignore[import-not-found]  # `signal` takes some milliseconds to import
 import sys
 
 # Until the command can answer it, Ctrl-C ends the process at once, as the other signals do: an exception in the middle
 # of an import leaves modules half loaded.
-if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 
 def main() -> int:

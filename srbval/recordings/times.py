@@ -24,8 +24,6 @@ DAYS = 2e4, 8e4  # since 1900, as spreadsheets count them, in the years 1954 to 
 LARGEST_TIME = 1e19
 UNEVEN = 1e-3  # of a step, beside the rounding of the digits
 COARSEST = 0.5  # of a step: digits that hide no missing sample
-WHOLE = 1e-4  # from a whole number, of a time in units of its last digit
-SIGNIFICANT = range(4, 10)  # digits that programs write by default: six or seven, and whatever a user chose
 SAME_RATE = 1e-3  # of a rate
 MOST_MISSING = 0.5  # of the samples, between the first and the last
 MOST_GAPS = 0.1  # of the steps of times; more are the steps of a solver
@@ -204,15 +202,13 @@ def times_of(raw: RawFile, name: str) -> TimeColumn:
     fits = usual > 0 and mean > 0 and gaps.min() > 0 and times.size >= (1 - MOST_MISSING) * (count + 1)
     fits = fits and np.mean(gaps > 1) <= MOST_GAPS
     exact = 0.0 if values.dtype.kind in "iu" else 2 * float(np.spacing(np.abs(values).max()))
-    digits = (rounding(values) for rounding in (_last_decimal, _last_significant))
-    rounded = (off <= 1.01 * digit + exact < COARSEST * mean for digit in digits)
-    if not fits or not (off <= UNEVEN * mean + exact or any(rounded)):
+    digit = 0.0 if off <= UNEVEN * mean + exact else _last_digit(values, COARSEST * mean)
+    if not fits or (off > UNEVEN * mean + exact and not off <= 1.01 * digit + exact < COARSEST * mean):
         if (steps >= 0).all() and times[-1] > 0 and (is_known or unit is None) and np.mean(steps == 0) > MOST_MISSING:
             likely = (times.size - 1) / (float(times[-1]) * factor)
             zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
             return replace(column, problem=f"the times of {shown} are too coarse for a rate: {zero}", likely_hz=likely)
         times_s = times * factor if is_known and steps.min() >= 0 and usual > 0 else None
-        digit = max(_last_decimal(values), _last_significant(values))
         return replace(column, problem=_unevenness(shown, steps, digit), uneven=True, times_s=times_s)
     if unit and unit not in TIME_UNITS_S:
         return replace(column, problem=f"the times of {shown} are in {printable(unit)!r}")
@@ -239,24 +235,19 @@ def _unit_of(raw: RawFile, name: str, first: float, step: float) -> str | None:
     return "d" if DAYS[0] < first < DAYS[1] and PLAUSIBLE_HZ[0] <= rate_hz <= PLAUSIBLE_HZ[1] else None
 
 
-def _last_decimal(times: NDArray[np.generic]) -> float:
-    """The last decimal that all times share, or the last digit of single precision; 0 in full precision."""
+def _last_digit(times: NDArray[np.generic], coarsest: float) -> float:
+    """The last digit of the largest time, below `coarsest`, if all have as many, behind the point or in all; else 0.
+
+    In single precision it is the spacing of such numbers.
+    """
     values = np.asarray(times, np.float64)
-    scaled = ((10.0**-decimals, values * 10.0**decimals) for decimals in range(12))
-    digit = next((s for s, v in scaled if np.abs(v - np.round(v)).max() < max(WHOLE, np.spacing(np.abs(v).max()))), 0.0)
-    single = bool((values.astype(np.float32) == values).all())
-    return max(digit, float(np.spacing(np.float32(np.abs(values).max()))) if single else 0.0)
-
-
-def _last_significant(times: NDArray[np.generic]) -> float:
-    """The last digit of the largest time if all have the same few significant digits, as ``%.7g`` writes; else 0."""
-    sizes = np.abs(np.asarray(times, np.float64))
+    sizes, largest = np.abs(values), float(np.abs(values).max())
     places = np.floor(np.log10(sizes, where=sizes > 0, out=np.zeros(sizes.shape)))
-    for digits in SIGNIFICANT:
-        scaled = sizes * 10.0 ** (digits - 1 - places)
-        if np.abs(scaled - np.round(scaled)).max() < WHOLE:
-            return float(10.0 ** (places.max() + 1 - digits))
-    return 0.0
+    leading, first = sizes / 10.0**places, math.floor(math.log10(largest))
+    written = ((10.0 ** (first - n), leading * 10.0**n) for n in range(16) if 10.0 ** (first - n) < coarsest)
+    digit = next((d for d, v in written if np.abs(v - np.round(v)).max() < max(1e-4, 2 * np.spacing(v.max()))), 0.0)
+    single = bool((values.astype(np.float32) == values).all())
+    return max(digit, float(np.spacing(np.float32(largest))) if single else 0.0)
 
 
 def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
