@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from srbval.bearing.catalogue import DEFAULT_BEARING, FOLDER
+from srbval.bearing import DEFAULT_BEARING
+from srbval.bearing.catalogue import FOLDER
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent
@@ -83,10 +84,11 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
     content = {"schema_version": SCHEMA_VERSION, "kind": "scale", "command": "srbval bench --scale", "rows": rows}
     content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
     content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
-    return StudyResult(content=content, text=scale_text(content))
+    text = _text(content)
+    return StudyResult(content=content | {"text": text}, text=text)
 
 
-def scale_text(content: Row) -> str:
+def _text(content: Row) -> str:
     """A table for each series of a stored result, and its origin."""
     series = groupby(content["rows"], key=lambda row: str(row["series"]))
     origin = "{processor}, {usable_cores} cores, load before {load_before:.2g}".format(**content["machine"])
