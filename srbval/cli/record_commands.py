@@ -17,6 +17,7 @@ from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
 from srbval.diagnosis.feature_rows import record_features
+from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
 from srbval.errors import ConfigurationError, DataError
@@ -209,6 +210,8 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     low, high = result.processed.band_hz
     if not whole:
         print(f"band {low:g} to {high:g} Hz: {result.band.why}")
+    if isinstance(result, LongAnalysis):
+        print_wrapped(result.read_in)
     print(f"{severity}\n" if severity else "")
     if whole:
         _show_all(reading, wanted)

@@ -39,6 +39,7 @@ from srbval.diagnosis.fault_posterior import (
     share_of,
     stands_out,
 )
+from srbval.diagnosis.long_records import LongAnalysis
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import RACE_LINES, Line, NotDetected, detected_fault_lines
@@ -146,6 +147,8 @@ def weigh(
 
 def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
     """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
+    if isinstance(analysis, LongAnalysis):
+        return list(analysis.views)
     recording, done = analysis.recording, analysis.processed
     views, own = [(recording.channel, analysis)], recording.channels.get(recording.channel or "")
     for name, x in recording.channels.items() if all_channels else ():

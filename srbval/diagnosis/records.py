@@ -31,10 +31,11 @@ from srbval.diagnosis.fault_posterior import (
     stands_out,
 )
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
+from srbval.diagnosis.long_records import read
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
-from srbval.reading.analyse import Analysis, ShortRecordError, analyse, bearing_of
+from srbval.reading.analyse import Analysis, ShortRecordError, bearing_of
 from srbval.reading.features import ACCELERATION, features_of, read_short, snapshot_of
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
@@ -146,9 +147,10 @@ def read_recording(
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))
-    analysis = analyse(
+    analysis = read(
         recording,
-        bearing=bearing,
+        bearing,
+        all_channels=all_channels,
         band_hz=request.band_hz,
         healthy=healthy,
         auto_band=request.auto_band,

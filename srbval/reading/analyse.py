@@ -155,6 +155,7 @@ def analyse(
     auto_band: bool = False,
     whole_band: bool = False,
     healthy: Recording | None = None,
+    trials: int = 1,
     **stated: Any,
 ) -> Analysis:
     """Read the fault lines of `bearing` in a recording, given as such, by its file, or as the run that has it.
@@ -164,8 +165,10 @@ def analyse(
     recording. With `auto_band`, and if no band is stated, it is chosen from the record (`bands_of_record`), so that a
     `healthy` record to compare with contains it too; with `whole_band` the whole band is taken if none is stated. A set
     point is replaced by a more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the
-    mean speed. Raises `ConfigurationError` for a missing speed or bearing or an impossible band, `DataError` for a
-    constant or short record, and what `load_recording` raises.
+    mean speed. Of several parts of a record, one was chosen for this by so many `trials`: the record itself is read as
+    a whole, however long (`diagnosis.long_records.read` reads it in parts). Raises `ConfigurationError` for a missing
+    speed or bearing or an impossible band, `DataError` for a constant or short record, and what `load_recording`
+    raises.
     """
     recording = recording_of(source, **stated)
     bearing = bearing_of(recording, bearing)
@@ -181,11 +184,12 @@ def analyse(
     if known_speed.spread_hz and not tracking.used:  # the mean speed of a part may be any within the spread
         ci95_hz = math.hypot(known_speed.ci95_hz, NORMAL_95 * known_speed.spread_hz)
         known_speed = replace(known_speed, ci95_hz=ci95_hz)
-    found, band = _clearest(recording, bearing, known_speed, bands, tracking)
+    bands = tuple(replace(band, trials=trials * band.trials) for band in bands)
+    found, band = _clearest(recording, bearing, known_speed, bands, tracking, trials)
     if tracking.course is None and recording.origin is Origin.MEASURED and not detected_fault_lines(found.lines):
         drifting = course_by_comb(found.processed, bearing, known_speed)
         if drifting is not None:
-            followed = _clearest(recording, bearing, known_speed, bands, drifting)
+            followed = _clearest(recording, bearing, known_speed, bands, drifting, trials)
             if detected_fault_lines(followed[0].lines):  # else the comb may be rounding or another source
                 found, band = followed
                 recording = replace(recording, cautions=(*recording.cautions, drifting.why))
@@ -193,7 +197,12 @@ def analyse(
 
 
 def _clearest(
-    recording: Recording, bearing: Bearing, known_speed: ShaftSpeed, bands: tuple[BandChoice, ...], tracking: Tracking
+    recording: Recording,
+    bearing: Bearing,
+    known_speed: ShaftSpeed,
+    bands: tuple[BandChoice, ...],
+    tracking: Tracking,
+    trials: int,
 ) -> tuple[SpeedSearch, BandChoice]:
     """Search for the lines in the band in which they are clearest, and that band."""
     readings = []
@@ -208,9 +217,9 @@ def _clearest(
                 f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record at least "
                 f"{LEAST_REVOLUTIONS / known_speed.value_hz + 2 * ends_s:.3g} s."
             )
-        processed = process(recording, band_hz=band.band_hz, tracking=tracking)
+        processed = replace(process(recording, band_hz=band.band_hz, tracking=tracking), trials=trials)
         found = search(processed, bearing, known_speed)
-        lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * len(bands))
+        lines = sidak_corrected(found.lines, found.tried * band.trials, found.tried * len(bands) * trials)
         readings.append((replace(found, lines=lines), band))
     return max(readings, key=lambda reading: clearness(reading[0].lines))
 

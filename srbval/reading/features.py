@@ -3,8 +3,9 @@
 Snapshots are records too short to search for lines. Their levels, and their modulation at the lines, can be pooled.
 """
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.reading.analyse import Analysis
-from srbval.reading.pipeline import BandChoice, process, whole_band_of
+from srbval.reading.pipeline import BandChoice, Processed, one_signal, process, whole_band_of
 from srbval.recordings import Recording
 from srbval.recordings.units import ACCELERATION, DISPLACEMENT, VELOCITY
 from srbval.signal import kurtosis
@@ -28,29 +29,46 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 
 def features_of(analysis: Analysis) -> dict[str, Any]:
-    """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`."""
+    """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`.
+
+    Those of a long record are of all its parts but for the RMS in the band, of the part whose lines stand for it.
+    """
     recording, done = analysis.recording, analysis.processed
-    signal = done.scale * (done.whole - done.whole.mean())
-    rms, peak = float(np.std(signal)), float(np.abs(signal).max())
     band_hz = (SLOW_HZ if 60 * analysis.speed.value_hz < SLOW_RPM else FAST_HZ, HIGHEST_HZ)
     missing = ""
     if recording.unit not in VELOCITIES:
         missing = f"the unit is {recording.unit}: state what the samples are (--unit, --scale, --sensitivity)"
     elif recording.fs_hz <= 2 * HIGHEST_HZ:
         missing = f"sampled at {recording.fs_hz:g} Hz the record does not hold the band to {HIGHEST_HZ:g} Hz"
-    elif signal.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
+    elif done.whole.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
         missing = f"the record lasts {recording.seconds:.3g} s, less than {LEAST_PERIODS} periods of {band_hz[0]:g} Hz"
+    powers, peak = list[tuple[float, float, float]](), 0.0
+    for signal in _signals(recording, done):
+        square, velocity = float(np.var(signal)), 0.0
+        if not missing:
+            velocity = velocity_rms(signal, recording.fs_hz, band_hz, recording.unit)
+        powers.append((square, kurtosis(signal) * square**2 if square else 0.0, velocity**2))
+        peak = max(peak, float(np.abs(signal).max()))
+    square, fourth, velocity = np.mean(powers, axis=0).tolist()
     return {
         "unit": recording.unit,
-        "rms": rms,
+        "rms": math.sqrt(square),
         "peak": peak,
-        "crest": peak / rms,
-        "kurtosis": kurtosis(signal),
+        "crest": peak / math.sqrt(square),
+        "kurtosis": fourth / square**2,
         "band_rms": done.scale * math.sqrt(float(np.mean(done.squared)) / 2),
-        "velocity_rms_mm_s": None if missing else 1e3 * velocity_rms(signal, recording.fs_hz, band_hz, recording.unit),
+        "velocity_rms_mm_s": None if missing else 1e3 * math.sqrt(velocity),
         "velocity_band_hz": band_hz,
         "velocity_missing": missing,
     }
+
+
+def _signals(recording: Recording, done: Processed) -> Iterator[FloatArray]:
+    """The signal in the recording's unit, without its mean, in parts as long as the one that was processed."""
+    count = round(recording.samples / done.whole.size)
+    for first, end in itertools.pairwise(np.linspace(0, recording.samples, count + 1).astype(int).tolist()):
+        signal = done.scale * done.whole if count == 1 else one_signal(recording.part(first, end))
+        yield signal - signal.mean()
 
 
 def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION) -> float:

@@ -75,7 +75,8 @@ class Processed:
     """A record after the chain, without the `end_s` [s] at either end that the filter spoils.
 
     `whole` [n] is the normalised signal with its ends, of standard deviation `scale` in the recording's unit; `squared`
-    [m] its squared envelope in the band, at a lower rate, and at even shaft angles if `tracking` is used.
+    [m] its squared envelope in the band, at a lower rate, and at even shaft angles if `tracking` is used. `trials` is
+    the number of parts of a long record for each that is as clear as this one.
     """
 
     whole: FloatArray
@@ -86,6 +87,7 @@ class Processed:
     end_s: float
     scale: float
     tracking: Tracking
+    trials: int = 1
 
     @property
     def samples(self) -> FloatArray:

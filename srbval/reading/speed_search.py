@@ -171,7 +171,7 @@ def _read(
 ) -> tuple[Line, ...]:
     """Read the lines at `scale` times the speed; deviations refer to the speed, masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
-    combs = max(COMBS, COMBS_PER_SPEED * tried)
+    combs = max(COMBS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 

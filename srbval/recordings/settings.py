@@ -251,7 +251,8 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
     if times_s is None:
         if reading.fs_hz is None:  # which is asked for
             return reading
-        times_s = np.arange(reading.main.samples.size) / reading.fs_hz
+        needed = settings.skip_s or cage is not None or (settings.resample_hz and is_other_rate)
+        times_s = np.arange(reading.main.samples.size if needed else 0) / reading.fs_hz
     if settings.skip_s:
         reading = without_settling(path, reading, times_s, settings.skip_s)
         times_s = times_s[-reading.main.samples.size :]

@@ -26,6 +26,7 @@ FOREIGN_COMB = 0.1
 APART = 2.0  # windows this many half windows apart share no line
 TAIL = 0.1  # upper share of the placebos to which the tail is fitted
 _OVERSAMPLING = 2  # candidates per bin of the highest line
+BLOCK = 4096  # placebos scored at a time
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
@@ -183,7 +184,9 @@ def rank_among_placebos(
     choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
     group = rng.integers(0, ORDERS, (harmonics, combs))
     group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, ORDERS, combs)
-    placebos = scores_of(np.take_along_axis(choice, group, axis=0))
+    drawn_hz = np.take_along_axis(choice, group, axis=0)
+    blocks = [drawn_hz[:, first : first + BLOCK] for first in range(0, combs, BLOCK)]
+    placebos = np.concatenate([scores_of(block) for block in blocks])
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
     apart = placebo_hz.size / (2 * GRID)
     return PlaceboRank(

@@ -1,0 +1,124 @@
+"""Long records: read in parts as short as the records on which the method was set, and judged by all parts together.
+
+The fifth harmonic of a line stays within a bin only while the shaft turns evenly. If the speed walks by 1 % in half an
+hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are lost
+in 60 s. All numbers of the verdict were set on records of 1 to 13 s. No sensitivity that counts is lost: a modulation
+of `fault_posterior.DEPTH` is 80 times the noise in 10 s of a band of 2 kHz.
+
+The combs of every part are scored, each at its own speed, and the mean likelihood of all decides, as of channels of
+which any may show the fault. The table of lines is that of one part. The parts are sorted by their strongest fault
+comb; tried are the part that is as clear as half of all, then a quarter, and so on to the clearest, each with as many
+trials as there are parts for one as clear. The first that shows a fault line is taken, else that of the half.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import DEFECTS, Bearing
+from srbval.diagnosis.fault_posterior import FaultScores, fault_scores
+from srbval.errors import DataError
+from srbval.processes.machine import one_thread
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.lines import detected_fault_lines
+from srbval.reading.pipeline import Processed, choose_tracking, one_signal, whole_band_of
+from srbval.reading.speed_search import SpeedSearch
+from srbval.recordings import Recording, SpeedSource
+from srbval.signal import end_s, normalise
+
+PART_S, PART_TURNS = 10.0, 100  # least length of a part, and least number of turns in it
+LEAST_PARTS = 3  # shorter records are read as a whole
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class LongAnalysis(Analysis):
+    """Analysis of the part, from `first_s` [s] on, that stands for a long record of so many `parts`.
+
+    `as_clear` parts have a fault comb at least as strong; `views` are channel and scores of all parts that vibrate.
+    """
+
+    parts: int
+    as_clear: int
+    first_s: float
+    views: tuple[tuple[str | None, FaultScores], ...]
+
+    @property
+    def read_in(self) -> str:
+        """How the record was read, in words."""
+        part_s = self.recording.seconds / self.parts
+        return (
+            f"read in {self.parts} parts of {part_s:.3g} s: probabilities from the combs of all; lines, band and "
+            f"figures are those of the part from {self.first_s:.5g} s on, and {self.as_clear} parts are as clear"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The document of the part, and how the record was read."""
+        keys = ("parts", "as_clear", "first_s", "read_in")
+        return super().to_dict() | {"long_record": {key: getattr(self, key) for key in keys}}
+
+
+@one_thread()
+def read(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
+    """Analyse a record as `analyse` does with its `options`, and in parts if it is long.
+
+    With `all_channels` the other channels of a long record are views too. Parts without a vibration, or in which the
+    shaft stops, are left out; raises the `DataError` of the first if all are.
+    """
+    shaft_hz = recording.known_speed.value_hz
+    count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))
+    if count < LEAST_PARTS:
+        return analyse(recording, bearing=bearing, **options)
+    bounds = np.linspace(0, recording.samples, count + 1).astype(int).tolist()
+    names = list(recording.channels) if all_channels and recording.channel is not None else [recording.channel]
+    names.sort(key=lambda name: name != recording.channel)
+    scored, failed = dict[int, list[tuple[str | None, FaultScores]]](), list[DataError]()
+    for number in range(count):
+        part = recording.part(*bounds[number : number + 2])
+        try:
+            scored[number] = [(name, _scores(replace(part, channel=name), bearing)) for name in names]
+        except DataError as error:
+            failed.append(error)
+    if not scored:
+        raise failed[0]
+    clear = sorted(scored, key=lambda number: -_strongest(scored[number][0][1]))
+    rank, found = max(1, len(clear) // 2), list[tuple[int, Analysis]]()
+    while rank and not (found and detected_fault_lines(found[-1][1].lines)):
+        number = clear[rank - 1]
+        part = recording.part(*bounds[number : number + 2])
+        found.append((rank, analyse(part, bearing=bearing, trials=math.ceil(len(clear) / rank), **options)))
+        rank //= 2
+    rank, analysis = found[-1 if detected_fault_lines(found[-1][1].lines) else 0]
+    views = [view for every in scored.values() for view in every]
+    if analysis.speed.source is SpeedSource.ESTIMATED:
+        views.append((recording.channel, fault_scores(analysis)))
+    left_out = (f"left out: {len(failed)} of {count} parts, the first: {failed[0]}",) if failed else ()
+    return LongAnalysis(
+        **vars(analysis) | {"recording": replace(recording, cautions=(*analysis.recording.cautions, *left_out))},
+        parts=count,
+        as_clear=rank,
+        first_s=bounds[clear[rank - 1]] / recording.fs_hz,
+        views=tuple(views),
+    )
+
+
+def _scores(part: Recording, bearing: Bearing) -> FaultScores:
+    """Combs of a part at its own stated speed, without reading its lines."""
+    speed, band_hz = part.known_speed, whole_band_of(part.fs_hz).band_hz
+    processed = Processed(
+        whole=normalise(one_signal(part)),
+        squared=np.empty(0),
+        squared_fs_hz=part.fs_hz,
+        fs_hz=part.fs_hz,
+        band_hz=band_hz,
+        end_s=end_s(band_hz),
+        scale=1.0,
+        tracking=choose_tracking(part, bearing, speed),
+    )
+    return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))
+
+
+def _strongest(scores: FaultScores) -> float:
+    """Log likelihood ratio of the strongest comb of a fault."""
+    return max(scores.first[fault].log_ratio for fault in DEFECTS)
