@@ -50,7 +50,7 @@ class LongAnalysis(Analysis):
         part_s = self.recording.seconds / self.parts
         return (
             f"read in {self.parts} parts of {part_s:.3g} s: probabilities from the combs of all; lines, band and "
-            f"figures are those of the part from {self.first_s:.5g} s on, and {self.as_clear} parts are as clear"
+            f"figures are those of the part from {self.first_s:.5g} s on, one of the {self.as_clear} clearest"
         )
 
     def to_dict(self) -> dict[str, Any]:

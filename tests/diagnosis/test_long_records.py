@@ -1,0 +1,105 @@
+"""Records of minutes: read in parts in bounded memory, with an answer that does not contradict itself."""
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.diagnosis.long_records import LongAnalysis, read
+from srbval.diagnosis.records import RecordRequest, read_recording
+from srbval.reading.analyse import analyse
+from srbval.reading.features import features_of
+from srbval.recordings import Origin, Recording, load_recording, raw
+from srbval.recordings.sample_cautions import sample_cautions
+from srbval.recordings.speed import stated_speed
+from srbval.storage.json_files import to_json
+from tests.recordings.synthetic_record import FS_HZ, vibration
+
+BEARING = load_bearing("skf-22240")
+SHAFT_HZ = 12.0
+WALK = 2e-3  # RMS of the speed's walk over the record, relative: 100 s of an hour in which it walks by 1 %
+
+
+def record(seconds: float, state: Fault = Fault.OUTER, *, within=(0.0, 1.0)) -> Recording:
+    """A record whose speed walks by `WALK`, with the fault from one to another share of its duration."""
+    rng = np.random.default_rng(3)
+    course = np.cumsum(rng.standard_normal(round(10 * seconds)))
+    course = 1 + WALK * (course - course.mean()) / course.std()
+    at_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
+    turns = SHAFT_HZ * np.interp(at_s, np.arange(course.size) / 10, np.cumsum(course) / 10)
+    signal = vibration(Fault.HEALTHY, BEARING.orders, turns, rng)
+    first, end = (round(share * at_s.size) for share in within)
+    signal[first:end] = vibration(state, BEARING.orders, turns[first:end] - turns[first], rng)
+    stated = {"speed": stated_speed(60 * SHAFT_HZ, 1.0), "fs_hz": FS_HZ, "unit": "m/s2"}
+    return Recording(name="x", origin=Origin.MEASURED, channel="x", channels={"x": signal}, **stated)
+
+
+@pytest.mark.parametrize(
+    ("state", "within"), [(Fault.OUTER, (0.0, 1.0)), (Fault.OUTER, (0.6, 0.8)), (Fault.HEALTHY, (0.0, 1.0))]
+)
+def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
+    found = read_recording(record(100.0, state, within=within), RecordRequest(bearing="skf-22240"))
+    analysis, verdict = found.analysis, found.verdict
+    line = analysis.line("BPFO")
+    assert isinstance(analysis, LongAnalysis)
+    assert analysis.parts == 10
+    if state is Fault.HEALTHY:
+        assert not line.detected
+        assert not verdict.parts
+        return
+    assert verdict.parts == (Fault.OUTER,)
+    assert line.detected
+    assert f"BPFO line stands {line.snr:,.0f} times" in verdict.headline
+    assert verdict.diagnosis.probabilities["outer"] > 0.9
+    assert within[0] <= analysis.first_s / 100 < within[1]
+    assert to_json(found)["long_record"]["as_clear"] <= (5 if within == (0.0, 1.0) else 2)
+
+
+def test_a_short_record_is_read_as_a_whole_and_features_of_parts_are_those_of_the_whole():
+    short, long = record(25.0), record(60.0)
+    assert to_json(read(short, BEARING)) == to_json(analyse(short, bearing=BEARING))
+    signal, found = long.channels["x"], features_of(read(long, BEARING))
+    whole = features_of(analyse(long, bearing=BEARING, whole_band=True))
+    assert {name: found[name] for name in ("rms", "peak", "kurtosis")} == pytest.approx(
+        {name: whole[name] for name in ("rms", "peak", "kurtosis")}, rel=1e-3
+    )
+    assert found["peak"] == pytest.approx(np.abs(signal).max(), rel=1e-2)
+
+
+def test_parts_without_vibration_are_left_out_and_stated():
+    stopped = record(60.0)
+    stopped.channels["x"][: round(20 * FS_HZ)] = 0.0
+    found = read_recording(stopped, RecordRequest(bearing="skf-22240"))
+    assert found.verdict.parts == (Fault.OUTER,)
+    assert [one for one in found.analysis.recording.cautions if one.startswith("left out: 2 of 6 parts")]
+
+
+def test_memory_does_not_grow_with_the_record():
+    """Beside the samples two minutes need no more than 20 s, which are read as a whole."""
+    peaks = []
+    for seconds in (20.0, 120.0):
+        own = record(seconds)
+        own = replace(own, channels={"x": own.channels["x"].astype(np.float32)})
+        tracemalloc.start()
+        read(own, BEARING)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < peaks[0]
+
+
+def test_a_long_file_is_mapped_and_looked_at_in_blocks(tmp_path, monkeypatch):
+    monkeypatch.setattr(raw, "LONG_SAMPLES", 2**16)
+    monkeypatch.setattr("srbval.recordings.reading.LONG_SAMPLES", 2**16)
+    samples = np.clip(np.random.default_rng(0).standard_normal(3 * 2**16), -2.5, 2.5).astype(np.float32)
+    np.save(tmp_path / "long.npy", samples)
+    kept = load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="g", rpm=600.0).channels["data"]
+    assert kept.dtype == np.float32
+    held = load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="m/s2", rpm=600.0)
+    assert not held.channels["data"].flags.owndata, "the file's own pages"
+    assert "3 of 3 blocks" in "".join(sample_cautions(samples))
+    samples[2**17 + 5] = np.nan
+    np.save(tmp_path / "long.npy", samples)
+    with pytest.raises(raw.DataError, match=f"sample {2**17 + 5} of"):
+        load_recording(tmp_path / "long.npy", fs_hz=1e4, unit="g", rpm=600.0)
