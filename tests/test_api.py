@@ -116,6 +116,7 @@ def test_a_run_file_is_what_to_xarray_gives(tmp_path):
         assert stored.equals(run().to_xarray())
         read = srbval.Recording.from_xarray(stored)
     assert np.array_equal(read.channels["y"], run().acceleration_m_s2[:, 1])
+    assert read.own_bearing == srbval.load_recording(tmp_path / "run.h5").own_bearing
     spectrum = analysis().processed.spectrum
     assert np.array_equal(spectrum.to_xarray().sel(frequency_hz=spectrum.frequency_hz[5]), spectrum.amplitude[5])
 

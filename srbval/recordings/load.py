@@ -64,7 +64,7 @@ def recording_from_columns(
     settings = settings_of(asked | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
     numbers = {key: _numbers(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
     stamps = {key: "s" for key, values in columns.items() if values.dtype.kind in "mM"}
-    given = {key: value for key, value in (attributes or {}).items() if value is not None}
+    given = {key: value for key, value in (attributes or {}).items() if isinstance(value, str | int | float)}
     known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | stamps}
     path = Path(name)
     reading = apply_settings(path, recognise(RawFile(path=path, format="array", variables=numbers, **known)), settings)

@@ -208,7 +208,7 @@ class Recording(SourceFacts, Shown):
         titles = {name: "time" if name == along and not is_time(str(name)) else str(name) for name in whole.variables}
         columns = {titles[name]: variable.to_numpy() for name, variable in whole.variables.items()}
         units = {titles[name]: str(v.attrs["units"]) for name, v in whole.variables.items() if "units" in v.attrs}
-        facts = {name: x for name, x in whole.attrs.items() if isinstance(x, str | int | float | np.number)}
+        facts = {name: x.item() if isinstance(x, np.number) else x for name, x in whole.attrs.items()}
         recording: Recording = offered("recording_from_columns")(columns, column_units=units, attributes=facts, **asked)
         return recording
 

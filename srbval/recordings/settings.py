@@ -26,6 +26,7 @@ from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed,
 from srbval.recordings.times import PLAUSIBLE_HZ
 from srbval.recordings.units import COUNTS, DERIVATIVES, DIFFERENTIATED, FINE, UNITS, UNKNOWN, known_unit, split_unit
 from srbval.storage.files import read_limited
+from srbval.storage.json_files import to_json
 from srbval.storage.tables import build
 
 FILE = "file"  # column of a table of labels
@@ -116,13 +117,9 @@ class RecordingSettings:
 
 
 def settings_of(asked: Mapping[str, Any]) -> RecordingSettings:
-    """Settings from keywords of a call, in which states and origins may be words, and paths be `Path`."""
-    words = {"state": Fault, "origin": Origin, "bearing": str}
-    given = {key: words.get(key, lambda same: same)(value) for key, value in asked.items() if value is not None}
-    if unknown := sorted(given.keys() - {field.name for field in dataclasses.fields(RecordingSettings)}):
-        known = [field.name for field in dataclasses.fields(RecordingSettings)]
-        raise ConfigurationError(f"unknown keyword {unknown[0]!r}{did_you_mean(unknown[0], known)}.")
-    return RecordingSettings(**given)
+    """Settings from keywords of a call, in which states and origins may be words; None is not stated."""
+    given = {key: to_json(value) for key, value in asked.items() if value is not None}
+    return build(RecordingSettings, given, "keywords")
 
 
 # Settings by the names of their options, which are without units.
@@ -133,8 +130,7 @@ ALIASES = {
 
 # Keywords of options whose name is not that of a setting or of the option itself.
 KEYWORDS = {"tolerance": "tolerance_pct", "cage-slip": "largest_slip_pct", "wait": "wait_s", "seconds": "duration_s"}
-KEYWORDS |= {"least-limit": "least_limit_s", "no-pdf": 'formats=("html", "json")', "dt": 'solver={"step": ...}'}
-KEYWORDS |= {"solver": 'solver={"name": ...}'}
+KEYWORDS |= {"least-limit": "least_limit_s", "dt": 'solver={"step": ...}', "solver": 'solver={"name": ...}'}
 KEYWORDS |= {kind: f'bearing="{kind} ..."' for kind in ("elements", "orders")}
 OPTION = re.compile(
     r"(?P<command>`[^`]*`|\bsrbval [a-z]+ [^;]*?(?=[;)]|\. |\.?$))"
@@ -150,10 +146,8 @@ def with_keywords(text: str) -> str:
     """
 
     def keyword(found: re.Match[str]) -> str:
-        if found["command"]:
-            return found[0]
-        if found["folder"]:
-            return "folder"
+        if found["command"] or found["folder"]:
+            return found["command"] or "folder"
         name = found["name"]
         word = KEYWORDS.get(name) or ALIASES.get(name.replace("-", "_"), name.replace("-", "_"))
         value = "(LO, HI)" if found["edges"] else "" if found["bare"] is None else "..."

@@ -22,6 +22,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.recordings import Recording, RecordingSettings, recording_from_run
 from srbval.recordings.registry import RecordSource, listing, shipped_or, shipped_recordings
+from srbval.recordings.settings import settings_of
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
 from srbval.storage.json_files import to_json
@@ -159,7 +160,7 @@ def case_of_signals(
 
     `bearing` and `state` are by default those of the recordings.
     """
-    pair: dict[str, Any] = {"state": state and Fault(state)}
+    pair: dict[str, Any] = {"state": settings_of({"state": state}).state}
     for side, given in (("simulated", simulated), ("measured", measured)):
         listed = [given] if isinstance(given, RecordSource) else given
         held = [recording_from_run(one) if isinstance(one, Run) else one for one in listed]
