@@ -12,7 +12,7 @@ from srbval.bearing import Fault
 from srbval.diagnosis.long_records import read
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis
-from srbval.reading.lines import OTHER_LINE, Line, detected_fault_lines
+from srbval.reading.lines import Line, NotDetected, detected_fault_lines
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.reading import N_PER_KN
@@ -250,7 +250,7 @@ def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, t
     """
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
-    if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
+    if before.explained_by is NotDetected.ANOTHER and before.snr and before.depth is not None:
         not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
         before = replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)

@@ -32,9 +32,7 @@ from srbval.signal.false_alarm import COMBS, joint_false_alarm, rank_among_place
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A peak that is the line with a smaller probability than this is taken for another line, and is no baseline.
-LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
-# Other explanations of a peak, or of no peak, beside multiples of a stronger line, which are named.
-SHAFT, NO_PEAK, OWN_LINE = "a harmonic of the shaft", "a stronger line beside the window", "its line is not detected"
+LEAST_IDENTITY = 0.5
 HALF_SHARE = 0.5  # least power over noise of a comb's first harmonic, as a share of that of its second
 _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"} | {"detected"}  # copied to a line
 
@@ -52,14 +50,6 @@ class NotDetected(enum.StrEnum):
     NOISE = "noise alone has such a peak too often"
     FLANK = "its peak is the flank of a stronger one"
     MEANINGLESS = "combs at frequencies that mean nothing are as strong"
-
-
-_BY_OTHER = {
-    SHAFT: NotDetected.HIDDEN,
-    OTHER_LINE: NotDetected.ANOTHER,
-    NO_PEAK: NotDetected.FLANK,
-    OWN_LINE: NotDetected.OWN,
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +97,7 @@ class Line:
         if self.detected:
             return None
         if self.explained_by is not None:
-            return _BY_OTHER.get(self.explained_by, NotDetected.PART_OF_OTHER)
+            return self.explained_by if isinstance(self.explained_by, NotDetected) else NotDetected.PART_OF_OTHER
         if self.snr is None or self.noise_false_alarm is None:
             return NotDetected.OUT_OF_REACH
         if self.snr <= LEAST_SNR:
@@ -198,7 +188,7 @@ def read_lines(
                 speed_ci95 = speed.ci95_hz / speed.value_hz
                 identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
         if identity is not None and identity < LEAST_IDENTITY:
-            explained = explained or OTHER_LINE
+            explained = explained or NotDetected.ANOTHER
         detected = reading.detected and explained is None
         first = replace(first, detected=detected, explained_by=explained, identity_probability=identity)
         lines[family.name] = _lines_of(family, first, reading, within, scale, speed, brief)
@@ -253,10 +243,12 @@ def _with_cover(
     height = float(record.power_at(top)[0]) / record.noise_near(centre, reach).mean_power
     others = [other.name for other in stronger if not line.name.startswith(other.name)]
     if height > LEAST_SNR and bare.masked(top)[0]:
-        return replace(line, covered=True, explained_by=SHAFT, snr=height, depth=record.depth_at(float(top[0])))
+        return replace(
+            line, covered=True, explained_by=NotDetected.HIDDEN, snr=height, depth=record.depth_at(float(top[0]))
+        )
     if height > LEAST_SNR and others and record.masked(top)[0]:
         return replace(line, explained_by=f"lines of {', '.join(others)}")
-    return replace(line, explained_by=NO_PEAK) if unread or flank else line
+    return replace(line, explained_by=NotDetected.FLANK) if unread or flank else line
 
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
@@ -319,7 +311,7 @@ def _lines_of(
 
 
 def _without_own_line(line: Line) -> Line:
-    return replace(line, detected=False, explained_by=OWN_LINE) if line.detected else line
+    return replace(line, detected=False, explained_by=NotDetected.OWN) if line.detected else line
 
 
 def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
@@ -335,7 +327,9 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
     """Clearness of the best race or roller line, to choose a band: -log of its false-alarm probability, then S/N."""
-    firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, SHAFT))
+    firsts = (
+        x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by in (None, NotDetected.HIDDEN)
+    )
     chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
     return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
 
