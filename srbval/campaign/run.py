@@ -260,12 +260,13 @@ def load_campaign(name: str | Path) -> Campaign | CampaignTable:
     return read_table(Path(name)) if (Path(name) / TABLE).is_file() else campaign_of(str(name))
 
 
-def campaign_status(path: Path) -> dict[str, Any]:
+def campaign_status(path: str | Path) -> dict[str, Any]:
     """Read the folder of a campaign and write its results table again; `DataError` as `read_table`.
 
     Returns the document of ``campaign status``. Cases with damaged results are not `done`; `table` is None if the
     results table cannot be written.
     """
+    path = Path(path)
     table = read_table(path)
     results = read_results(path, table)
     written, running = None, False
@@ -279,12 +280,13 @@ def campaign_status(path: Path) -> dict[str, Any]:
     return counted(table, results) | {"running": running, "table": written}
 
 
-def verify_campaign(path: Path) -> dict[str, Any]:
+def verify_campaign(path: str | Path) -> dict[str, Any]:
     """Read the table of cases and all results, those of earlier tables too; nothing is changed.
 
     Returns the document of ``campaign verify``: `ok` if no file is `damaged` (`file`, `why`), and the number of
     `results` that were read. Raises `DataError` if there is no campaign.
     """
+    path = Path(path)
     results, damaged = sorted((path / CASES).glob("*.h5")), []
     for file in (path / TABLE, *results):
         try:

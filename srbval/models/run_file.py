@@ -90,9 +90,9 @@ class RunWriter:
         self._file.flush()
 
 
-def write_run(run: Run, path: Path) -> None:
+def write_run(run: Run, path: str | Path) -> None:
     """Write `run` to `path`, whole or not at all; `DataError` if it cannot be written."""
-    with new_hdf5(path) as file:
+    with new_hdf5(Path(path)) as file:
         writer = RunWriter(file, run.scene)
         writer.append(run)
         writer.finish(run)

@@ -210,8 +210,9 @@ def check_plot(path: Path) -> None:
         raise ConfigurationError(f"{path}: a picture is one of {', '.join(PLOTS)}; end its name with one of them.")
 
 
-def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval analyse") -> None:
+def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:
     """One picture of a record that was read, as PNG or SVG, or with its table of lines as a page."""
+    path = Path(path)
     check_plot(path)
     analysis, baseline = reading.analysis, reading.baseline
     if path.suffix.lower() == ".html":
@@ -223,9 +224,9 @@ def write_plot(reading: RecordReading, path: Path, *, command: str = "srbval ana
         part.write_bytes(picture_bytes(figure, path.suffix.lower()))
 
 
-def write_trend(trend: Trend, path: Path, *, command: str = "srbval trend") -> None:
+def write_trend(trend: Trend, path: str | Path, *, command: str = "srbval trend") -> None:
     """A trend as one page with its pictures."""
-    _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), path)
+    _write_page(assemble_trend(trend, command=command, provenance=provenance((), ())), Path(path))
 
 
 def _write_page(page: Report, path: Path) -> None:
