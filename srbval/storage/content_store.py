@@ -8,7 +8,6 @@ for longest are removed.
 import contextlib
 import dataclasses
 import hashlib
-import io
 import json
 import os
 import pickle
@@ -17,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from srbval.errors import DataError, SrbvalError
@@ -66,11 +66,11 @@ class _FieldsPickler(pickle.Pickler):
 
 def content_sha256(*values: Any) -> str:
     """Hash of arrays, dataclasses of them, and all else that `pickle` knows, alike in every process."""
-    pickled = io.BytesIO()
-    pickler = _FieldsPickler(pickled, protocol=5)
+    digest = hashlib.sha256()
+    pickler = _FieldsPickler(SimpleNamespace(write=digest.update), protocol=5)  # nothing is copied
     pickler.fast = True  # equal values give equal bytes, whether they are one object or two
     pickler.dump(values)
-    return hashlib.sha256(pickled.getbuffer()).hexdigest()
+    return digest.hexdigest()
 
 
 @dataclass(frozen=True, kw_only=True)
