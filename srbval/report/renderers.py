@@ -9,7 +9,6 @@ from importlib import metadata, resources
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from markupsafe import Markup
 
@@ -17,8 +16,8 @@ from srbval.report.blocks import Report
 from srbval.report.plain import as_plain
 from srbval.storage.installation import MissingLibraryError
 
-# Characters of a data URI, besides letters and digits, that need no escape in a quoted attribute.
-_PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
+# Characters of a data URI that need an escape in a quoted attribute.
+_ESCAPED = re.compile(rb"[^\w !$'()*+,\-./:;=?@\[\]^{|}~]")
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
 # Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
 LONGEST_WORD = 28
@@ -64,7 +63,8 @@ def _data_uri(folder: Path, name: str) -> Markup:
     if kind == "image/svg+xml":
         content = re.sub(rb">\s*\n\s*<", b"><", content)
         content = content if b"'" in content else content.replace(b'"', b"'")
-    return Markup(f"data:{kind};charset=utf-8,{quote(content, safe=_PLAIN)}")
+    escaped = _ESCAPED.sub(lambda character: b"%%%02X" % ord(character[0]), content)
+    return Markup(f"data:{kind};charset=utf-8,{escaped.decode('ascii')}")
 
 
 def require_typst() -> Any:

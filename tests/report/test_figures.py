@@ -82,7 +82,7 @@ def test_a_panel_is_drawn_again_only_if_its_data_or_its_code_has_changed(changed
         monkeypatch.setattr(style, "STYLE_FILE", tmp_path / "new.mplstyle")
         style.STYLE_FILE.write_text(new)
     elif changed == "library":
-        monkeypatch.setattr(style.metadata, "version", lambda _: "new")
+        monkeypatch.setattr(style, "version_of", lambda _: "new")
     DRAWERS["acceleration"](record, title)(tmp_path, "after")
     assert len(drawn) == (1 if changed == "nothing" else 2)
     if changed == "nothing":

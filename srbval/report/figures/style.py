@@ -17,6 +17,7 @@ from srbval.arrays import FloatArray
 from srbval.storage.content_store import ContentStore, content_sha256
 
 P = ParamSpec("P")
+version_of = functools.cache(metadata.version)
 STYLE_FILE = Path(__file__).with_name("srbval.mplstyle")
 
 # Width and height of a panel [inch]: half and full width of the text.
@@ -117,7 +118,7 @@ def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
     @functools.wraps(draw)
     def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
         def write(folder: Path, name: str) -> None:
-            drawn_with = STYLE_FILE.read_bytes(), metadata.version("matplotlib"), metadata.version("numpy")
+            drawn_with = STYLE_FILE.read_bytes(), version_of("matplotlib"), version_of("numpy")
             content = content_sha256(draw.__qualname__, args, kwargs, *drawn_with)
             files = store.load(content, dict)
             if files is None:
