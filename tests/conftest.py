@@ -10,9 +10,7 @@ import pytest
 
 from srbval.cli import main
 from srbval.models.jit import precompile
-from srbval.models.solvers import SOLVERS
 from srbval.processes.machine import usable_cores
-from srbval.scene import load_scene, paper_scene
 
 REPORT = "tests/report"
 
@@ -20,11 +18,9 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before the workers start, so that no two of them compile the same."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        solvers = [paper_scene(solver={"name": name}) for name in SOLVERS]
-        models = [paper_scene(model=model) for model in ("slices", "line", "planar")]
-        rigs = [load_scene(name) for name in ("rig", "rig-oil")]
-        more = {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
-        precompile(*solvers, *models, *rigs, *(load_scene("rig", changes) for changes in more))
+        from srbval.models.precompile import scenes_of_all_kernels  # which loads numba
+
+        precompile(*scenes_of_all_kernels())
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

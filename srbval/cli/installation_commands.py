@@ -28,8 +28,9 @@ PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING") 
 
 
 def check_installation(options: argparse.Namespace) -> int:
-    """Check the installation, and clear the cache if asked; exit code 0 if sound, 1 with problems."""
+    """Check the installation; clear the cache, compile all kernels if asked; exit code 0 if sound, 1 with problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
+    warmed = warm() if options.warm else {}
     found = doctor()
     problems = found["problems"]
     written = {Path(options.schemas) / f"{name}.json": of for name, of in schemas().items()} if options.schemas else {}
@@ -47,13 +48,14 @@ def check_installation(options: argparse.Namespace) -> int:
         for use in cleared or ():
             left = f"; {use.left} files that are not srbval's were left" if use.left else ""
             print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
+        if warmed:
+            print(f"compiled: {', '.join(warmed['compiled']) or 'nothing, all kernels were there'}")
         print("\n".join(f"written: {path}" for path in written))
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
 
     status = "problems" if problems else "ok"
-    return answer(
-        options, found | {"cleared": cleared, "schemas": list(written)}, show, status=status, code=1 if problems else 0
-    )
+    result = found | {"cleared": cleared, "schemas": list(written)} | warmed
+    return answer(options, result, show, status=status, code=1 if problems else 0)
 
 
 def schemas() -> dict[str, dict[str, Any]]:
@@ -71,6 +73,20 @@ def schemas() -> dict[str, dict[str, Any]]:
     hints |= {(CasePair, "simulated"): side, (CasePair, "measured"): side, (Source, "file"): str | tuple[str, ...]}
     kinds = {"scene": Scene, "case": Case, "campaign": Campaign, "machine": Machine}
     return {name: json_schema(kind, hints) for name, kind in kinds.items()}
+
+
+def warm() -> dict[str, Any]:
+    """Compile all kernels that the cache lacks: their names (`compiled`) and the time it took (`seconds`)."""
+    from srbval.models.jit import missing_kernels
+    from srbval.models.precompile import scenes_of_all_kernels
+    from srbval.models.simulate import compile_for
+
+    scenes = scenes_of_all_kernels()
+    before = missing_kernels(*scenes)
+    with ProgressDisplay() as progress:
+        seconds = compile_for(*scenes, progress=progress)
+    left = missing_kernels(*scenes)
+    return {"compiled": [kernel for kernel in before if kernel not in left], "seconds": seconds}
 
 
 def doctor() -> dict[str, Any]:

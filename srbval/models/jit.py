@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -23,9 +24,11 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from srbval.errors import DataError
 from srbval.models.solvers import FAMILIES, METHODS
-from srbval.processes.machine import usable_cores
+from srbval.processes.machine import load_average, usable_cores
 from srbval.storage.cache import KERNEL_VARIABLE, KERNELS, cache_folder
+from srbval.storage.files import atomic_write
 from srbval.storage.installation import child_environment, package_folder
 from srbval.storage.sources import content_version
 
@@ -51,24 +54,24 @@ OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
 
 WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # on numbers, of numba's settings
 
+PACE_ROUNDS = 10**6  # of a loop that takes some 30 ms
+WORK = {RING: 60.0, RATES: 400.0} | dict.fromkeys(FAMILIES, 500.0)  # the time of that loop that a kernel takes
+CHECKSUM_BYTES = hashlib.sha256().digest_size
 _requested: set[str] = set()
+_found: set[str] = set()  # kernels in the cache
+_used: set[str] = set()  # names of files with machine code that this process read or wrote
 _lock = threading.RLock()
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function`, which Python calls, for the processor at hand, kept on disk, without the interpreter lock.
 
     Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
     count every array of a parameter tuple in and out at each call.
     """
-    numba = load_numba()
-    settings = vars(numba.config)
-    before = settings["CACHE_DIR"]
-    settings["CACHE_DIR"] = str(kernel_cache_folder())
-    try:
-        compiled: Callable[..., Any] = numba.njit(cache=True, **OPTIONS)(function)
-    finally:
-        settings["CACHE_DIR"] = before
+    compiled: Any = load_numba().njit(pipeline_class=_compilers()[0], **OPTIONS)(function)
+    if compiled is not function:
+        compiled._cache = _store(function.__name__)
     return compiled
 
 
@@ -79,7 +82,7 @@ def kernel_part(function: Callable[..., Any], **more: Any) -> Callable[..., Any]
     optimised with its own order of sums, and the linker would take the copy that came into memory first: the last
     digits of a run would depend on the history of its process, and a rattling roller makes them grow.
     """
-    options = OPTIONS | {"no_cpython_wrapper": True} | more
+    options = OPTIONS | {"no_cpython_wrapper": True, "pipeline_class": _compilers()[1]} | more
     part: Callable[..., Any] = load_numba().extending.register_jitable(**options)(function)
     return part
 
@@ -110,10 +113,110 @@ def load_numba() -> Any:
 
 
 @cache
+def _compilers() -> tuple[Any, Any]:
+    """Numba's compiler, for kernels and for their parts: of a part no machine code is made, only of whole kernels."""
+    from numba.core import typed_passes as typed
+    from numba.core import untyped_passes as untyped
+    from numba.core.codegen import JITCodeLibrary
+    from numba.core.compiler import CompilerBase
+    from numba.core.compiler_machinery import PassManager
+
+    passes = (
+        untyped.TranslateByteCode,
+        untyped.FixupArgs,
+        untyped.IRProcessing,
+        untyped.RewriteSemanticConstants,
+        untyped.DeadBranchPrune,
+        untyped.GenericRewrites,
+        untyped.InlineInlinables,
+        untyped.DeadBranchPrune,
+        untyped.ReconstructSSA,
+        typed.NopythonTypeInference,
+        typed.PreLowerStripPhis,
+        typed.IRLegalization,
+        typed.NativeLowering,
+        typed.NoPythonBackend,
+    )
+
+    class Part(JITCodeLibrary):
+        codegen = property(lambda self: self)
+
+        def _finalize_final_module(self) -> None:
+            self._finalized = True
+
+        def get_pointer_to_function(self, _: str) -> int:
+            return 0  # Python calls no part
+
+        def set_env(self, *_: Any) -> None:
+            """Do nothing: no machine code is there to need it."""
+
+    def compiler(library: type) -> type:
+        class Compiler(CompilerBase):
+            def define_pipelines(self) -> Any:
+                self.state.library = library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+                self.state.library.enable_object_caching()
+                self.state.type_annotation = None
+                manager = PassManager("kernel")
+                for one in passes:
+                    manager.add_pass(one, one.__name__)
+                manager.finalize()
+                return [manager]
+
+        return Compiler
+
+    return compiler(JITCodeLibrary), compiler(Part)
+
+
+@cache
+def _store(name: str) -> Any:
+    """Numba's access to the stored machine code of the kernel of this name."""
+    from numba.core.caching import NullCache
+    from numba.core.compiler import CompileResult
+    from numba.core.serialize import dumps
+
+    class Store(NullCache):
+        def file(self, signature: Any) -> Path:
+            return kernel_cache_folder() / f"{name}-{_digest(signature)}.kernel"
+
+        def load_overload(self, signature: Any, target_context: Any) -> Any:
+            target_context.refresh()
+            stored = _machine_code(self.file(signature))
+            return None if stored is None else CompileResult._rebuild(target_context, *pickle.loads(stored))
+
+        def save_overload(self, signature: Any, compiled: Any) -> None:
+            content = dumps(compiled._reduce())
+            with contextlib.suppress(DataError), atomic_write(self.file(signature)) as part:
+                part.write_bytes(_checksum(self.file(signature), content) + content)
+                _used.add(self.file(signature).name)
+
+    return Store()
+
+
+def _machine_code(file: Path) -> bytes | None:
+    """Content of a stored kernel behind its checksum; None if it is missing or, with a message, damaged."""
+    try:
+        content = file.read_bytes()
+    except (OSError, ValueError):  # a name with a zero byte, of a damaged list
+        return None
+    if content[:CHECKSUM_BYTES] == _checksum(file, content[CHECKSUM_BYTES:]):
+        _used.add(file.name)
+        return content[CHECKSUM_BYTES:]
+    print(f"srbval: the compiled kernel {file} is damaged or of another version; it is compiled again", file=sys.stderr)
+    with contextlib.suppress(OSError):
+        file.unlink()
+    return None
+
+
+def _checksum(file: Path, content: bytes) -> bytes:
+    """SHA-256 of a stored kernel with its name, which depends on the machine, and the version of its sources."""
+    return hashlib.sha256(f"{file.parent.name}/{file.name}\n".encode() + content).digest()
+
+
+@cache
 def kernel_cache_folder() -> Path:
     """Folder of the compiled kernels of exactly this version of the kernels' sources, and of all that these import.
 
-    Numba checks only a kernel's own file, not the files it calls, when it decides if a cached kernel is valid.
+    It does not depend on where the package lies, so that all its copies share their kernels.
     """
     package = package_folder()
     sources = (package / "models").rglob("*_kernel.py")
@@ -123,7 +226,7 @@ def kernel_cache_folder() -> Path:
 
 def is_compiled(*scenes: Scene) -> bool:
     """True if the kernels that `scenes` need are in the cache, or nothing is to be compiled."""
-    return not _missing(scenes)
+    return not missing_kernels(*scenes)
 
 
 def precompile(*scenes: Scene, jobs: int | None = None) -> float:
@@ -138,25 +241,43 @@ def precompile(*scenes: Scene, jobs: int | None = None) -> float:
     from filelock import FileLock
 
     with _lock:
-        missing = [kernel for kernel in _missing(scenes) if kernel not in _requested]
+        missing = [kernel for kernel in missing_kernels(*scenes) if kernel not in _requested]
         if not missing:
             return 0.0
         _requested.update(missing)
         started = time.perf_counter()
         with contextlib.suppress(OSError), contextlib.ExitStack() as running:
+            kernel_cache_folder().mkdir(parents=True, exist_ok=True)
             running.enter_context(FileLock(kernel_cache_folder() / "all.lock"))
-            missing = [kernel for kernel in missing if not _marker(kernel).exists()]  # of which others compiled some
-            share = -(-len(missing) // (jobs or usable_cores()))
-            shares = [missing[first : first + share] for first in range(0, len(missing), share or 1)]
-            for kernels, process in [(one, running.enter_context(_compiler(one))) for one in shares]:
-                if process.wait() == 0:
-                    for kernel in kernels:
-                        _marker(kernel).touch()
+            missing = [kernel for kernel in missing if not _is_stored(kernel)]  # others may have compiled some
+            for process in [running.enter_context(_compiler(one)) for one in _shares(missing, jobs)]:
+                process.wait()
         return time.perf_counter() - started
 
 
+def expected_s(*scenes: Scene) -> float:
+    """Estimate how long `precompile` will take on this machine under its present load [s], from a short measurement."""
+    started = time.process_time()
+    sum(map(hash, range(PACE_ROUNDS)))
+    pace_s = time.process_time() - started
+    longest = max((sum(map(_work, share)) for share in _shares(missing_kernels(*scenes), None)), default=0.0)
+    return pace_s * longest * max(1.0, (load_average() or 0.0) / usable_cores())
+
+
+def _work(kernel: str) -> float:
+    """Time to compile a kernel, in units of the loop in `expected_s`: one processor's numbers serve for all."""
+    model, part, *_ = kernel.split("-")
+    return WORK[part] * (1.2 if model == "slices" else 1.0)
+
+
+def _shares(kernels: list[str], jobs: int | None) -> list[list[str]]:
+    """The kernels for each of the compiling processes, as many as usable cores unless `jobs` are given."""
+    count = min(len(kernels), jobs or usable_cores())
+    return [kernels[first::count] for first in range(count)]
+
+
 def kernels_of(scene: Scene) -> list[str]:
-    """Names of the kernels that the scene's run needs: model, part, cages, oil, free rollers.
+    """Names of the kernels that the scene's run needs: model, part, cages, oil, free rollers; the line is full's.
 
     Models with the full model's equations need their ``rates``, and the steps of the family of the scene's solver.
     """
@@ -164,13 +285,25 @@ def kernels_of(scene: Scene) -> list[str]:
         return []
     parts = (RING,) if scene.model == "planar" else (RATES, FAMILIES[METHODS[scene.solver.name].coefficients.family])
     end = ("" if scene.oil is None else OIL) + (FREE_ROLLERS if scene.bodies.free_rollers else "")
-    return [f"{scene.model}-{part}-{scene.bodies.cages}{end}" for part in parts]
+    model = "full" if scene.model == "line" else scene.model
+    return [f"{model}-{part}-{scene.bodies.cages}{end}" for part in parts]
 
 
-def _missing(scenes: Iterable[Scene]) -> list[str]:
-    """Kernels of the scenes that are not in the cache."""
+def missing_kernels(*scenes: Scene) -> list[str]:
+    """Kernels that the scenes need and that are not in the cache."""
     wanted = () if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0" else chain.from_iterable(map(kernels_of, scenes))
-    return [kernel for kernel in dict.fromkeys(wanted) if not _marker(kernel).exists()]
+    return [kernel for kernel in dict.fromkeys(wanted) if not (kernel in _found or _is_stored(kernel))]
+
+
+def _is_stored(kernel: str) -> bool:
+    """True if all machine code of a kernel is in the cache and not damaged; a process asks once for each kernel."""
+    try:
+        names = _list_of(kernel).read_text("ascii").split()
+    except (OSError, ValueError):
+        return False
+    if names and all(_machine_code(kernel_cache_folder() / name) is not None for name in names):
+        _found.add(kernel)
+    return kernel in _found
 
 
 def _compiler(kernels: Iterable[str]) -> subprocess.Popen[bytes]:
@@ -189,13 +322,21 @@ def compile_in_this_process(scene: Scene) -> None:
     _requested.update(kernels_of(scene))
 
 
-def _marker(kernel: str) -> Path:
-    """File that exists if the cache has the kernel for this machine and installation.
+def compile_and_list(kernel: str, compile_kernel: Callable[[], None]) -> None:
+    """Compile a kernel in this process and write the list of its files, by which others find it."""
+    _used.clear()
+    compile_kernel()
+    with contextlib.suppress(DataError), atomic_write(_list_of(kernel)) as part:
+        part.write_text("\n".join(sorted(_used)), "ascii")
 
-    Numba keeps kernels by the path of their source, so that kernels of another environment are not found from here.
-    """
-    digest = hashlib.sha256(f"{machine()} {package_folder()}".encode()).hexdigest()[:12]
-    return kernel_cache_folder() / f"compiled-{kernel}-{digest}"
+
+def _list_of(kernel: str) -> Path:
+    """File that lists the files with the machine code of a kernel for this machine."""
+    return kernel_cache_folder() / f"compiled-{kernel}-{_digest()}"
+
+
+def _digest(signature: Any = None) -> str:
+    return hashlib.sha256(f"{signature} {machine()}".encode()).hexdigest()[:16]
 
 
 @cache

@@ -7,6 +7,8 @@ import gc
 import sys
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +16,21 @@ from srbval.bearing import load_bearing
 from srbval.models.full.parameters import state_layout
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.hierarchy import geometry_of, level_of
-from srbval.models.jit import FREE_ROLLERS, OIL, RATES, RING, compile_in_this_process, kernel_cache_folder
+from srbval.models.jit import FREE_ROLLERS, OIL, RATES, RING, compile_and_list, compile_in_this_process
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import FAMILIES, METHODS
 from srbval.processes.worker import end_with_input
-from srbval.scene import paper_scene
+from srbval.scene import Scene, load_scene, paper_scene
 
 SHORTEST_S = 0.001  # simulated, to use every kernel that a run needs
+
+
+def scenes_of_all_kernels() -> list[Scene]:
+    """Scenes that together need every kernel: all models and solvers, oil, free rollers, one cage and two."""
+    rig: tuple[dict[str, Any], ...] = {}, {"model": "full"}, {"bodies": {"free_rollers": True, "cages": 1}}
+    own = [paper_scene(solver={"name": name}) for name in METHODS]
+    own += [paper_scene(model=model) for model in ("slices", "line", "planar")]
+    return [*own, *(load_scene("rig", changes) for changes in rig), load_scene("rig-oil")]
 
 
 def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
@@ -41,13 +51,10 @@ def compile_kernel(model: str, part: str, cages: int, *more: str) -> None:
 
 
 def compile_kernels(names: Iterable[str]) -> None:
-    """Compile kernels by their names, one process a part: numba rewrites one index of it for all models."""
-    from filelock import FileLock
-
+    """Compile kernels by their names, see `kernels_of`."""
     for name in names:
         model, part, cages, *more = name.split("-")
-        with FileLock(kernel_cache_folder() / f"{part}.lock"):
-            compile_kernel(model, part, int(cages), *more)
+        compile_and_list(name, partial(compile_kernel, model, part, int(cages), *more))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from srbval.errors import ConfigurationError, NumericsError
 from srbval.models import outputs as col
 from srbval.models.health import default_solver
 from srbval.models.hierarchy import STEP_CHECK, check_known, geometry_of, imported, level_of
-from srbval.models.jit import WITHOUT_KERNELS, is_compiled, machine, precompile
+from srbval.models.jit import WITHOUT_KERNELS, expected_s, is_compiled, machine, precompile
 from srbval.models.outputs import Outputs
 from srbval.models.run import Run, RunSummary
 from srbval.models.run_file import RunWriter, read_run, read_summary, scene_content, write_run
@@ -83,11 +83,11 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 
 def compile_for(*scenes: Scene, jobs: int | None = None, progress: Progress = silent) -> float:
-    """Compile what the scenes need, see `precompile`; `progress` shows it as a task, which takes half a minute."""
+    """Compile what the scenes need, see `precompile`; `progress` shows it as a task with its expected time."""
     own = [scene for scene in scenes if not level_of(scene.model).outside]
     if is_compiled(*own):
         return 0.0
-    with stage(progress, "Compile the models, once after installation"):
+    with stage(progress, f"Compile the models, once for all runs (about {expected_s(*own):.0f} s)"):
         return precompile(*own, jobs=jobs)
 
 

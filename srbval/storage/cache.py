@@ -16,7 +16,10 @@ from srbval.storage.files import UNFINISHED
 KERNELS, RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 # Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
-KERNEL_FILES = re.compile(r".+\.nb[ic](\.tmp\.[0-9a-f]+)?|[a-z0-9-]+\.lock|compiled-[a-z]+-[a-z]+-[12]-[0-9a-f]{12}")
+KERNEL_FILES = re.compile(
+    r".+\.kernel|.+\.nb[ic](\.tmp\.[0-9a-f]+)?|[a-z0-9-]+\.lock|compiled-[a-z]+-[a-z]+-[12][a-z-]*-[0-9a-f]{12,16}|"
+    + UNFINISHED.pattern
+)
 STORED_FILES = re.compile(r".+-[0-9a-f]{32}\.(json|result|h5)")
 RESULT_FILES = re.compile(f"{STORED_FILES.pattern}|{UNFINISHED.pattern}")
 NAMED_RESULT = re.compile(r"[a-z_]+\.json")  # ours where it begins with our schema and its own name

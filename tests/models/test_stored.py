@@ -1,6 +1,5 @@
 """Stored kernels and runs: bit for bit what they were, and read until something that they follow from changes."""
 
-import contextlib
 import json
 import os
 import re
@@ -10,14 +9,14 @@ import struct
 import subprocess
 import sys
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from filelock import FileLock, Timeout
 
 from srbval import Run, load_scene, paper_scene
-from srbval.models import jit, precompile
+from srbval.models import jit
 from srbval.models.simulate import RUNS, Step, run_content, stored_run, stored_summary
 from srbval.storage.installation import child_environment, package_folder
 from tests.marked import marked, until
@@ -25,14 +24,17 @@ from tests.marked import marked, until
 ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 PLANAR_RUN = """
 import hashlib, sys, srbval
+from srbval.models import jit
 from srbval.models.jit import compile_in_this_process
 from srbval.models.planar import ring_kernel
 scene = srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"})
 if sys.argv[1] == "here":
     compile_in_this_process(scene)
+compiler, started = jit._compiler, []
+jit._compiler = lambda kernels: started.append(kernels) or compiler(kernels)
 run = srbval.simulate(scene)
 misses = sum(sum(f.stats.cache_misses.values()) for f in vars(ring_kernel).values() if hasattr(f, "stats"))
-print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses)
+print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses, len(started))
 """
 
 
@@ -58,7 +60,7 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 def test_no_kernel_carries_a_copy_of_another():
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
     jit.precompile(*(paper_scene(model=model) for model in ("full", "line", "planar", "slices")))
-    stored = [path.read_bytes() for path in jit.kernel_cache_folder().rglob("*_kernel.*.nbc")]
+    stored = [path.read_bytes() for path in jit.kernel_cache_folder().glob("*.kernel")]
     codes = [functions(content[content.index(ELF) :]) for content in stored]
     assert len(codes) >= 2
     assert all(codes)
@@ -67,33 +69,58 @@ def test_no_kernel_carries_a_copy_of_another():
 
 def test_a_failed_process_leaves_no_mark(monkeypatch, tmp_path):
     monkeypatch.setattr(jit, "_requested", set())
-    monkeypatch.setattr(jit, "_marker", lambda kernel: tmp_path / kernel)
+    monkeypatch.setattr(jit, "_list_of", lambda kernel: tmp_path / kernel)
     jit.precompile(replace(paper_scene(), model="no such model"))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_kernels_of_another_installation_do_not_count(monkeypatch, tmp_path):
-    """Numba would not find them: the run itself would have to compile."""
-    scene = paper_scene(model="planar")
-    jit.precompile(scene)
-    assert jit.is_compiled(scene)
-    monkeypatch.setattr(jit, "package_folder", lambda: tmp_path)
-    assert not jit.is_compiled(scene)
+def sum_of_squares(values):
+    """A kernel that is compiled in no time."""
+    total = 0.0
+    for value in values:
+        total += value * value
+    return total
 
 
-def test_a_part_is_compiled_by_one_process_at_a_time(monkeypatch, tmp_path):
-    """Two that rewrite numba's index of one function at once, each for its model, would lose one of both entries."""
-    free = []
+def flip(content: bytes, place: float) -> bytes:
+    """Content with one bit changed, `place` of the way through it."""
+    at = int(place * len(content))
+    return content[:at] + bytes([content[at] ^ 1 << int(8 * place)]) + content[at + 1 :]
 
-    def compile_kernel(_: str, part: str, __: int) -> None:
-        for other in ("rates", "leapfrog"):
-            with contextlib.suppress(Timeout), FileLock(tmp_path / f"{other}.lock", timeout=0):
-                free.append((part, other))
 
-    monkeypatch.setattr(precompile, "kernel_cache_folder", lambda: tmp_path)
-    monkeypatch.setattr(precompile, "compile_kernel", compile_kernel)
-    precompile.compile_kernels(["full-leapfrog-1", "line-rates-2"])
-    assert free == [("leapfrog", "rates"), ("rates", "leapfrog")]
+DAMAGE = {  # of a file: how it is changed, given a share of its length, and the same file of another version
+    "flipped": lambda file, place, _: file.write_bytes(flip(file.read_bytes(), place)),
+    "cut": lambda file, place, _: file.write_bytes(file.read_bytes()[: int(place * file.stat().st_size)]),
+    "deleted": lambda file, _, __: file.unlink(),
+    "of another version": lambda file, _, other: shutil.copyfile(other / file.name, file),
+}
+
+
+@pytest.mark.parametrize("number", [2, pytest.param(50, marks=pytest.mark.long_form)])
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_damaged_kernels_are_compiled_again(number, kind, monkeypatch, tmp_path, capsys):
+    """Loaded as they are, they would end the process: machine code has no checksum of its own."""
+
+    def compiled() -> int:
+        """Times that the kernel was compiled, with the right answer."""
+        own = jit.kernel(sum_of_squares)
+        assert own(np.arange(4.0)) == 14.0
+        return sum(own.stats.cache_misses.values())
+
+    for version in ("other", "this"):
+        monkeypatch.setattr(jit, "kernel_cache_folder", lambda version=version: tmp_path / version)
+        jit.compile_and_list("tiny", compiled)
+    (file,) = (tmp_path / "this").glob("*.kernel")
+    for place in np.random.default_rng(number).uniform(size=number):
+        jit._found.clear()
+        assert jit._is_stored("tiny")
+        assert compiled() == 0
+        damaged = file if kind == "of another version" or place < 0.8 else jit._list_of("tiny")
+        DAMAGE[kind](damaged, place, tmp_path / "other")
+        jit._found.clear()
+        assert not jit._is_stored("tiny")
+        assert capsys.readouterr().err.count("compiled again") == (damaged == file and kind != "deleted")
+        jit.compile_and_list("tiny", compiled)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -110,16 +137,24 @@ def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path):
     assert not list(tmp_path.rglob("compiled-full-*"))
 
 
-def test_a_run_loads_what_a_process_of_its_own_compiled_and_its_bits_are_the_same(tmp_path):
-    def run(compiled: str, folder: str) -> list[str]:
-        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / folder)} | child_environment()
-        command = [sys.executable, "-P", "-c", PLANAR_RUN, compiled]
-        return subprocess.run(command, env=env, capture_output=True, text=True, check=True).stdout.split()
+def test_a_run_loads_what_one_process_compiled_for_all_copies_of_the_package(tmp_path):
+    """Two that begin at once with an empty cache, one of them with another copy: one of them compiles, bits agree."""
+    copy = tmp_path / "copy" / "srbval"
+    shutil.copytree(package_folder(), copy, ignore=shutil.ignore_patterns("__pycache__", "docs"))
 
-    first, second, here = run("apart", "a"), run("apart", "a"), run("here", "b")
-    assert first[1] == "0"
-    assert first == second
-    assert (here[0], here[1] != "0") == (first[0], True)
+    def run(compiled: str, folder: str, package: Path) -> subprocess.Popen[str]:
+        env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / folder), "PYTHONPATH": str(package.parent)}
+        command = [sys.executable, "-P", "-c", PLANAR_RUN, compiled]
+        return subprocess.Popen(command, env=env, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+
+    def printed(process: subprocess.Popen[str]) -> list[str]:
+        return process.communicate()[0].split()
+
+    bits, misses, processes = zip(*map(printed, [run("apart", "a", folder) for folder in (package_folder(), copy)]), strict=True)
+    here = printed(run("here", "b", copy))
+    assert (misses, sorted(processes)) == (("0", "0"), ["0", "1"])
+    assert bits == (here[0], here[0])
+    assert here[1:] == ["1", "0"]
 
 
 TIMES = ("wall_s", "compile_s", "check_wall_s", "stored_utc")

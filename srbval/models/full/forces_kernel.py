@@ -70,7 +70,10 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
         first, end = starts[race, window, first_circle], starts[race, window, end_circle]
         candidates = Candidates(points, race, window, first, end)
         start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
-        contact_columns(law, candidates, space, start, stop, damping, patch)
+        if patch.shape[1] > 0:
+            contact_columns(law, candidates, space, start, stop, damping, patch)
+        else:
+            contact_columns(law, candidates, space, start, stop, damping, None)
     for i in range(single):
         row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
         race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]

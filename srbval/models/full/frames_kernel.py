@@ -282,8 +282,7 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
     points that the roller moves on to, which begin to act before they touch; `aside`: how far the roller may stand from
     its meridian, and `position` where it stands, growing as it moves on, both in spacings. A `patch` counts as one.
     """
-    if patch is not None:
-        return 1.0 if depth > 0.0 else 0.0
+    one = 1.0 if depth > 0.0 else 0.0
     before = math.floor(position)
     past = position - before
     # the last point ahead and the first one behind, counted from the point before
@@ -294,7 +293,8 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
     odd = ahead - later if ahead - later > behind + later else behind + later
     count = 2.0 * even if even <= odd else 2.0 * odd + 1.0
     count = count if count < most else most
-    return count if depth_ahead > 0.0 and ahead + behind >= 0.0 else 0.0
+    count = count if depth_ahead > 0.0 and ahead + behind >= 0.0 else 0.0
+    return one if patch.shape[1] > 0 else count
 
 
 @kernel_part

@@ -67,7 +67,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     tilt_rollers(model.free, model, slots)
     add_heights(model.surface, rotation, count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
-    spacing = spacing_of_windows(count, model.patch)
+    spacing = spacing_of_windows(count, model.patch.shape[1] > 0)
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
     # 2. contact forces
@@ -249,10 +249,23 @@ def shaft_motion(t, drive):
         return table[1, 0], table[2, 0] + table[1, 0] * (t - table[0, 0])
     if t >= table[0, last]:
         return table[1, last], table[2, last] + table[1, last] * (t - table[0, last])
-    i = np.searchsorted(table[0], t) - 1
+    i = entry_before(table[0], t)
     since = t - table[0, i]
     slope = (table[1, i + 1] - table[1, i]) / (table[0, i + 1] - table[0, i])
     return table[1, i] + slope * since, table[2, i] + (table[1, i] + 0.5 * slope * since) * since
+
+
+@kernel_part
+def entry_before(times, t):
+    """Index of the last of the rising `times` before `t`, which is above the first and below the last of them."""
+    before, behind = 0, times.shape[0] - 1
+    while behind - before > 1:
+        middle = (before + behind) // 2
+        if times[middle] < t:
+            before = middle
+        else:
+            behind = middle
+    return before
 
 
 @kernel_part
@@ -264,6 +277,6 @@ def external_load(t, drive):
         return table[1, 0], table[2, 0]
     if t >= table[0, last]:
         return table[1, last], table[2, last]
-    i = np.searchsorted(table[0], t) - 1
+    i = entry_before(table[0], t)
     share = (t - table[0, i]) / (table[0, i + 1] - table[0, i])
     return table[1, i] + share * (table[1, i + 1] - table[1, i]), table[2, i] + share * (table[2, i + 1] - table[2, i])

@@ -124,7 +124,7 @@ class Parameters(NamedTuple):
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     surface: SurfaceHeights
-    patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
+    patch: FloatArray  # contacts that are not points, none if empty: see `srbval.models.line`
     second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices
@@ -178,6 +178,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         scratch=_scratch(angle),
         circle_half_gap=_axial_position(geometry, 3) / 2,
         surface=surface_heights(scene, geometry, diameter / 2),
+        patch=np.zeros((2, 0, 4)),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
 

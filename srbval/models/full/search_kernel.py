@@ -218,9 +218,9 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 
 @kernel_part
-def spacing_of_windows(count, patch):
-    """Angle between the points that columns turn to [rad]; 0: a `patch` follows its roller."""
-    return 2.0 * math.pi / count if patch is None else 0.0
+def spacing_of_windows(count, follows):
+    """Angle between the points that columns turn to [rad]; 0 if the contact `follows` its roller."""
+    return 0.0 if follows else 2.0 * math.pi / count
 
 
 @kernel_part
@@ -250,7 +250,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
         at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
         original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices), space)
+        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices is not None), space)
 
 
 @kernel_part
