@@ -55,7 +55,8 @@ OIL, FREE_ROLLERS = "-oil", "-free"  # at the end of their names
 WITHOUT_EFFECT = (KERNEL_VARIABLE, "NUMBA_NUM_THREADS")  # on numbers, of numba's settings
 
 PACE_ROUNDS = 10**6  # of a loop that takes some 30 ms
-WORK = {RING: 60.0, RATES: 400.0} | dict.fromkeys(FAMILIES, 500.0)  # the time of that loop that a kernel takes
+WORK = {RING: 50.0, RATES: 320.0} | dict.fromkeys(FAMILIES, 420.0)  # times that loop for one kernel of the full model
+SLICES_WORK = 1.25  # times as long for a kernel of the slices
 CHECKSUM_BYTES = hashlib.sha256().digest_size
 _requested: set[str] = set()
 _found: set[str] = set()  # kernels in the cache
@@ -114,7 +115,10 @@ def load_numba() -> Any:
 
 @cache
 def _compilers() -> tuple[Any, Any]:
-    """Numba's compiler, for kernels and for their parts: of a part no machine code is made, only of whole kernels."""
+    """Numba's compiler for kernels, and for their parts: intermediate code alone, since only kernels are called.
+
+    Passes for what kernels do not use (closures, array expressions, ``with`` blocks, literals) are left out.
+    """
     from numba.core import typed_passes as typed
     from numba.core import untyped_passes as untyped
     from numba.core.codegen import JITCodeLibrary
@@ -265,9 +269,9 @@ def expected_s(*scenes: Scene) -> float:
 
 
 def _work(kernel: str) -> float:
-    """Time to compile a kernel, in units of the loop in `expected_s`: one processor's numbers serve for all."""
+    """Time to compile a kernel, in units of the loop in `expected_s`."""
     model, part, *_ = kernel.split("-")
-    return WORK[part] * (1.2 if model == "slices" else 1.0)
+    return WORK[part] * (SLICES_WORK if model == "slices" else 1.0)
 
 
 def _shares(kernels: list[str], jobs: int | None) -> list[list[str]]:
@@ -322,7 +326,7 @@ def compile_in_this_process(scene: Scene) -> None:
     _requested.update(kernels_of(scene))
 
 
-def compile_and_list(kernel: str, compile_kernel: Callable[[], None]) -> None:
+def compile_and_list(kernel: str, compile_kernel: Callable[[], object]) -> None:
     """Compile a kernel in this process and write the list of its files, by which others find it."""
     _used.clear()
     compile_kernel()

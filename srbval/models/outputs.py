@@ -1,6 +1,6 @@
 """Outputs of a model in chunks of output intervals, and the columns of their quantities.
 
-`srbval.models.simulate.signals` gives the columns their names for users.
+`srbval.models.run.Run` gives the columns their names for users.
 """
 
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ class Outputs:
     """`out`, one row per output interval, by the columns above; a column of NaN is a quantity the model does not have.
 
     Of the detailed outputs, if any: roller spins, [k, 2 M], and normal forces, [k, 2 races, 2 M rollers, 3 circles].
-    `sensor_m_s2`: what the sensor shows, one a row, behind a scene's path to it.
+    `sensor_m_s2`: acceleration at the sensor, one value a row, if the scene has a path to it.
     """
 
     out: FloatArray

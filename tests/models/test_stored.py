@@ -150,7 +150,8 @@ def test_a_run_loads_what_one_process_compiled_for_all_copies_of_the_package(tmp
     def printed(process: subprocess.Popen[str]) -> list[str]:
         return process.communicate()[0].split()
 
-    bits, misses, processes = zip(*map(printed, [run("apart", "a", folder) for folder in (package_folder(), copy)]), strict=True)
+    both = [run("apart", "a", package) for package in (package_folder(), copy)]
+    bits, misses, processes = zip(*map(printed, both), strict=True)
     here = printed(run("here", "b", copy))
     assert (misses, sorted(processes)) == (("0", "0"), ["0", "1"])
     assert bits == (here[0], here[0])

@@ -250,7 +250,9 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
         at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
         original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices is not None), space)
+        turn_to_window(
+            original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices is not None), space
+        )
 
 
 @kernel_part
