@@ -72,7 +72,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     """
     compiled: Any = load_numba().njit(pipeline_class=_compilers()[0], **OPTIONS)(function)
     if compiled is not function:
-        compiled._cache = _store(function.__name__)
+        compiled._cache = _store(kernel_cache_folder(), function.__name__)  # of the sources as they are now
     return compiled
 
 
@@ -171,16 +171,15 @@ def _compilers() -> tuple[Any, Any]:
     return compiler(JITCodeLibrary), compiler(Part)
 
 
-@cache
-def _store(name: str) -> Any:
-    """Numba's access to the stored machine code of the kernel of this name."""
+def _store(folder: Path, name: str) -> Any:
+    """Numba's access to the stored machine code of the kernel of this name, a file for each signature."""
     from numba.core.caching import NullCache
     from numba.core.compiler import CompileResult
     from numba.core.serialize import dumps
 
     class Store(NullCache):
         def file(self, signature: Any) -> Path:
-            return kernel_cache_folder() / f"{name}-{_digest(signature)}.kernel"
+            return folder / f"{name}-{_digest(signature)}.kernel"
 
         def load_overload(self, signature: Any, target_context: Any) -> Any:
             target_context.refresh()
