@@ -157,6 +157,7 @@ def _compilers() -> tuple[Any, Any]:
     def compiler(library: type) -> type:
         class Compiler(CompilerBase):
             def define_pipelines(self) -> Any:
+                _resolve_operators_once(self.state.typingctx)
                 self.state.library = library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
                 self.state.library.enable_object_caching()
                 self.state.type_annotation = None
@@ -169,6 +170,25 @@ def _compilers() -> tuple[Any, Any]:
         return Compiler
 
     return compiler(JITCodeLibrary), compiler(Part)
+
+
+@cache
+def _resolve_operators_once(context: Any) -> None:
+    """Have numba find an operator between two types of numbers once, not among arrays and texts at each place."""
+    from numba.core import types
+
+    resolve, known = context.resolve_function_type, {}
+
+    def resolve_once(function: Any, args: Any, kws: Any) -> Any:
+        module = getattr(getattr(function, "typing_key", None), "__module__", None)
+        if module != "_operator" or not all(isinstance(one, types.Number) for one in args):
+            return resolve(function, args, kws)
+        key = id(function), tuple(args)
+        if key not in known:
+            known[key] = function, resolve(function, args, kws)  # with the function, whose number then stays its own
+        return known[key][1]
+
+    context.resolve_function_type = resolve_once
 
 
 def _store(folder: Path, name: str) -> Any:
