@@ -81,7 +81,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         inner_centre_axial=model.inner_centre_axial + shift * model.tilt_sine,
         law=law,
         races=_races(races, model.races.height, len(on_rollers)),
-        patch=np.zeros((2, 1, 4)),
+        patch=None,
         slices=_table(races, own.damping_s, critical_ratio, radius_m, len(on_rollers))._replace(film=film),
     )
 

@@ -283,6 +283,8 @@ def candidate_count(depth, depth_ahead, aside, position, most, patch):
     its meridian, and `position` where it stands, growing as it moves on, both in spacings. A `patch` counts as one.
     """
     one = 1.0 if depth > 0.0 else 0.0
+    if patch is None:
+        return one
     before = math.floor(position)
     past = position - before
     # the last point ahead and the first one behind, counted from the point before

@@ -67,7 +67,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     tilt_rollers(model.free, model, slots)
     add_heights(model.surface, rotation, count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
-    spacing = spacing_of_windows(count, model.patch.shape[1] > 0)
+    spacing = spacing_of_windows(count, model.patch)
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
     # 2. contact forces

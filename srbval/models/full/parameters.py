@@ -124,7 +124,7 @@ class Parameters(NamedTuple):
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     surface: SurfaceHeights
-    patch: FloatArray  # contacts that are not points, none if empty: see `srbval.models.line`
+    patch: FloatArray | None  # contacts that are not points, empty for points: see `srbval.models.line`
     second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
     oil: OilLaw | None = None  # drag, rolling resistance, pockets of a bearing with slices

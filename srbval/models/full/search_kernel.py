@@ -218,9 +218,11 @@ def prepare_columns(groups, slots, space, plan, spacing, damping):
 
 
 @kernel_part
-def spacing_of_windows(count, follows):
-    """Angle between the points that columns turn to [rad]; 0 if the contact `follows` its roller."""
-    return 0.0 if follows else 2.0 * math.pi / count
+def spacing_of_windows(count, patch):
+    """Angle between the points that columns turn to [rad]; 0: a `patch` or slices follow the roller."""
+    if patch is None:
+        return 0.0
+    return 0.0 if patch.shape[1] > 0 else 2.0 * math.pi / count
 
 
 @kernel_part
@@ -241,6 +243,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
     `spacing` of the points that compacted columns meet, see `spacing_of_windows`; single ones meet one of `count`, but
     for `slices`.
     """
+    own_spacing = 2.0 * math.pi / count if slices is None else 0.0
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         original, copy = np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO])
         copy_column(original, copy, space, damping)
@@ -250,9 +253,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping, slic
         at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
         original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        turn_to_window(
-            original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices is not None), space
-        )
+        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, own_spacing, space)
 
 
 @kernel_part
