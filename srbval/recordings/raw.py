@@ -91,10 +91,10 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
     if isinstance(values, str) or values.dtype.kind not in "fiu":
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
-    precision = np.dtype(np.float64 if values.size < LONG_SAMPLES else np.float32)
-    largest = min(LARGEST, float(np.finfo(precision).max))
+    is_long = values.size >= LONG_SAMPLES
+    largest = float(np.finfo(np.float32).max) if is_long else LARGEST
     with np.errstate(invalid="ignore", over="ignore"):  # of NaN, of numbers too large for single precision
-        samples = np.ascontiguousarray(values, dtype=precision).ravel()
+        samples = np.ascontiguousarray(values, dtype=np.float32 if is_long else np.float64).ravel()
         for first, block in blocks_of(samples):
             wrong = np.flatnonzero(~(np.abs(block) < largest))
             if wrong.size:

@@ -16,6 +16,7 @@ from srbval.recordings.times import counted, is_time, rises, stated_rate, times_
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
 MAX_COLUMNS = 1024
+LARGEST_TEXT = 500 * 10**6  # bytes
 FEW_ROWS, MANY_FIELDS = 64, 256  # a file of so few rows of so many numbers has a channel in each row
 TRIED_ROWS = 25  # that decide what a column contains
 HEADER_LINES = 4  # above the table, among which names and units are looked for
@@ -124,6 +125,11 @@ def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines:
 
 def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     """The lines, without blanks at their ends, and what is to be noted."""
+    if (size := path.stat().st_size) > LARGEST_TEXT:
+        raise DataError(
+            f"{path}: a text of {size / 1e6:.0f} MB; texts are read as a whole, in some 40 times their size of memory, "
+            f"up to {LARGEST_TEXT / 1e6:g} MB. Export the record as .npy, .wav, HDF5, TDMS or Parquet, or in parts."
+        )
     content = path.read_bytes()
     try:
         text = content.decode("utf-16" if content.startswith(UTF16) else "utf-8-sig")
