@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.cage_readings import cage_readings
+from srbval.comparison.cage_readings import CageReading, cage_readings
 from srbval.comparison.comparison import Row
 from srbval.comparison.counterpart import PAPER_STATES, AnalysedRun, paper_cases, run_cases, run_counterpart
 from srbval.comparison.table6 import PAPER_CASE, Published, table6
@@ -22,7 +22,11 @@ from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.records import envelope_scalogram, record_view
 from srbval.report.findings.rows import compared_rows
 from srbval.report.pages import Page, results_of
+from srbval.storage.content_store import ContentStore, content_sha256
+from srbval.storage.tables import build
 from srbval.validation.validate import PairReading, validate
+
+CAGE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 
@@ -66,7 +70,12 @@ def gather(
     sides = {state: sides[state] for state in PAPER_STATES}
     models = {state: model for state, (_, model) in sides.items()}
     with stage(progress, "Read the cage ratio of every record"):
-        readings = cage_readings([load_entry(one) for one in at_drawn_points(of_rig, printed, stored)], bearing)
+        records = [load_entry(one) for one in at_drawn_points(of_rig, printed, stored)]
+        content = content_sha256(records, bearing)
+        readings = CAGE.load(content, lambda rows: tuple(build(CageReading, row, "reading") for row in rows))
+        if readings is None:
+            readings = cage_readings(records, bearing)
+            CAGE.save(content, readings)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     analyses = {
