@@ -73,7 +73,7 @@ def test_a_run_in_pieces_is_bit_identical(name):
 @pytest.mark.parametrize("step", [Step.CHECKED, Step.UNCHECKED])
 @pytest.mark.parametrize("name", ["imex3", "a" * 5000], ids=["misspelt", "longer than a file's name may be"])
 def test_an_unknown_solver_is_refused_before_anything_is_compiled(name, step, monkeypatch):
-    monkeypatch.setattr(jit, "_missing", lambda _: pytest.fail("kernels are looked for"))
+    monkeypatch.setattr(jit, "missing_kernels", lambda *_: pytest.fail("kernels are looked for"))
     with pytest.raises(UnknownNameError, match="is not known"):
         simulate(paper_scene(solver={"name": name}), step=step)
 
