@@ -46,7 +46,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
         part = Path(name)
         try:
             yield part
-            with part.open("rb") as stream:
+            with part.open("rb+") as stream:  # Windows syncs no file that is only read
                 os.fsync(stream.fileno())
             os.umask(mask := os.umask(0))
             part.chmod(0o666 & ~mask)
