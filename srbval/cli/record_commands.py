@@ -229,7 +229,7 @@ def _show(reading: RecordReading, wanted: str, severity: str, *, whole: bool) ->
     for x in firsts:
         if x.not_detected:
             missed.setdefault(x.not_detected, []).append(x.name)
-    said = "; ".join(f"{', '.join(names)}: {why}" for why, names in missed.items())
+    said = "; ".join(f"{', '.join(names)} ({why})" for why, names in missed.items())
     print_wrapped(f"{'not found' if found else 'no line found'}: {said}" if said else "all lines that were searched")
     if declared := verdict.beside(recording.state):
         print(declared)
@@ -259,7 +259,7 @@ def _show_all(reading: RecordReading, wanted: str) -> None:
         deviation = None if x.deviation_pct is None else f"{x.deviation_pct:+.3f}"
         odds = None if x.snr is None else float(f"{x.snr:.3g}"), None if p is None else float(f"{p:.2g}")
         identity = None if x.identity_probability is None else f"{100 * x.identity_probability:.1f}"
-        detected = "yes" if x.detected else f"no: {x.not_detected}"
+        detected = "yes" if x.detected else str(x.not_detected)
         rows.append((name, f"{x.kinematic_hz:.3f}", found, deviation, *odds, identity, detected))
     print_table(COLUMNS, rows)
     print(f"\n{text_rows(records.feature_table(features_of(result)))}\n")

@@ -40,16 +40,16 @@ _AS_READ = {one.name for one in fields(LineReading)} - {"snr", "half_window_hz"}
 class NotDetected(enum.StrEnum):
     """Reason why a line is not detected."""
 
-    OUT_OF_REACH = "its frequency is beyond the reach of the band's envelope"
-    HIDDEN = "a harmonic of the shaft covers it"
-    PART_OF_OTHER = "its peak belongs to a stronger line"
-    ANOTHER = "its peak is too far off for slip"
-    OWN = "the first harmonic is not detected"
-    WEAK = "its peak is too weak"
-    MULTIPLES = "only its multiples stand out"
-    NOISE = "noise alone has such a peak too often"
-    FLANK = "its peak is the flank of a stronger one"
-    MEANINGLESS = "combs at frequencies that mean nothing are as strong"
+    OUT_OF_REACH = "beyond the envelope"
+    HIDDEN = "hidden by a shaft line"
+    PART_OF_OTHER = "part of a stronger line"
+    ANOTHER = "too far off for slip"
+    OWN = "first harmonic absent"
+    WEAK = "peak too weak"
+    MULTIPLES = "only multiples found"
+    NOISE = "noise explains the peak"
+    FLANK = "flank of a larger peak"
+    MEANINGLESS = "other combs as strong"
 
 
 @dataclass(frozen=True, kw_only=True)
