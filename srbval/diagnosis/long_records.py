@@ -11,6 +11,7 @@ comb; tried are the part that is as clear as half of all, then a quarter, and so
 trials as there are parts for one as clear. The first that shows a fault line is taken, else that of the half.
 """
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,10 +24,9 @@ from srbval.errors import DataError
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import detected_fault_lines
-from srbval.reading.pipeline import Processed, choose_tracking, one_signal, whole_band_of
+from srbval.reading.pipeline import choose_tracking, process, whole_band_of
 from srbval.reading.speed_search import SpeedSearch
 from srbval.recordings import Recording, SpeedSource
-from srbval.signal import end_s, normalise
 
 PART_S, PART_TURNS = 10.0, 100  # least length of a part, and least number of turns in it
 LEAST_PARTS = 3  # shorter records are read as a whole
@@ -73,23 +73,26 @@ def read(recording: Recording, bearing: Bearing, *, all_channels: bool = False, 
     bounds = np.linspace(0, recording.samples, count + 1).astype(int).tolist()
     names = list(recording.channels) if all_channels and recording.channel is not None else [recording.channel]
     names.sort(key=lambda name: name != recording.channel)
-    scored, failed = dict[int, list[tuple[str | None, FaultScores]]](), list[DataError]()
-    for number in range(count):
-        part = recording.part(*bounds[number : number + 2])
+    scored, failed = dict[tuple[int, int], list[tuple[str | None, FaultScores]]](), list[DataError]()
+    for place in itertools.pairwise(bounds):
+        part = recording.part(*place)
         try:
-            scored[number] = [(name, _scores(replace(part, channel=name), bearing)) for name in names]
+            scored[place] = [(name, _scores(replace(part, channel=name), bearing)) for name in names]
         except DataError as error:
             failed.append(error)
     if not scored:
         raise failed[0]
-    clear = sorted(scored, key=lambda number: -_strongest(scored[number][0][1]))
-    rank, found = max(1, len(clear) // 2), list[tuple[int, Analysis]]()
-    while rank and not (found and detected_fault_lines(found[-1][1].lines)):
-        number = clear[rank - 1]
-        part = recording.part(*bounds[number : number + 2])
-        found.append((rank, analyse(part, bearing=bearing, trials=math.ceil(len(clear) / rank), **options)))
-        rank //= 2
-    rank, analysis = found[-1 if detected_fault_lines(found[-1][1].lines) else 0]
+    clear = sorted(scored, key=lambda place: -max(scored[place][0][1].first[fault].log_ratio for fault in DEFECTS))
+    found = dict[int, Analysis]()
+    for halved in range(1, max(2, len(clear).bit_length())):
+        rank = max(1, len(clear) >> halved)
+        trials = math.ceil(len(clear) / rank)
+        found[rank] = analyse(recording.part(*clear[rank - 1]), bearing=bearing, trials=trials, **options)
+        if detected_fault_lines(found[rank].lines):
+            break
+    else:
+        rank = max(found)
+    analysis = found[rank]
     views = [view for every in scored.values() for view in every]
     if analysis.speed.source is SpeedSource.ESTIMATED:
         views.append((recording.channel, fault_scores(analysis)))
@@ -98,27 +101,13 @@ def read(recording: Recording, bearing: Bearing, *, all_channels: bool = False, 
         **vars(analysis) | {"recording": replace(recording, cautions=(*analysis.recording.cautions, *left_out))},
         parts=count,
         as_clear=rank,
-        first_s=bounds[clear[rank - 1]] / recording.fs_hz,
+        first_s=clear[rank - 1][0] / recording.fs_hz,
         views=tuple(views),
     )
 
 
 def _scores(part: Recording, bearing: Bearing) -> FaultScores:
     """Combs of a part at its own stated speed, without reading its lines."""
-    speed, band_hz = part.known_speed, whole_band_of(part.fs_hz).band_hz
-    processed = Processed(
-        whole=normalise(one_signal(part)),
-        squared=np.empty(0),
-        squared_fs_hz=part.fs_hz,
-        fs_hz=part.fs_hz,
-        band_hz=band_hz,
-        end_s=end_s(band_hz),
-        scale=1.0,
-        tracking=choose_tracking(part, bearing, speed),
-    )
+    speed, tracking = part.known_speed, choose_tracking(part, bearing, part.known_speed)
+    processed = process(part, band_hz=whole_band_of(part.fs_hz).band_hz, tracking=tracking)
     return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))
-
-
-def _strongest(scores: FaultScores) -> float:
-    """Log likelihood ratio of the strongest comb of a fault."""
-    return max(scores.first[fault].log_ratio for fault in DEFECTS)

@@ -11,36 +11,28 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-OWN_GROUPS, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")  # control groups of Linux
+OWN_GROUPS, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")  # control groups of Linux, version 2
 _lock = threading.Lock()
 _limits: list[Any] = []  # one for each that is within; the first restores what was before
 
 
 def usable_cores() -> int:
     """Cores that this process may use: those it may run on, and no more than a container's quota pays for."""
-    if hasattr(os, "process_cpu_count"):  # of Python 3.13, which also follows `PYTHON_CPU_COUNT`
-        known = os.process_cpu_count() or 1
-    else:
-        known = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    known = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, math.ceil(min([known, *_quotas()])))
 
 
 def _quotas() -> Iterator[float]:
-    """Cores that each quota on this process's control groups, and on those above them, pays for; of both versions.
+    """Cores that each quota on this process's control group, and on those above it, pays for.
 
     A container sees its own group as the topmost one.
     """
     listed = OWN_GROUPS.read_text("utf-8").splitlines() if OWN_GROUPS.is_file() else ()
-    for _, controllers, place in (line.split(":", 2) for line in listed):
-        if controllers not in ("", "cpu", "cpu,cpuacct"):
-            continue
-        for group in (PurePosixPath(place), *PurePosixPath(place).parents):
-            folder = GROUPS / ("cpu" if controllers else "") / str(group).lstrip("/")
-            files = ("cpu.cfs_quota_us", "cpu.cfs_period_us") if controllers else ("cpu.max",)
+    for place in (PurePosixPath(line.removeprefix("0::")) for line in listed if line.startswith("0::")):
+        for group in (place, *place.parents):
             with contextlib.suppress(OSError, ValueError):  # not mounted here; "max" is no number
-                quota, period = map(int, " ".join((folder / file).read_text("ascii") for file in files).split())
-                if quota > 0:  # -1: none
-                    yield quota / period
+                quota, period = map(int, (GROUPS / str(group).lstrip("/") / "cpu.max").read_text("ascii").split())
+                yield quota / period
 
 
 @contextlib.contextmanager

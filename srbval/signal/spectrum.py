@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.fft
-from numpy.lib.stride_tricks import sliding_window_view
+import scipy.fft  # scipy.signal takes half a second: scipy loads it where it is used
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.bridges import Shown, require_xarray
@@ -76,13 +75,7 @@ def envelope_spectrum(samples: FloatArray, fs_hz: float, band_hz: tuple[float, f
 
 def power_density(samples: FloatArray, fs_hz: float, segment_s: float) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and power density of `samples` [n] per Hz, by Welch's method with segments of `segment_s`."""
-    size = min(round(segment_s * fs_hz), samples.size)
-    window = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(size) / size)
-    segments = sliding_window_view(samples, size)[:: size - size // 2]
-    lines = scipy.fft.rfft(window * (segments - segments.mean(axis=1, keepdims=True)))
-    density = np.mean(np.abs(lines) ** 2, axis=0) / (fs_hz * np.sum(window**2))
-    density[1 : (size + 1) // 2] *= 2  # with the lines of negative frequency
-    return scipy.fft.rfftfreq(size, 1 / fs_hz), density
+    return scipy.signal.welch(samples, fs_hz, nperseg=min(round(segment_s * fs_hz), samples.size))
 
 
 def kurtosis(samples: FloatArray | ComplexArray) -> float:

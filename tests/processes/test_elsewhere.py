@@ -8,7 +8,7 @@ import pytest
 
 from srbval.processes import machine
 
-COUNTS = ("process_cpu_count", "sched_getaffinity", "cpu_count")
+COUNTS = ("sched_getaffinity", "cpu_count")
 
 
 @pytest.mark.parametrize(
@@ -17,8 +17,6 @@ COUNTS = ("process_cpu_count", "sched_getaffinity", "cpu_count")
         ("0::/", {"cpu.max": "max 100000"}, 8),
         ("0::/a/b", {"a/b/cpu.max": "max 100000", "a/cpu.max": "150000 100000"}, 2),  # of the group above
         ("0::/path/of/host", {"cpu.max": "50000 100000"}, 1),  # as a container sees itself
-        ("4:memory:/a\n3:cpu:/a", {"cpu/a/cpu.cfs_quota_us": "300000", "cpu/a/cpu.cfs_period_us": "100000"}, 3),
-        ("3:cpu,cpuacct:/", {"cpu/cpu.cfs_quota_us": "-1", "cpu/cpu.cfs_period_us": "100000"}, 8),
         (None, {"cpu.max": "100000 100000"}, 8),
     ],
 )
@@ -38,7 +36,7 @@ def test_no_more_cores_than_a_quota_pays_for(call, groups, files, cores, tmp_pat
 WITHOUT = """
 import io, os, select, signal, sys
 
-groups = "fork forkpty getloadavg getpgrp killpg process_cpu_count sched_getaffinity sysconf"
+groups = "fork forkpty getloadavg getpgrp killpg sched_getaffinity sysconf"
 for module, names in ((os, groups), (signal, "SIGHUP pthread_kill pthread_sigmask"), (select, "epoll poll")):
     for name in names.split():
         vars(module).pop(name, None)

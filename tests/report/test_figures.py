@@ -68,8 +68,8 @@ def test_pictures_are_small_dateless_the_same_each_time_and_only_a_stand_in_is_c
 
 @pytest.mark.parametrize("changed", ["nothing", "data", "argument", "source", "style", "library"])
 def test_a_panel_is_drawn_again_only_if_its_data_or_its_code_has_changed(changed, tmp_path, monkeypatch):
-    record, title, drawn, draw_now = view("measured"), "one", [], style._drawn
-    monkeypatch.setattr(style, "_drawn", lambda draw: drawn.append(draw) or draw_now(draw))
+    record, title, drawn, draw_now = view("measured"), "one", [], style._files_of
+    monkeypatch.setattr(style, "_files_of", lambda *of: drawn.append(of) or draw_now(*of))
     DRAWERS["acceleration"](record, title)(tmp_path, "before")
     if changed == "data":
         record = view("measured", envelope=record.envelope + np.eye(1, record.envelope.size, 7)[0] * 1e-15)

@@ -26,7 +26,6 @@ from srbval.signal.envelope import ORDER, check_band
 from srbval.signal.locked import locked_mean, steady_tone
 from srbval.signal.order_tracking import spline
 from srbval.signal.periodogram import decimated
-from srbval.signal.spectrum import power_density
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -301,7 +300,6 @@ def drawn(count):
     return np.random.default_rng(count).standard_normal(count)
 
 
-WELCH = [(drawn(n), min(1000, n)) for n in (999, 5000)]  # signals and segments of a second
 KNOTS = [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(drawn(9) ** 2), PERIODS)]
 
 
@@ -310,10 +308,6 @@ KNOTS = [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(dr
     [
         *((decimated(drawn(1001), n), scipy.signal.resample_poly(drawn(1001), 1, n)) for n in (2, 3, 14)),
         *((spline(x, drawn(x.size), at), scipy.interpolate.CubicSpline(x, drawn(x.size))(at)) for x, at in KNOTS),
-        *(
-            (power_density(drawn(n), 1e3, 1.0), scipy.signal.welch(drawn(n), 1e3, nperseg=min(1000, n)))
-            for n in (999, 5000)
-        ),
         *((log_student(x, n), scipy.stats.t.logpdf(x, n)) for x in (0.0, 0.3, 50.0) for n in (1, 4, 30)),
     ],
 )

@@ -160,14 +160,13 @@ def test_ctrl_c_ends_the_model_too():
 def test_costs_by_size_are_those_of_the_command_alone(monkeypatch, srbval_json, srbval_text, tmp_path):
     """Without this process's memory and its start in the cost per unit; a command that fails ends all."""
     held = np.ones(2**26)  # 512 MB, which a copy of this process would show
-    monkeypatch.setattr(scale, "RUN", "kinematics {}")
-    monkeypatch.setattr(scale, "WARM", "")
-    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (), (0.02, 0.03))})
-    found = srbval_json("bench", "--scale", "--quick", "-o", tmp_path / "scale.json")
+    monkeypatch.setattr(scale, "RUN", "kinematics {} --rpm ")
+    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse record-{}.npy " + scale.RECORD, (0.02, 0.03))})
+    found = srbval_json("bench", "--scale", "-o", tmp_path / "scale.json")
     first, second = found["rows"]
     assert 0.2 < second["cpu_s"] < second["wall_s"] * 4
     assert 30 < second["memory_mb"] < held.nbytes / 2**20
     assert second["cpu_per_unit_s"] == pytest.approx((second["cpu_s"] - first["cpu_s"]) / 0.01)
     assert read_result(tmp_path / "scale.json").kind is ResultKind.DOCUMENT
-    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse none-{}.npy", (), (1,))})
+    monkeypatch.setattr(scale, "SERIES", {"a": ("analyse none-{}.npy", (1, 2))})
     assert "no such file" in srbval_text("bench", "--scale", "--quick", code=4).err

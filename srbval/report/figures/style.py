@@ -122,7 +122,8 @@ def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
             content = content_sha256(draw.__qualname__, args, kwargs, *drawn_with)
             files = store.load(content, dict)
             if files is None:
-                files = _drawn(lambda: draw(*args, **kwargs))
+                with figure_style():
+                    files = _files_of(*draw(*args, **kwargs))
                 store.save(content, files)
             folder.mkdir(parents=True, exist_ok=True)
             for suffix, text in files.items():
@@ -133,15 +134,13 @@ def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
     return drawing
 
 
-def _drawn(draw: Callable[[], Drawn]) -> dict[str, str]:
+def _files_of(figure: Any, columns: Mapping[str, ArrayLike]) -> dict[str, str]:
     """Picture and data of a panel, by the suffixes of their files."""
     import pandas as pd
 
-    with figure_style():
-        figure, columns = draw()
-        picture = picture_bytes(figure, ".svg").decode()
-    frame = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
-    return {".svg": picture, ".csv": frame.to_csv(index=False, float_format="%.6g", lineterminator="\n")}
+    data = pd.DataFrame(dict(columns)).replace([np.inf, -np.inf], np.nan)
+    text = data.to_csv(index=False, float_format="%.6g", lineterminator="\n")
+    return {".svg": picture_bytes(figure, ".svg").decode(), ".csv": text}
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:

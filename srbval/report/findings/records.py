@@ -216,12 +216,6 @@ def envelope_scalogram(shown: RecordView) -> Scalogram:
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
 
 
-def kurtosis(signal: FloatArray) -> float:
-    """Fourth moment about the mean over the square of the second, 3 for Gaussian noise."""
-    centred = np.asarray(signal) - np.mean(signal)
-    return float(np.mean(centred**4) / np.mean(centred**2) ** 2)
-
-
 def line_share(image: Scalogram, line_hz: float) -> float:
     """Share of a scalogram's power in the third octave about a line, 0 outside its range of frequencies."""
     power = (np.asarray(image.amplitude) ** 2).mean(axis=1)

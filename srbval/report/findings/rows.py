@@ -25,8 +25,8 @@ from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import RecordView, kurtosis, line_share
-from srbval.signal import NORMAL_95, Scalogram
+from srbval.report.findings.records import RecordView, line_share
+from srbval.signal import NORMAL_95, Scalogram, kurtosis
 from srbval.sweep.sweep import records
 from srbval.validation.compare import LINES, PAIR_KEYS
 
@@ -111,7 +111,8 @@ def picture_rows(
     """Numbers by which the pictures of both sides of a pair are alike or not; `levels` are the pair's comparisons."""
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
-    yield about | alike_row("kurtosis", kurtosis(model.processed.filtered), kurtosis(rig.processed.filtered))
+    filtered = (one.processed.filtered for one in (model, rig))
+    yield about | alike_row("kurtosis", *(kurtosis(signal - signal.mean()) for signal in filtered))
     for row in levels:
         known = row["error_unit"] == "dB" and row["error"] is not None and not math.isnan(row["error"])
         if known and row["state"] == state:
