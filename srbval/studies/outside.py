@@ -18,14 +18,14 @@ import pandas as pd
 from srbval.campaign.cases import cost_of
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.models.jit import is_compiled, kernels_of
+from srbval.models.jit import expected_s
 from srbval.models.outside.names import is_outside, solvers_of
 from srbval.models.outside.run import OWN_SOLVER
 from srbval.models.run import RunStatus, works
 from srbval.models.simulate import compile_for
 from srbval.models.solvers import SOLVERS
 from srbval.plan.measures import measure
-from srbval.processes.machine import load_average, this_machine, usable_cores
+from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent, stage
 from srbval.progress.tables import text_rows
 from srbval.report.figures.style import Drawn, figure_style
@@ -41,7 +41,6 @@ SCENES, RPM = ("interference-outer",), (355.0, 710.0, 1500.0, 3000.0)
 WHOLE, QUICK = ((40960, 61440, 122880), 0.2, 1.0), ((61440,), 0.05, 0.3)  # steps per s; s of a timed, a compared run
 PAIRS = 2  # of timed runs, after one that does not count
 FINER_BUNDLED, FINER = 4, 2  # steps of a converged run for one of the finest step: of the bundled model, of others
-COMPILE_S = 15.0  # of processor time for a kernel; for the planned time alone
 STEPS_PER_S = (245760, 122880, 81920, 61440, 40960, 30720, 20480, 10240)  # of the stability map
 PASSAGES, LEAST_S = 4.0, 0.25  # roller passages in a run of the stability map, half as many before it; least duration
 USUAL = ("", default_solver())  # model and solver of the rows that others are compared with; "": the scene's own model
@@ -216,9 +215,8 @@ def _probed(row: Row, seconds: float, progress: Progress) -> tuple[Attempt, floa
 def _planned(scenes: Sequence[Scene], first: Mapping[str, tuple[Attempt, float]]) -> tuple[float, float]:
     """Expected time of all runs with compiling, and of compiling alone [s]; `first`: short runs by solver."""
     bundled = [scene for scene in scenes if not is_outside(scene.model)]
-    kernels = {kernel for scene in bundled if not is_compiled(scene) for kernel in kernels_of(scene)}
-    compile_s = total_s = COMPILE_S * len(kernels) / min(usable_cores(), max(len(kernels), 1))
-    total_s += sum(cost_of(scene)[0] for scene in bundled)
+    compile_s = expected_s(*bundled)
+    total_s = compile_s + sum(cost_of(scene)[0] for scene in bundled)
     for scene in (scene for scene in scenes if is_outside(scene.model)):
         tried, start_s = first[scene.solver.name]
         cost = 0.0 if tried.run is None else tried.run.cpu_per_simulated_s * tried.scene.solver.step_s

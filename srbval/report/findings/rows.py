@@ -112,7 +112,8 @@ def picture_rows(
     model, rig = (one.analysis for one in views)
     about = {"state": state.value, "kind": "acceleration"}
     filtered = (one.processed.filtered for one in (model, rig))
-    yield about | alike_row("kurtosis", *(kurtosis(signal - signal.mean()) for signal in filtered))
+    ours, theirs = (kurtosis(signal - signal.mean()) for signal in filtered)
+    yield about | alike_row("kurtosis", ours, theirs)
     for row in levels:
         known = row["error_unit"] == "dB" and row["error"] is not None and not math.isnan(row["error"])
         if known and row["state"] == state:
