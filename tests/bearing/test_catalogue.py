@@ -234,7 +234,8 @@ def test_a_load_beyond_the_static_rating_is_a_caution(name, rating_kn):
 
 @pytest.mark.parametrize("name", ["22230", "24130"])
 def test_a_size_of_which_only_the_outside_is_known_asks_for_the_makers_numbers(name):
-    with pytest.raises(ConfigurationError, match=r"is not known.* its dimensions with bearing=.* or its orders with bearing="):
+    asked = r"is not known.* its dimensions with bearing=.* or its orders with bearing="
+    with pytest.raises(ConfigurationError, match=asked):
         load_bearing(name)
 
 
