@@ -7,8 +7,8 @@ from srbval.check.check import run_check
 from srbval.cli.installation_commands import build_docs, doctor
 from srbval.diagnosis.baseline import BaselineComparison, baseline_of, compare_with_baseline
 from srbval.diagnosis.fault_verdict import Diagnosis, FaultVerdict, diagnose, fault_verdict
-from srbval.diagnosis.feature_rows import record_features as features
 from srbval.diagnosis.records import RecordRequest, read_record, read_records
+from srbval.diagnosis.records import record_features as features
 from srbval.diagnosis.trend import Trend
 from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
 from srbval.models.outside.signals import SimulatedSignals

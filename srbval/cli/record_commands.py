@@ -5,7 +5,6 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,7 +15,6 @@ from srbval.cli.data_command import LONGEST_LINE, recording_settings
 from srbval.cli.machine_file import machine_toml
 from srbval.cli.output import answer, own_command, print_table, print_wrapped, write_text
 from srbval.diagnosis import records
-from srbval.diagnosis.feature_rows import record_features
 from srbval.diagnosis.long_records import LongAnalysis
 from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend, record_times, trend_of, zone_boundaries, zone_of
@@ -26,7 +24,6 @@ from srbval.progress.tables import text_rows, uncertain
 from srbval.reading.features import features_of
 from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings.raw import printable
-from srbval.recordings.registry import files_of
 from srbval.storage.files import atomic_write, check_suffix
 from srbval.storage.installation import MissingLibraryError
 from srbval.storage.json_files import to_json
@@ -81,7 +78,7 @@ def features(options: argparse.Namespace) -> int:
         raise MissingLibraryError(f"{path}, unlike a .csv file,", "pyarrow")
     sources = [Path(one) / CASES if (Path(one) / TABLE).is_file() else one for one in options.files]
     with ProgressDisplay() as progress:
-        table = record_features(sources, request_of(options), jobs=options.jobs, progress=progress)
+        table = records.record_features(sources, request_of(options), jobs=options.jobs, progress=progress)
     with atomic_write(path) as part:
         getattr(table, f"to_{kind}")(part, **({"index": False} if kind == "csv" else {}))
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
@@ -136,12 +133,9 @@ def _run_many(options: argparse.Namespace) -> int:
     except DataError:
         if not options.one_machine:
             raise
-        machine = {"machine": records.pooled(requests_of(options))}  # each too short by itself
-        return answer(
-            options,
-            machine | {"records": [], "summary": [], "failed": [], "left_out": []},
-            str(machine["machine"]["sentence"]),
-        )
+        one = records.pooled(records.requests_for(options.files, request_of(options)))  # each too short by itself
+        found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
+        return answer(options, found, str(one["sentence"]))
     machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
     rows = [records.summary_of(document) for document in documents]
     states, files = Counter(row["state"] for row in rows), Counter(row["file"] for row in rows)
@@ -170,15 +164,9 @@ def _run_many(options: argparse.Namespace) -> int:
     return answer(options, document, show, code=code, status="incomplete" if failed else "", tables=tables)
 
 
-def requests_of(options: argparse.Namespace) -> list[RecordRequest]:
-    """Requests for all files, those in folders included."""
-    request = request_of(options)
-    return [replace(request, file=file) for file in files_of(options.files)]
-
-
 def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[FailedFile], list[str]]:
     """Documents of all files, those in folders included; files that failed; and files that are no recordings."""
-    requests = requests_of(options)
+    requests = records.requests_for(options.files, request_of(options))
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
     return documents, *records.without_other_files(failed, options.files, documents)

@@ -1,13 +1,14 @@
-"""From one file to its verdict, and from many files to theirs in parallel.
+"""From one file to its verdict, and from many files to theirs in parallel, or to a table of features.
 
 The result of a file is stored under all that it depends on, so that an interrupted batch continues.
 """
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.diagnosis.baseline import (
@@ -36,19 +37,33 @@ from srbval.errors import ConfigurationError, DataError, NoRecordingError, Srbva
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, ShortRecordError, bearing_of
-from srbval.reading.features import ACCELERATION, features_of, read_short, snapshot_of
+from srbval.reading.features import features_of, read_short, snapshot_of
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.load import open_channels, subject_of
-from srbval.recordings.registry import listing, load_registered, registered_settings
+from srbval.recordings.registry import (
+    RecordSource,
+    files_of,
+    listing,
+    load_registered,
+    recording_of,
+    registered_settings,
+)
 from srbval.recordings.settings import BEARING_QUESTION, SPEED_QUESTION, settings_of
+from srbval.recordings.speed import RPM_PER_HZ
+from srbval.recordings.units import ACCELERATION, UNKNOWN
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.storage.content_store import ContentStore
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import to_json
 
+if TYPE_CHECKING:
+    import pandas
+
 LEAST_POOLED = 2.0  # turns of a record that is pooled with others, for its noise to be read between the lines
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
+LEVELS = ("rms", "peak", "band_rms")  # of a row of features, in the unit of the record
+IN_NAMES = {"-": "_minus_", "+": "_plus_"}  # of sidebands, as BPFI-fr
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
 
@@ -68,7 +83,7 @@ class RecordRequest:
     band_hz: tuple[float, float] | None = None
     auto_band: bool = False
     one_band: bool = False
-    healthy: str | None = None
+    healthy: str | Recording | None = None
     healthy_scale: float | None = None
     recording: Recording | None = None
 
@@ -115,25 +130,27 @@ def request_of(asked: Mapping[str, Any]) -> RecordRequest:
     return RecordRequest(settings=settings_of({k: v for k, v in asked.items() if k not in own}), **of_request)
 
 
+def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> list[RecordRequest]:
+    """Requests for files, those in folders included, recordings and runs, in their order."""
+    requests = []
+    for source in sources:
+        if isinstance(source, str | Path):
+            requests += [replace(request, file=file) for file in files_of([source])]
+        else:
+            requests.append(replace(request, recording=recording_of(source, request.settings)))
+    return requests
+
+
 def read_record(request: RecordRequest) -> RecordReading:
     """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
 
-    All that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`).
+    All that a file leaves open is asked for in one message (`LeftOpenError`, `ConfigurationError`). Without a stated
+    channel the other channels of the record are views too.
     """
-    stored = registered_settings(request.file)
+    stored, all_channels = registered_settings(request.file), request.settings.channel is None
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
     recording = request.recording or load_registered(request.file, request.settings, request.band_hz)
     healthy = load_healthy(request.healthy, request.settings, request.healthy_scale) if request.healthy else None
-    return read_recording(recording, request, healthy=healthy, all_channels=request.settings.channel is None)
-
-
-def read_recording(
-    recording: Recording, request: RecordRequest, *, healthy: Recording | None = None, all_channels: bool = False
-) -> RecordReading:
-    """Read a loaded recording as `read_record` reads a file, beside the loaded `healthy` one.
-
-    The files that `request` names are ignored; `all_channels`: see `fault_verdict`.
-    """
     known = {
         BEARING_QUESTION: recording.bearing or recording.own_bearing or request.bearing,
         SPEED_QUESTION: recording.speed,
@@ -240,7 +257,7 @@ def without_other_files(
 
     Such a file was not `named` itself, and has the suffix of no file that was `read`.
     """
-    endings = {Path(one["file"]).suffix for one in read}
+    endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
         one.file
         for one in failed
@@ -348,6 +365,66 @@ def _of_machine(together: Mapping[str, float], cage: Sequence[float | None], how
     }
 
 
+def record_features(
+    sources: RecordSource | Iterable[RecordSource],
+    request: RecordRequest | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress = silent,
+    **stated: Any,
+) -> "pandas.DataFrame":
+    """Table of features: a row for each channel of each record, in the order of `sources`; columns as `feature_row`.
+
+    `sources` are files, folders, recordings and runs. What they leave open is `stated`, as fields of `RecordRequest` or
+    `RecordingSettings` such as `bearing`, `rpm`, `channel`, `band_hz`, or by a `request`. All records have the band
+    that is stated, that of their data set, or the whole one; with `auto_band` each has its own. A record that cannot be
+    read has a row with the `reason` alone. Raises the error of the records if all fail.
+    """
+    import pandas
+
+    given = [sources] if isinstance(sources, RecordSource) else list(sources)
+    asked = request or request_of(stated)
+    requests = requests_for(given, replace(asked, one_band=not asked.auto_band))
+    answers = answers_of(requests, jobs=jobs, progress=progress)
+    failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
+    read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
+    shown, _ = without_other_files(failed, [str(source) for source in given], read)
+    rows: list[Mapping[str, Any]] = []
+    for answer in (answers[one] for one in requests):
+        if isinstance(answer, list):
+            rows += map(feature_row, answer)
+        elif answer in shown:
+            rows.append({"file": answer.file, "reason": str(answer.error).removeprefix(f"{answer.file}: ")})
+    return pandas.DataFrame(rows, columns=list(dict.fromkeys(k for row in sorted(rows, key=len)[::-1] for k in row)))
+
+
+def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Row of the table for a document of `answers_of`; None for what could not be computed, for the `reason`.
+
+    Of the harmonics of each line: the height over the noise beside it (`snr`, power) and the modulation `depth` of the
+    squared envelope at that place, whether the line is detected or not.
+    """
+    found, (low_hz, high_hz) = document["features"], document["band_hz"]
+    unit, missing = found["unit"], [found["velocity_missing"]]
+    if unit != ACCELERATION:
+        missing.append(f"no levels in {ACCELERATION}: the unit is {unit}")
+    row = {key: document[key] for key in ("file", "name", "channel", "bearing", "fs_hz", "seconds")}
+    row |= {"state": document["declared_state"], "speed_rpm": RPM_PER_HZ * document["shaft_hz"]["value"]}
+    row |= {"band_low_hz": low_hz, "band_high_hz": high_hz}
+    for kind in (ACCELERATION, unit):
+        word = re.sub(r"\W", "_", kind) if kind != UNKNOWN else "unknown_unit"
+        row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVELS}
+    row |= {"crest_factor": found["crest"]} | {key: found[key] for key in ("kurtosis", "velocity_rms_mm_s")}
+    for line in document["lines"]:
+        name = re.sub("[-+]", lambda sign: IN_NAMES[sign[0]], line["name"].lower())
+        row |= {f"{name}_harmonic_{line['harmonic']}_{key}": line[key] for key in ("snr", "depth")}
+        if line["snr"] is None:
+            missing.append(f"{line['harmonic']} x {line['name']}: {line['not_detected']}")
+    if document.get("snapshot"):
+        missing.append("too short to search for lines: first harmonics at their calculated place")
+    return row | {"reason": "; ".join(filter(None, missing))}
+
+
 def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one for each channel if none is stated; or its error."""
     try:
@@ -379,7 +456,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 def _content(request: RecordRequest, register: str) -> str:
     """All that the documents of a file depend on; empty if the file cannot be read, or there is none."""
-    if request.recording is not None:
+    if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:
         files = [Path(path) for path in (request.file, request.healthy) if path]

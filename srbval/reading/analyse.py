@@ -24,6 +24,7 @@ from srbval.reading.pipeline import (
 from srbval.reading.speed_search import SpeedSearch, course_by_comb, search
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.recordings.registry import RecordSource, recording_of
+from srbval.recordings.settings import settings_of
 from srbval.signal import NORMAL_95, end_s
 from srbval.signal.envelope import FILTER, FILTER_IN_WORDS, check_band
 
@@ -170,7 +171,7 @@ def analyse(
     speed or bearing or an impossible band, `DataError` for a constant or short record, and what `load_recording`
     raises.
     """
-    recording = recording_of(source, **stated)
+    recording = recording_of(source, settings_of(stated))
     bearing = bearing_of(recording, bearing)
     known_speed = recording.known_speed if speed is None else speed
     if auto_band and band_hz is not None:

@@ -78,13 +78,13 @@ def _numbers(values: NDArray[Any]) -> NDArray[Any]:
     return (values - values.flat[0]) / np.timedelta64(1, "s") if values.dtype.kind in "mM" else values
 
 
-def with_settings(recording: Recording, **asked: Any) -> Recording:
-    """The recording with statements of the user, fields of `RecordingSettings`; itself without any."""
-    if all(value is None for value in asked.values()):
+def with_settings(recording: Recording, settings: RecordingSettings) -> Recording:
+    """The recording with statements of the user; itself without any."""
+    if not settings:
         return recording
     columns, course = {**recording.channels}, recording.speed_signal
     columns |= {SPEED_VARIABLE: course.values_hz} if course is not None else {}
-    return recording_from_columns(columns, name=recording.name, attributes=recording.facts(), **asked)
+    return recording_from_columns(columns, name=recording.name, attributes=recording.facts(), **vars(settings))
 
 
 class LeftOpenError(DataError):

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from srbval.bearing import Fault, known_bearings, load_bearing
 from srbval.errors import DataError
@@ -30,7 +29,7 @@ from srbval.recordings.manifest import (
 from srbval.recordings.raw import first_line
 from srbval.recordings.reading import N_PER_KN, scaled
 from srbval.recordings.recording import Origin, Recording
-from srbval.recordings.settings import RecordingSettings, label_table, settings_of
+from srbval.recordings.settings import RecordingSettings, label_table
 from srbval.recordings.speed import RPM_PER_HZ
 from srbval.storage.files import file_sha256
 from srbval.storage.installation import shipped_folder
@@ -334,11 +333,11 @@ def files_of(paths: Iterable[str | Path]) -> list[str]:
     return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
-def recording_of(source: RecordSource, settings: RecordingSettings | None = None, **asked: Any) -> Recording:
-    """The recording in a file (see `load_registered`), of a run, or itself; with `asked`, fields of the settings."""
+def recording_of(source: RecordSource, settings: RecordingSettings = NO_SETTINGS) -> Recording:
+    """The recording in a file (see `load_registered`), of a run, or itself; with the `settings` stated."""
     if isinstance(source, str | Path):
-        return load_registered(shipped_or(source), settings_of(asked).over(settings or NO_SETTINGS))
-    return with_settings(recording_from_run(source) if isinstance(source, Run) else source, **asked)
+        return load_registered(shipped_or(source), settings)
+    return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)
 
 
 def shipped_or(name: str | Path) -> str | Path:

@@ -12,18 +12,18 @@ from srbval.diagnosis.records import (
     FailedFile,
     RecordReading,
     RecordRequest,
-    read_recording,
+    answers_of,
     read_records,
     request_of,
+    requests_for,
     summary_of,
     without_other_files,
 )
 from srbval.diagnosis.trend import Trend, record_times, trend_of
-from srbval.errors import ConfigurationError, SrbvalError
+from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
-from srbval.recordings import Recording
-from srbval.recordings.registry import RecordSource, files_of, load_registered, recording_of, shipped_or
+from srbval.recordings.registry import RecordSource, shipped_or
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -40,7 +40,6 @@ from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import FORMATS, draw_figures, write_report
 from srbval.storage.files import atomic_write
-from srbval.storage.json_files import to_json
 from srbval.validation.case import Case
 from srbval.validation.validate import PairReading, Validation, validate
 
@@ -114,35 +113,30 @@ def report_sources(
     """
     if "pdf" in formats:
         require_typst()
-    named = [str(shipped_or(one)) for one in sources if isinstance(one, str | Path)]
-    files, documents, shown = files_of(named), list[dict[str, Any]](), list[dict[str, Any]]()
-    settings, failed = request.settings, list[FailedFile]()
-    if files != named or len(files) > MOST_SECTIONS:
-        requests = [replace(request, file=file) for file in files]
-        documents, failed = read_records(requests, jobs=jobs, progress=progress)
-        failed, _ = without_other_files(failed, named, documents)
-        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in documents)
-        shown = documents[: max(1, min(alarms, MOST_SECTIONS))]
-        files = [one["file"] for one in shown]
-    is_open = len({one["file"] for one in documents}) < len(documents)  # a document a channel
-
-    def read(source: RecordSource, channel: str | None = None) -> Recording | FailedFile:
-        try:
-            if not isinstance(source, str | Path):
-                return recording_of(source, settings)
-            return load_registered(source, replace(settings, channel=channel or settings.channel), request.band_hz)
-        except SrbvalError as error:
-            return FailedFile(file=str(source), error=error)
-
-    channels = [one["channel"] if is_open else None for one in shown] or [None] * len(files)
-    held = [read(one) for one in sources if not isinstance(one, str | Path)]
-    healthy = load_healthy(request.healthy, settings, request.healthy_scale) if request.healthy else None
+    named = list(dict.fromkeys(str(shipped_or(one)) for one in sources if isinstance(one, str | Path)))
+    requests = requests_for(named, request)
+    others, failed = list[dict[str, Any]](), list[FailedFile]()
+    if [one.file for one in requests] != named or len(named) > MOST_SECTIONS:
+        others, failed = read_records(requests, jobs=jobs, progress=progress)
+        failed, _ = without_other_files(failed, named, others)
+        alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in others)
+        is_open = len({one["file"] for one in others}) < len(others)  # a document a channel
+        count, requests = max(1, min(alarms, MOST_SECTIONS)), []
+        for one in others[:count]:
+            settings = replace(request.settings, channel=one["channel"]) if is_open else request.settings
+            requests.append(replace(request, file=one["file"], settings=settings))
+        others = others[count:]
+    requests += requests_for((one for one in sources if not isinstance(one, str | Path)), request)
+    if request.healthy:
+        healthy = load_healthy(request.healthy, request.settings, request.healthy_scale)
+        requests = [replace(one, healthy=healthy) for one in requests]
     with one_thread():
-        options: dict[str, Any] = {"all_channels": settings.channel is None and not is_open, "progress": progress}
-        read_all = [*map(read, files, channels), *held, *failed]
-        records, unread, facts = gather_user_records(read_all, request, healthy=healthy, model=model, **options)
-        others = documents[len(shown) :]
-        rows: dict[str, Any] = {"failed": unread, "others": others, "other_rows": [*map(summary_of, others)]}
+        records, unread, facts = gather_user_records(requests, model=model, progress=progress)
+        rows: dict[str, Any] = {
+            "failed": [*unread, *failed],
+            "others": others,
+            "other_rows": [*map(summary_of, others)],
+        }
         report = assemble_user_report(records, command=command, provenance=facts, **rows)
         return report, _written(report, folder, formats, progress)
 
@@ -161,16 +155,13 @@ def trend(
 
     `asked`: fields of a `RecordRequest` and of `RecordingSettings`. Files that cannot be read are warned about.
     """
-    request = replace(request_of(asked), one_band=True)  # levels are compared
-    files = files_of([one for one in sources if isinstance(one, str | Path)])
-    requests = [replace(request, file=file) for file in files]
-    documents, failed = read_records(requests, jobs=jobs, progress=progress) if files else ([], [])
-    for one in failed:
-        warnings.warn(f"not read: {one.file}: {one.error}", stacklevel=2)
-    held = [recording_of(one, request.settings) for one in sources if not isinstance(one, str | Path)]
-    for number, recording in enumerate(held, start=1):
-        document = to_json(read_recording(recording, request))
-        documents.append(document | {"file": recording.file or f"{recording.name} {number}"})
+    requests = requests_for(sources, replace(request_of(asked), one_band=True))  # levels are compared
+    answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
+    for number, answer in enumerate((answers[one] for one in requests), start=1):
+        if isinstance(answer, FailedFile):
+            warnings.warn(f"not read: {answer.file}: {answer.error}", stacklevel=2)
+        else:
+            documents += [one | {"file": one["file"] or f"{one['name']} {number}"} for one in answer]
     names = list(dict.fromkeys(one["file"] for one in documents))
     known, time_from = record_times(names, None if times is None else Path(times))
     limits: dict[str, Any] = {"baseline": baseline, "machine_class": machine_class, "zones_mm_s": zones_mm_s}

@@ -11,7 +11,7 @@ from srbval import ConfigurationError, Recording, ShaftSpeed, SpeedSource, analy
 from srbval.bearing import Fault, load_bearing
 from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, require_one_unit
 from srbval.diagnosis.fault_posterior import OTHER, fault_scores, most_probable
-from srbval.diagnosis.records import RecordRequest, read_recording
+from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading import pipeline
 from srbval.reading.pipeline import process
 from srbval.recordings.speed import nominal_speed
@@ -58,10 +58,11 @@ def test_the_record_itself_in_another_file_is_no_baseline():
 
 def test_a_baseline_that_shows_a_fault_itself_is_named_and_not_compared():
     faulty = dataclasses.replace(record(shaft_hz=25.0), name="labelled healthy", state=Fault.HEALTHY)
-    read = read_recording(healthy(), RecordRequest(bearing=BEARING.name), healthy=faulty)
+    read = read_record(RecordRequest(recording=healthy(), bearing=BEARING.name, healthy=faulty))
     assert any("the baseline itself shows a fault (Inner race fault" in caution for caution in read.cautions)
     assert "itself shows a fault" in read.verdict.comparison.sentence
-    fine = read_recording(record(shaft_hz=25.0), RecordRequest(bearing=BEARING.name), healthy=healthy())
+    asked = RecordRequest(recording=record(shaft_hz=25.0), bearing=BEARING.name, healthy=healthy())
+    fine = read_record(asked)
     assert (fine.baseline.fault, fine.verdict.comparison.risen) == ("", Fault.INNER)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.diagnosis.long_records import LongAnalysis, read
-from srbval.diagnosis.records import RecordRequest, read_recording
+from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading.analyse import analyse
 from srbval.reading.features import features_of
 from srbval.recordings import Origin, Recording, load_recording, raw
@@ -40,7 +40,8 @@ def record(seconds: float, state: Fault = Fault.OUTER, *, within=(0.0, 1.0)) -> 
     ("state", "within"), [(Fault.OUTER, (0.0, 1.0)), (Fault.OUTER, (0.6, 0.8)), (Fault.HEALTHY, (0.0, 1.0))]
 )
 def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
-    found = read_recording(record(100.0, state, within=within), RecordRequest(bearing="skf-22240"))
+    long = record(100.0, state, within=within)
+    found = read_record(RecordRequest(recording=long, bearing="skf-22240"))
     analysis, verdict = found.analysis, found.verdict
     line = analysis.line("BPFO")
     assert isinstance(analysis, LongAnalysis)
@@ -71,7 +72,7 @@ def test_a_short_record_is_read_as_a_whole_and_features_of_parts_are_those_of_th
 def test_parts_without_vibration_are_left_out_and_stated():
     stopped = record(60.0)
     stopped.channels["x"][: round(20 * FS_HZ)] = 0.0
-    found = read_recording(stopped, RecordRequest(bearing="skf-22240"))
+    found = read_record(RecordRequest(recording=stopped, bearing="skf-22240"))
     assert found.verdict.parts == (Fault.OUTER,)
     assert [one for one in found.analysis.recording.cautions if one.startswith("left out: 2 of 6 parts")]
 

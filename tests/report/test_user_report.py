@@ -46,8 +46,8 @@ def healthy(**changes):
 def gathered(
     *recordings: Recording, healthy: Recording | None = None, model: bool = True, **asked: Any
 ) -> tuple[UserRecord, ...]:
-    request = RecordRequest(bearing=BEARING.name, **asked)
-    return gather_user_records(recordings, request, healthy=healthy, model=model)[0]
+    requests = [RecordRequest(recording=one, bearing=BEARING.name, healthy=healthy, **asked) for one in recordings]
+    return gather_user_records(requests, model=model)[0]
 
 
 @functools.cache

@@ -9,9 +9,9 @@ import pytest
 from srbval import fault_verdict
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.diagnosis.fault_posterior import OPEN
-from srbval.diagnosis.records import RecordRequest, read_recording
+from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.errors import DataError
-from srbval.recordings import Recording
+from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.manifest import FileStatus, RegisteredRecording
 from srbval.recordings.registry import listing
 from srbval.storage.files import file_sha256
@@ -102,7 +102,9 @@ def test_bearing_and_speed_alone_name_as_many_faults_as_with_the_band_of_the_set
         own, bearing = known.load()
         alone = dataclasses.replace(own, band_hz=None, dataset=None)
         for kind, one in (("set", own), ("alone", alone)):
-            part = read_recording(one, RecordRequest(bearing=bearing.name)).verdict.part
+            settings = RecordingSettings(channel=one.channel)
+            asked = RecordRequest(recording=one, bearing=bearing.name, settings=settings)
+            part = read_record(asked).verdict.part
             assert part in (None, known.state), (known.entry.file, kind)
             right[kind] += part is not None
     assert right["alone"] >= right["set"] >= SHARED_NAMED

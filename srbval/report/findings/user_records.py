@@ -9,13 +9,13 @@ from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, only_error, read_recording, summary_of
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, only_error, read_record, summary_of
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import Origin, recording_from_run
 from srbval.report.findings.provenance import provenance
 from srbval.report.findings.records import (
     RecordView,
@@ -95,35 +95,28 @@ class UserRecord(RecordReading):
 
 
 def gather_user_records(
-    recordings: Sequence[Recording | FailedFile],
-    request: RecordRequest,
-    *,
-    healthy: Recording | None = None,
-    model: bool = True,
-    all_channels: bool = False,
-    progress: Progress = silent,
-) -> tuple[tuple[UserRecord, ...], tuple[FailedFile, ...], dict[str, Any]]:
-    """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
+    requests: Sequence[RecordRequest], *, model: bool = True, progress: Progress = silent
+) -> tuple[tuple[UserRecord, ...], list[FailedFile], dict[str, Any]]:
+    """Read recordings of one bearing, each against a healthy one if given, or else the registered one of its rig.
 
-    Returns the records, the files that could not be read or analysed, and the provenance; see `read_recording` for the
-    options. If `model` is true, it is compared with each measured record of a bearing with known dimensions. Raises
-    the error of the records if none can be analysed.
+    Returns the records, the files that could not be read or analysed, and the provenance. If `model` is true, it is
+    compared with each measured record of a bearing with known dimensions. Raises the error of the records if none can
+    be analysed.
     """
-    if not recordings:
+    if not requests:
         raise ConfigurationError("no recording is given: name at least one file.")
     records, failed = list[UserRecord](), list[FailedFile]()
-    for recording in recordings:
-        if isinstance(recording, FailedFile):
-            failed.append(recording)
-            continue
+    for request in requests:
+        own = request.recording
+        file = request.file if own is None else own.file or own.name
         try:
-            with stage(progress, f"Analyse {recording.name}"):
-                reading = read_recording(recording, request, healthy=healthy, all_channels=all_channels)
-            bearing = request.bearing or recording.bearing
+            with stage(progress, f"Analyse {Path(file).name}"):
+                reading = read_record(request)
+            bearing = request.bearing or reading.analysis.recording.bearing
             compared = _model_side(reading.analysis, reading.verdict.part, bearing, progress) if model else None
             records.append(user_record(reading, compared))
         except SrbvalError as error:
-            failed.append(FailedFile(file=recording.file or recording.name, error=error))
+            failed.append(FailedFile(file=file, error=error))
     if not records:
         raise only_error(failed)
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
@@ -131,7 +124,7 @@ def gather_user_records(
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
     names = {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
     facts = provenance(runs, ()) | {"recordings": names}
-    return tuple(records), tuple(failed), {key: value for key, value in facts.items() if value}
+    return tuple(records), failed, {key: value for key, value in facts.items() if value}
 
 
 def user_record(reading: RecordReading, model: ModelSide | str | None = None) -> UserRecord:
