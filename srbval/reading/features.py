@@ -5,7 +5,7 @@ Snapshots are records too short to search for lines. Their levels, and their mod
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.reading.analyse import Analysis
-from srbval.reading.pipeline import BandChoice, Processed, one_signal, process, whole_band_of
+from srbval.reading.pipeline import BandChoice, one_signal, process, whole_band_of
 from srbval.recordings import Recording
 from srbval.recordings.units import ACCELERATION, DISPLACEMENT, VELOCITY
 from srbval.signal import kurtosis
@@ -42,8 +42,10 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
         missing = f"sampled at {recording.fs_hz:g} Hz the record does not hold the band to {HIGHEST_HZ:g} Hz"
     elif done.whole.size < LEAST_PERIODS * recording.fs_hz / band_hz[0]:
         missing = f"the record lasts {recording.seconds:.3g} s, less than {LEAST_PERIODS} periods of {band_hz[0]:g} Hz"
-    powers, peak = list[tuple[float, float, float]](), 0.0
-    for signal in _signals(recording, done):
+    powers, peak, parts = list[tuple[float, float, float]](), 0.0, round(recording.samples / done.whole.size)
+    for first, end in itertools.pairwise(np.linspace(0, recording.samples, parts + 1).astype(int).tolist()):
+        signal = one_signal(recording.part(first, end))
+        signal = signal - signal.mean()
         square, velocity = float(np.var(signal)), 0.0
         if not missing:
             velocity = velocity_rms(signal, recording.fs_hz, band_hz, recording.unit)
@@ -61,14 +63,6 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
         "velocity_band_hz": band_hz,
         "velocity_missing": missing,
     }
-
-
-def _signals(recording: Recording, done: Processed) -> Iterator[FloatArray]:
-    """The signal in the recording's unit, without its mean, in parts as long as the one that was processed."""
-    count = round(recording.samples / done.whole.size)
-    for first, end in itertools.pairwise(np.linspace(0, recording.samples, count + 1).astype(int).tolist()):
-        signal = done.scale * done.whole if count == 1 else one_signal(recording.part(first, end))
-        yield signal - signal.mean()
 
 
 def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION) -> float:

@@ -190,9 +190,7 @@ def report_case(
                 grids[one.number] = pair_figures(one, Path(name))
 
         result = validate(case, found=found, progress=progress)
-        with stage(progress, "Write the report"):
-            files = write_report(assemble_case(result, grids, command=command), folder, formats)
-    return result, files
+        return result, _written(assemble_case(result, grids, command=command), folder, formats, progress)
 
 
 def check_plot(path: Path) -> None:
