@@ -20,8 +20,7 @@ from srbval.plan.plan import Plan
 from srbval.plan.plan import make_plan as plan
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
-from srbval.recordings.load import recording_from_columns
-from srbval.recordings.public_sets import dataset_recordings
+from srbval.recordings.load import dataset_recordings, recording_from_columns
 from srbval.recordings.registry import add as add_recordings
 from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings

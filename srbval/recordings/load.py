@@ -1,15 +1,16 @@
-"""From a file of any format, or a simulated run, to a `Recording`."""
+"""From a file of any format, arrays, a simulated run or a public data set to a `Recording`."""
 
+import contextlib
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Bearing, load_bearing
-from srbval.errors import DataError, OpenQuestion
+from srbval.bearing import Bearing, Fault, load_bearing
+from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalError
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
@@ -17,7 +18,7 @@ from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Reading
-from srbval.recordings.recording import SPEED_VARIABLE, Origin, Recording, SourceFacts
+from srbval.recordings.recording import SPEED_VARIABLE, Origin, Recording, SourceFacts, SpeedSignal
 from srbval.recordings.settings import (
     NAMED_CHANNELS,
     RecordingSettings,
@@ -26,9 +27,14 @@ from srbval.recordings.settings import (
     open_questions,
     settings_of,
 )
-from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
+from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal, tachometer_speed
 from srbval.storage.files import file_sha256
 from srbval.storage.json_files import parse_json
+
+if TYPE_CHECKING:
+    import pandas
+
+ErrorKind = TypeVar("ErrorKind", bound=SrbvalError)
 
 
 def load_recording(path: str | Path, settings: RecordingSettings | None = None, **stated: Any) -> Recording:
@@ -87,15 +93,11 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
     return recording_from_columns(columns, name=recording.name, attributes=recording.facts(), **vars(settings))
 
 
-class LeftOpenError(DataError):
-    """Open questions that neither a file nor the user answers, each with its option."""
-
-    def __init__(self, subject: str, questions: tuple[OpenQuestion, ...]) -> None:
-        self.questions, self.subject = questions, subject
-        super().__init__(
-            f"{subject} leaves open: {'; '.join(map(str, questions))}. State it here, or of a file once for all times "
-            "with `srbval data add`."
-        )
+def left_open(kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = "") -> ErrorKind:
+    """Error with the `questions` that neither `subject` nor the user answers, each with its option."""
+    error = kind(f"{subject} leaves open: {'; '.join(map(str, questions))}.{remedy}")
+    error.subject, error.questions = subject, tuple(questions)
+    return error
 
 
 def subject_of(path: Path) -> str:
@@ -148,7 +150,8 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     """Recording of a file, or of arrays, of which nothing is left open; `named`: its name, file and hash."""
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
-        raise LeftOpenError(subject, (*questions, *open_for_analysis(reading)))
+        remedy = " State it here, or of a file once for all times with `srbval data add`."
+        raise left_open(DataError, subject, (*questions, *open_for_analysis(reading)), remedy)
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {
@@ -172,3 +175,71 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
         unit=main.recording_unit,
         band_hz=band_hz,
     )
+
+
+# Of public data sets: units, theirs and ours, and states.
+SET_UNITS = {"acceleration": ("m/s^2", "m/s2"), "velocity": ("mm/s", "mm/s"), "displacement": ("um", "um")}
+SET_STATES = {"normal": Fault.HEALTHY, "inner": Fault.INNER, "outer": Fault.OUTER, "rolling_element": Fault.ROLLER}
+NOT_STATED = (None, "none", "unknown")
+SET_POINT_PCT = 1.5  # by which the shaft may be off a speed of which a set does not say that it was measured
+
+
+def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, **stated: Any) -> list[Recording]:
+    """Recordings of a `Dataset` of `bearing-datasets`, one per row, in their order, with the facts that it states.
+
+    `rows` are those of its `metadata()`, by default all of vibrations. A speed is that of the channel of the speed
+    recorded beside it, or else a set point kept within `SET_POINT_PCT`. What the set leaves open is asked for: a unit
+    here, bearing and speed when they are needed. `stated` are fields of `RecordingSettings`, which go over the set's;
+    only a `unit` holds for signals without one.
+    """
+    whole = public_set.metadata()
+    kinds = whole["quantity"] if "quantity" in whole else whole["fs"].map(lambda _: "unknown")
+    own = whole[kinds.isin([*SET_UNITS, "unknown"])] if rows is None else rows
+    facts = [{key: value for key, value in row.items() if value not in NOT_STATED} for row in own.to_dict("records")]
+    speeds = [one for one in whole[kinds == "speed"].to_dict("records") if "rpm" not in stated]
+    return [_of_set(public_set, one, speeds, stated) for one in facts]
+
+
+def _of_set(
+    public_set: Any, facts: Mapping[str, Any], speeds: list[dict[str, Any]], stated: Mapping[str, Any]
+) -> Recording:
+    """Recording of the signal with these `facts`, at the speed of its channel among `speeds` if there is one."""
+    identity, channel, given = facts["signal_id"], facts["channel"], {"fs_hz": facts["fs"], **stated}
+    theirs, ours = SET_UNITS.get(facts.get("quantity", ""), (None, None))
+    try:
+        samples = public_set.signal(identity, unit=theirs)
+    except ValueError:  # raw values of no stated unit
+        samples, ours = public_set.signal(identity), None
+    if ours:
+        given.pop("unit", None)
+    notes = [f"data set {public_set.name} of bearing-datasets, label {facts.get('native_label', 'none')}"]
+    fault, places = facts.get("fault_type"), [facts.get(f"{of}_location") for of in ("sensor", "fault")]
+    if fault == "normal" or facts.get("sensor_at_fault") or None in places:
+        given.setdefault("state", SET_STATES.get(fault or ""))
+    elif fault:
+        notes.append(f"the fault, {fault}, is at {places[1]}, not at this sensor's {places[0]}")
+    if "speed_rpm" in facts and "rpm" not in stated:
+        given |= {"rpm": facts["speed_rpm"], "rpm_tolerance_pct": SET_POINT_PCT}
+    try:
+        given = {"bearing": _bearing_of_set(facts, public_set.name)} | given
+    except ConfigurationError as error:
+        notes.append(f"the bearing, {facts.get('bearing_model', 'of orders')}, is left open: {error}")
+    known: dict[str, Any] = {"name": f"{public_set.name} {identity}", "column_units": {channel: ours} if ours else {}}
+    recording = recording_from_columns({channel: samples}, **known, channel=channel, **given)
+    found: dict[str, Any] = {"notes": tuple(notes)}
+    for speed in (one for one in speeds if one["recording_id"] == facts["recording_id"]):
+        with contextlib.suppress(DataError, ValueError):  # a shaft at rest, or no unit
+            signal = SpeedSignal(values_hz=public_set.signal(speed["signal_id"], unit="Hz"), rate_hz=speed["fs"])
+            found |= {"speed_signal": signal, "speed": tachometer_speed(signal.values_hz, signal.rate_hz)}
+    if (profile := facts.get("speed_profile", "constant")) != "constant" and "speed" not in found:
+        found["cautions"] = (*recording.cautions, f"speed {profile}, and its course is not recorded")
+    return dataclasses.replace(recording, **found)
+
+
+def _bearing_of_set(facts: Mapping[str, Any], dataset: str) -> Bearing | None:
+    """Bearing by its orders, else by its designation; None if the set states neither; raises as `load_bearing`."""
+    model, orders = facts.get("bearing_model"), [str(facts.get(key)) for key in ("bpfo", "bpfi", "bsf", "ftf")]
+    if "None" in orders:
+        return load_bearing(model) if model else None
+    title = f"{model or 'bearing'}, by the orders in data set {dataset}"
+    return dataclasses.replace(load_bearing(f"orders {','.join(orders)}"), title=title)

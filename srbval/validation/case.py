@@ -37,16 +37,12 @@ MOST_CAGE_PCT, MOST_LEVEL_DB = 20.0, 60.0
 class Tolerance(Limited):
     """Largest errors accepted, fixed before the comparison; a quantity without one is neither met nor missed.
 
-    `cage_pct`: of the cage ratio [%]. `level_db`: of harmonics and sidebands over the line [dB].
+    `cage_pct`: of the cage ratio [%]. `level_db`: of harmonics and sidebands over the line [dB]. As `uncertainty`: half
+    widths of 95 % intervals that the user states for the simulated side.
     """
 
     cage_pct: float | None = limited(above=0, most=MOST_CAGE_PCT, default=None)
     level_db: float | None = limited(above=0, most=MOST_LEVEL_DB, default=None)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Uncertainty(Tolerance):
-    """Half widths of 95 % intervals that the user states for the simulated side: of the cage ratio [%], levels [dB]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +98,7 @@ class Case:
     simulated: Source = Source()
     measured: Source = Source()
     tolerance: Tolerance = Tolerance()
-    uncertainty: Uncertainty = Uncertainty()
+    uncertainty: Tolerance = Tolerance()
     published: tuple[Published, ...] = ()
     path: Path | None = None
 

@@ -22,7 +22,7 @@ from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
-from srbval.recordings.load import LeftOpenError, read_file
+from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import listing, load_registered, registered_settings, rig_recordings, unopened
 from srbval.recordings.settings import BEARING_QUESTION, apply_settings
@@ -69,7 +69,9 @@ def load_files(source: Source, folder: Path, side: str) -> tuple[Recording, ...]
                 recording = load_registered(path, source.settings)
             else:
                 recording = load_recording(path, dataclasses.replace(source.settings, origin=Origin.SIMULATED))
-        except LeftOpenError as error:
+        except DataError as error:
+            if not error.questions:
+                raise
             asked = "; ".join(str(question) for question in error.questions if question != BEARING_QUESTION)
             raise DataError(
                 f"{side} side, {error.subject} leaves open: {asked}. Put the key into [{side}] of the case, or give "

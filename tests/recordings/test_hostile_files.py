@@ -30,7 +30,6 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.processes import worker
 from srbval.recordings import load_recording
-from srbval.recordings.load import LeftOpenError
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import FileFormat, end_readers
 from srbval.recordings.manifest import FileStatus, read_manifest
@@ -209,7 +208,7 @@ def load(path):
             assert text.isprintable(), text
             assert len(text) < 2000, text[:200]
             assert "could not be read within" not in text
-            return "read" if isinstance(error, LeftOpenError) else "refused"
+            return "read" if error.questions else "refused"
     return "read"
 
 

@@ -11,7 +11,7 @@ from srbval.comparison.compared_quantities import cage_of, values_of_model
 from srbval.comparison.comparison import INPUTS, Verdict
 from srbval.reading.lines import Line
 from srbval.signal import NORMAL_95
-from srbval.validation.case import Case, Tolerance, Uncertainty
+from srbval.validation.case import Case, Tolerance
 from srbval.validation.compare import compare_pair, table_of
 from srbval.validation.sides import QUANTITIES, SideReading
 
@@ -136,7 +136,7 @@ def test_a_simulation_from_outside_without_repeats_or_statement_has_an_error_and
 
 def test_a_stated_uncertainty_of_the_cage_widens_the_inner_race_line_by_less():
     """1 % of c is c / (1 - c) % of BPFI, 0.76 % here, with the opposite sign."""
-    table = outside([analysis()], [analysis()], uncertainty=Uncertainty(cage_pct=0.3))
+    table = outside([analysis()], [analysis()], uncertainty=Tolerance(cage_pct=0.3))
     parts = table["parts"].map(lambda parts: parts.get("simulation: stated"))
     cage = 1 - 10.82 / 19
     assert parts["cage ratio"] == 0.3
@@ -163,7 +163,7 @@ def test_repeats_scatter_about_their_mean_by_student_s_t():
 
 @pytest.mark.parametrize(("off_hz", "verdict"), [(0.0, "met"), (0.9, "missed"), (0.25, "not resolved")])
 def test_a_stated_tolerance_is_met_missed_or_not_resolved(off_hz, verdict):
-    limits = {"tolerance": Tolerance(cage_pct=0.3), "uncertainty": Uncertainty(cage_pct=0.1)}
+    limits = {"tolerance": Tolerance(cage_pct=0.3), "uncertainty": Tolerance(cage_pct=0.1)}
     table = outside([analysis(found_hz=108.2 + off_hz)], [analysis()], **limits)
     assert table.loc["cage ratio", "verdict"] == verdict
     assert table.loc["BPFI", "verdict"] in ("agrees", "differs", "not resolved")  # the tolerance is the cage's
