@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from srbval.bearing import DEFAULT_BEARING
 from srbval.bearing.catalogue import FOLDER
@@ -25,6 +26,7 @@ from srbval.progress.tables import text_rows
 from srbval.storage.installation import child_environment, git_revision
 from srbval.storage.stored_result import SCHEMA_VERSION
 from srbval.studies.harness import StudyResult
+from srbval.sweep.sweep import records
 
 FS_HZ, IMPACTS_HZ, BLOCK_S = 20480, 97.0, 2.0  # of the records: a block of impacts in noise, again and again
 RECORD = f"--bearing {DEFAULT_BEARING} --rpm 710 --fs {FS_HZ} --unit g"
@@ -59,8 +61,7 @@ _, status, used = os.wait4(os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ,
 print(used.ru_utime + used.ru_stime, used.ru_maxrss)
 sys.exit(os.waitstatus_to_exitcode(status) % 256)
 """
-PER_UNIT = "cpu_per_unit_s"
-SHOWN = {"size": "size", "wall [s]": "wall_s", "CPU [s]": "cpu_s", "CPU per further unit [s]": PER_UNIT}
+SHOWN = {"size": "size", "wall [s]": "wall_s", "CPU [s]": "cpu_s", "CPU per further unit [s]": "cpu_per_unit_s"}
 SHOWN |= {"largest process [MB]": "memory_mb", "written [MB]": "written_mb"}
 Row = dict[str, Any]
 
@@ -76,10 +77,9 @@ def measure_scale(*, quick: bool = False, progress: Progress = silent) -> StudyR
         for series, command, size in wanted:
             progress("cost against size", len(rows) / len(wanted))
             _write_inputs(Path(folder), command.format(size).split()[1], size)
-            row = {"series": series, "size": size, PER_UNIT: None} | _measured(command.format(size), Path(folder))
-            if rows and rows[-1]["series"] == series:
-                row[PER_UNIT] = (row["cpu_s"] - rows[-1]["cpu_s"]) / (size - rows[-1]["size"])
-            rows.append(row)
+            rows.append({"series": series, "size": size} | _measured(command.format(size), Path(folder)))
+    steps = pd.DataFrame(rows).groupby("series")[["cpu_s", "size"]].diff()
+    rows = records(pd.DataFrame(rows).assign(cpu_per_unit_s=steps["cpu_s"] / steps["size"]))
     content = {"schema_version": SCHEMA_VERSION, "kind": "scale", "command": "srbval bench --scale", "rows": rows}
     content |= {"made_utc": datetime.now(UTC).isoformat(timespec="seconds"), "git_revision": git_revision()}
     content |= {"computed_once": "times on one machine", "machine": this_machine() | {"load_before": load}}
