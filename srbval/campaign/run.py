@@ -6,7 +6,6 @@ killed campaign loses nothing that had ended.
 """
 
 import contextlib
-import csv
 import itertools
 import json
 import os
@@ -204,16 +203,13 @@ def write_results(folder: Path, table: CampaignTable, results: Mapping[str, Case
     Names of quantities end with their SI unit, others have none. A failed case has no quantities; a case without an
     intact result has no row. The same results give the same text. Raises `DataError` if the file cannot be written.
     """
+    import pandas
+
     rows = [row for row in result_rows(table, results) if row["status"] != MISSING]
     points = [key for case in table.cases for key in case.point]
     columns = dict.fromkeys(["case", "key", *points, "model", "status", "reason", *itertools.chain(*rows)])
-    with (
-        atomic_write(folder / RESULTS) as part,
-        part.open("w", newline="", encoding="utf-8", errors="replace") as stream,
-    ):
-        writer = csv.DictWriter(stream, columns)
-        writer.writeheader()
-        writer.writerows(rows)
+    with atomic_write(folder / RESULTS) as part:
+        pandas.DataFrame(rows, columns=[*columns], dtype=object).to_csv(part, index=False, errors="replace")
     return folder / RESULTS
 
 

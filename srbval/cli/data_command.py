@@ -7,16 +7,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import Fault
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
-from srbval.recordings import Origin, RecordingSettings, registry
+from srbval.recordings import RecordingSettings, registry
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.manifest import FileStatus, RegisteredRecording, manifest_path, without_copies
 from srbval.recordings.raw import printable
 from srbval.recordings.registry import RegisterListing, fetch
-from srbval.recordings.settings import ALIASES
+from srbval.recordings.settings import ALIASES, settings_of
 
 CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
@@ -45,11 +44,10 @@ def run(options: argparse.Namespace) -> int:
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Settings from the options that state something of a record."""
+    known = {field.name for field in dataclasses.fields(RecordingSettings)}
+    known -= {"band_hz", "auto_band"}  # of a command's own analysis; only `data add` keeps them
     given = {ALIASES.get(name, name): value for name, value in vars(options).items()}
-    named: dict[str, Any] = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
-    named["band_hz"] = named["auto_band"] = None  # of a command's own analysis; only `data add` keeps them
-    named |= {key: kind(named[key]) for key, kind in (("state", Fault), ("origin", Origin)) if named[key]}
-    return RecordingSettings(**named)
+    return settings_of({name: value for name, value in given.items() if name in known})
 
 
 def _act(options: argparse.Namespace) -> RegisterListing:
