@@ -59,12 +59,11 @@ class CampaignTable:
 
         return pandas.DataFrame(result_rows(self, read_results(self.folder, self)))
 
-    def to_xarray(self, *, signals: bool = False, inaccurate: bool = False) -> "xarray.Dataset":
+    def to_xarray(self, *, signals: bool = False) -> "xarray.Dataset":
         """Data set along ``case``: swept inputs and models as coordinates, status, reason and numbers as variables.
 
         With `signals` it has those of the results too, along ``time_s``, and the labels of their scenes; they are NaN
-        for cases that were refused or failed, and for inaccurate ones unless these are asked for. Raises `DataError`
-        if sampling rates differ.
+        for cases that were refused, failed or are inaccurate. Raises `DataError` if sampling rates differ.
         """
         results = read_results(self.folder, self)
         rows = result_rows(self, results)
@@ -79,7 +78,7 @@ class CampaignTable:
         data: xarray.Dataset = require_xarray().Dataset(columns, coordinates, about)
         if not signals:
             return data
-        accepted = {key for key, r in results.items() if r.usable and (inaccurate or r.status != RunStatus.INACCURATE)}
+        accepted = {key for key, r in results.items() if r.usable and r.status != RunStatus.INACCURATE}
         return data.merge(_signals_of(self, accepted))
 
 

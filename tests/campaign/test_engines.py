@@ -1,5 +1,6 @@
 """Every engine gives the same results, no case takes others with it, failures are one line, no port stands open."""
 
+import contextlib
 import errno
 import os
 import re
@@ -26,18 +27,20 @@ LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its proces
 TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
 
 
-def test_processes_of_this_machine_give_the_same(whole: Path, tmp_path: Path) -> None:
-    run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(jobs=2))
-    assert content(tmp_path) == content(whole)
+IN_THREADS = {"processes": False, "dashboard_address": "127.0.0.1:0"}  # a cluster within this process
 
 
-def test_a_cluster_of_dask_gives_the_same(whole: Path, tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": False, "dashboard_address": "127.0.0.1:0"}
-    with distributed.LocalCluster(**options) as cluster:
-        cluster.adapt(minimum=1, maximum=2)
-        found = run_campaign(small(axes=MIXED), tmp_path, engine=DaskEngine(cluster))
-    assert (found["engine"], found["done"]) == ("dask", 6)
+@pytest.mark.parametrize("name", ["local", "dask"])
+def test_every_engine_gives_the_same(name: str, whole: Path, tmp_path: Path) -> None:
+    with contextlib.ExitStack() as opened:
+        engine: Any = choose_engine(jobs=2)
+        if name == "dask":
+            kind = pytest.importorskip("distributed").LocalCluster
+            cluster = opened.enter_context(kind(n_workers=2, threads_per_worker=1, **IN_THREADS))
+            cluster.adapt(minimum=1, maximum=2)
+            engine = choose_engine(scheduler=cluster)
+        found = run_campaign(small(axes=MIXED), tmp_path, engine=engine)
+    assert (found["engine"], found["done"]) == (name, 6)
     assert content(tmp_path) == content(whole)
 
 
@@ -187,7 +190,7 @@ def count_running(task: Any) -> Any:
 def test_dask_counts_the_memory_of_cases(worker_bytes: float, at_once: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three threads of a worker take as many cases as fit into its memory; one that needs more than that runs alone."""
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 1, "threads_per_worker": 3, "processes": False, "dashboard_address": "127.0.0.1:0"}
+    options = {"n_workers": 1, "threads_per_worker": 3, **IN_THREADS}
     resources = {"memory": worker_bytes} if worker_bytes else None
     monkeypatch.setattr("srbval.campaign.engines.run_isolated", count_running)
     RUNNING.update(now=0, most=0)

@@ -32,8 +32,8 @@ def plot(of: Any, ax: Any = None, **options: Any) -> Any:
     """Draw an object onto matplotlib axes, by default onto new ones of pyplot, and return the axes.
 
     A recording or a run: its signal in time. An analysis: its envelope spectrum with the lines, and with those of a
-    `healthy` analysis of the same band. A spectrum: up to `end_hz`. A diagnosis: the probabilities. A bearing: the
-    orders of its lines with `harmonics`. A validation: the errors with their uncertainties.
+    `healthy` analysis of the same band. A diagnosis: the probabilities. A bearing: the orders of its lines. A
+    validation: the errors with their uncertainties.
     """
     with figure_style():
         if ax is None:
@@ -69,8 +69,8 @@ def _analysis(of: Analysis, axes: Any, healthy: Analysis | None = None) -> None:
 
 
 @_draw.register
-def _spectrum(of: Spectrum, axes: Any, end_hz: float | None = None) -> None:
-    end = end_hz or float(of.frequency_hz[-1])
+def _spectrum(of: Spectrum, axes: Any) -> None:
+    end = float(of.frequency_hz[-1])
     axes.plot(*style.plotted(of.frequency_hz, of.amplitude, end, style.BINS_SHOWN), color=BLUE, lw=0.8)
     axes.set(xlabel="Frequency, Hz", ylabel="Amplitude", xlim=(0, end))
 
@@ -84,10 +84,9 @@ def _diagnosis(of: Diagnosis, axes: Any) -> None:
 
 
 @_draw.register
-def _bearing(of: Bearing, axes: Any, harmonics: int = 3) -> None:
+def _bearing(of: Bearing, axes: Any) -> None:
     for name, order in vars(of.orders).items():
-        shown = [order * harmonic for harmonic in range(1, harmonics + 1)]
-        axes.plot(shown, [name.upper()] * len(shown), "o-", color=BLUE, lw=0.8)
+        axes.plot([order, 2 * order, 3 * order], [name.upper()] * 3, "o-", color=BLUE, lw=0.8)
     axes.set(xlabel=f"Shaft orders of the lines of {of.name}", xlim=(0, None))
 
 
