@@ -5,6 +5,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,18 +40,14 @@ MOST_ROWS = 10  # printed for a channel, evenly spaced, beside the last and the 
 SINGLE_ONLY = ("plot", "defect", "all")  # options that belong to a single file
 
 
-def request_of(options: argparse.Namespace, file: str = "") -> RecordRequest:
-    """Request for a file, as the options state."""
+def request_of(options: argparse.Namespace) -> RecordRequest:
+    """Request for any file, as the options state."""
+    alike = ("bearing", "auto_band", "one_band", "healthy", "healthy_scale")
     return RecordRequest(
-        file=file,
+        **{name: value for name in alike if (value := getattr(options, name, None)) is not None},
         settings=recording_settings(options),
-        bearing=options.bearing,
         largest_slip_pct=options.cage_slip,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
-        auto_band=getattr(options, "auto_band", False),
-        one_band=getattr(options, "one_band", False),
-        healthy=getattr(options, "healthy", None),
-        healthy_scale=getattr(options, "healthy_scale", None),
     )
 
 
@@ -95,7 +92,7 @@ def _run_one(options: argparse.Namespace) -> int:
         from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
         check_plot(Path(options.plot))
-    reading = records.read_record(request_of(options, options.files[0]))
+    reading = records.read_record(replace(request_of(options), file=options.files[0]))
     for caution in reading.cautions:
         print(f"srbval: {caution}", file=sys.stderr)
     if options.plot:
