@@ -145,7 +145,7 @@ def test_both_race_lines_close_on_the_number_of_rollers():
 @pytest.mark.parametrize(
     ("changes", "options", "error", "says"),
     [
-        ({"speed": None}, {}, ConfigurationError, "--rpm"),
+        ({"speed": None}, {}, ConfigurationError, "rpm="),
         ({}, {"band_hz": (5000.0, 11_000.0)}, ConfigurationError, "Nyquist"),
         ({"channels": {"vibration": np.full(20_000, 9.81)}}, {}, DataError, "constant"),
         ({"channels": {"vibration": impulses(100.0)[:3000]}}, {}, DataError, "revolutions"),
