@@ -63,7 +63,6 @@ if TYPE_CHECKING:
 LEAST_POOLED = 2.0  # turns of a record that is pooled with others, for its noise to be read between the lines
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
 LEVELS = ("rms", "peak", "band_rms")  # of a row of features, in the unit of the record
-IN_NAMES = {"-": "_minus_", "+": "_plus_"}  # of sidebands, as BPFI-fr
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
 
@@ -393,6 +392,7 @@ def record_features(
             rows += map(feature_row, answer)
         elif answer in shown:
             rows.append({"file": answer.file, "reason": str(answer.error).removeprefix(f"{answer.file}: ")})
+    rows = json.loads(json.dumps(rows, ensure_ascii=False).encode("utf-8", "replace"))  # names that no text can have
     return pandas.DataFrame(rows, columns=list(dict.fromkeys(k for row in sorted(rows, key=len)[::-1] for k in row)))
 
 
@@ -414,7 +414,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
         row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVELS}
     row |= {"crest_factor": found["crest"]} | {key: found[key] for key in ("kurtosis", "velocity_rms_mm_s")}
     for line in document["lines"]:
-        name = re.sub("[-+]", lambda sign: IN_NAMES[sign[0]], line["name"].lower())
+        name = line["name"].lower().replace("-", "_minus_").replace("+", "_plus_")  # of sidebands, as BPFI-fr
         row |= {f"{name}_harmonic_{line['harmonic']}_{key}": line[key] for key in ("snr", "depth")}
         if line["snr"] is None:
             missing.append(f"{line['harmonic']} x {line['name']}: {line['not_detected']}")
