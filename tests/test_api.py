@@ -148,7 +148,7 @@ srbval.load_campaign("speeds").to_xarray(signals=True).acceleration_y_m_s2.std("
 
 
 def test_a_session_in_a_notebook(tmp_path, monkeypatch):
-    """As somebody types it who guesses every name, in an empty folder; every line is a value or shows one."""
+    """Run a session of a user who guesses every name, in an empty folder; every line is a value or shows one."""
     monkeypatch.chdir(tmp_path)
     speeds = (
         'name = "speeds"\noutputs = ["acceleration"]\nscene = { model = "planar", duration = "5 ms", settle = "0 s" }\n'

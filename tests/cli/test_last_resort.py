@@ -136,7 +136,7 @@ LATEST_S = 2.0  # after the start: by then every command has begun its work, or 
 
 
 def answer_signals() -> None:
-    """What a shell runs in the background ignores Ctrl-C, and what it starts would inherit that."""
+    """Answer Ctrl-C, which a shell makes its background processes, and all that these start, ignore."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

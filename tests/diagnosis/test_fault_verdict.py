@@ -290,7 +290,7 @@ RECORDS = 40 if os.environ.get("SRBVAL_TESTS") == "all" else 3
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_probabilities_table_and_headline_are_one_whatever_the_record(kind):
-    """Of planted faults none is called another part or two; of two that are each named alone both, in four of five."""
+    """No planted fault is called another part, or two parts; four of five records of two strong faults name both."""
     (make, parts), speed = KINDS[kind], SPEEDS.get(kind, (1500.0, 0.0))
     found = Counter[str]()
     for number in range(RECORDS):

@@ -303,7 +303,7 @@ def test_a_drifting_shaft_is_followed_by_the_comb_and_said(course, span_pct, lin
 
 @pytest.mark.parametrize("hz", [90.0, 140.0, 240.0, 590.0])
 def test_a_tone_without_noise_says_nothing_of_the_shaft(hz):
-    """What its envelope contains is rounding; a course that brings out no fault line is not believed."""
+    """The envelope of a tone contains rounding alone; a course that brings out no fault line is not believed."""
     tone = np.sin(2 * np.pi * hz * np.arange(4 * int(FS_HZ)) / FS_HZ)
     plain = record(shaft_hz=1797 / 60, fault=False)
     found = analyse(

@@ -48,7 +48,7 @@ def built(root: Path) -> Any:
 
 
 def test_facts_of_a_set_are_those_of_the_recordings(tmp_path: Path) -> None:
-    """What the set states is used, what it does not is asked for, and the user's word goes over it."""
+    """Statements of the set are used, missing ones are asked for, and statements of the user replace them."""
     dataset = built(tmp_path)
     first, far, healthy = srbval.dataset_recordings(dataset, unit="g")
     np.testing.assert_allclose(first.channels["DE"], 9.80665 * NOISE[0], rtol=1e-6)
