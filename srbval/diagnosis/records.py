@@ -399,8 +399,8 @@ def record_features(
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     """Row of the table for a document of `answers_of`; None for what could not be computed, for the `reason`.
 
-    Of the harmonics of each line: the height over the noise beside it (`snr`, power) and the modulation `depth` of the
-    squared envelope at that place, whether the line is detected or not.
+    Each harmonic of a line has its height over the noise beside it (`snr`, power) and its modulation `depth` of the
+    squared envelope, whether the line is detected or not.
     """
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]

@@ -31,7 +31,7 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 def features_of(analysis: Analysis) -> dict[str, Any]:
     """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`.
 
-    Those of a long record are of all its parts but for the RMS in the band, of the part whose lines stand for it.
+    A long record has the features of the whole, except the RMS in the band of the part that its lines come from.
     """
     recording, done = analysis.recording, analysis.processed
     band_hz = (SLOW_HZ if 60 * analysis.speed.value_hz < SLOW_RPM else FAST_HZ, HIGHEST_HZ)

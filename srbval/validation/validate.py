@@ -126,11 +126,11 @@ class Validation(Shown):
         return f"<Validation of {self.case.title!r}: {self.headline}>"
 
     def to_frame(self) -> pd.DataFrame:
-        """The table."""
+        """Table of the comparison, one row for each pair and quantity."""
         return self.table
 
     def summary_table(self) -> tuple[str, list[Row]]:
-        """The table for a notebook."""
+        """Headline and rows of the comparison, for a notebook."""
         return self.headline, self.table.drop(columns=["parts", "simulated_hz", "measured_hz"]).to_dict("records")
 
     def to_html(self) -> str:
