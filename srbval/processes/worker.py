@@ -17,15 +17,28 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future, wait
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from srbval.processes.machine import is_single_threaded
 from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
 END_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
+SIGNAL_S = 0.5  # the longest time for which a wait ignores a signal
+
+Result = TypeVar("Result")
+
+
+def result_of(future: Future[Result]) -> Result:
+    """Wait for a future and return its result; a signal interrupts the wait within `SIGNAL_S` [s].
+
+    `Future.result` ignores a signal that arrives just before it starts to wait, until the future is done.
+    """
+    while not wait([future], SIGNAL_S).done:
+        pass
+    return future.result()
 
 
 @contextlib.contextmanager

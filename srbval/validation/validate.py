@@ -20,6 +20,7 @@ from srbval.comparison.comparison import Row, Verdict, comparison_frame, plain_f
 from srbval.comparison.table6 import sum_rule
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.processes.machine import usable_cores
+from srbval.processes.worker import result_of
 from srbval.progress import Progress, silent
 from srbval.recordings.registry import RecordSource
 from srbval.storage.stored_result import newest_result
@@ -205,9 +206,9 @@ def _in_order(function: Callable[[Item], Result], items: Iterable[Item], jobs: i
         for item in items:
             waiting.append(pool.submit(function, item))
             if len(waiting) >= jobs:
-                yield waiting.popleft().result()
+                yield result_of(waiting.popleft())
         while waiting:
-            yield waiting.popleft().result()
+            yield result_of(waiting.popleft())
 
 
 def _compared(number: int, pair: CasePair, case: Case, effects: Effects, progress: Progress) -> PairReading:

@@ -4,7 +4,8 @@ import os
 import signal
 import subprocess
 import sys
-from concurrent.futures import CancelledError
+import threading
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -159,3 +160,23 @@ def test_the_last_to_leave_restores_what_was_before_the_first_came():
         assert threads() == {1}
         second.__exit__(None, None, None)
         assert threads() == {2}
+
+
+def test_a_signal_that_does_not_wake_the_main_thread_ends_its_wait():
+    """Python runs a handler in the main thread only, which sleeps on if another thread is given the signal."""
+
+    def interrupt(*_):
+        raise InterruptedError
+
+    before = signal.signal(signal.SIGUSR1, interrupt)
+    with ThreadPoolExecutor() as pool:
+        done = threading.Event()
+        signalled = pool.submit(lambda: (done.wait(1.0), signal.pthread_kill(threading.get_ident(), signal.SIGUSR1)))
+        try:
+            with pytest.raises(InterruptedError):
+                worker.result_of(asleep := pool.submit(done.wait, 20.0))
+            assert signalled.result()
+            assert not asleep.done()
+        finally:
+            done.set()
+            signal.signal(signal.SIGUSR1, before)
