@@ -29,7 +29,7 @@ LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
 SPIN_TOLERANCE = 0.05  # by which a published BSF may be above that of a contact angle of 0
 FTF_TOLERANCE = 0.02  # by which a published FTF may differ from BPFO over the number of elements
-LEAST_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
+MIN_CIRCLE_FILL = 0.25  # of the pitch circle that the elements fill: built are 0.45 to 0.9
 MOST_SUGGESTED = 4
 INLINE = {  # what a name may state in place of a file, with the units
     "elements": {"rolling_elements": "", "element_diameter": " mm", "pitch_diameter": " mm", "contact_angle": " deg"},
@@ -161,7 +161,7 @@ def known_bearings() -> tuple[str, ...]:
 
 def find_bearings(text: str) -> tuple[Bearing, ...]:
     """Known bearings that `text` designates, or with each of its words in name, title or source; all for no text."""
-    if designated := _designated(text):
+    if designated := _match_designation(text):
         return tuple(map(load_bearing, designated))
     found = (load_bearing(name) for name in known_bearings())
     words = text.casefold().split()
@@ -179,11 +179,11 @@ def load_bearing(name_or_path: Bearing | str | Path) -> Bearing:
     if isinstance(name_or_path, Bearing):
         return name_or_path
     path = Path(name_or_path)
-    return _of_file(path, read_limited(path)) if path.suffix == ".toml" else _named(str(name_or_path))
+    return _read_bearing_file(path, read_limited(path)) if path.suffix == ".toml" else _find_bearing(str(name_or_path))
 
 
 @lru_cache(maxsize=16)
-def _of_file(path: Path, content: bytes) -> Bearing:
+def _read_bearing_file(path: Path, content: bytes) -> Bearing:
     document = parse_toml(content, path)
     if isinstance(document.get("bearing"), dict):  # a machine's file contains it among other things
         document = {"title": document.get("title")} | document["bearing"]
@@ -192,15 +192,15 @@ def _of_file(path: Path, content: bytes) -> Bearing:
 
 
 @cache
-def _named(text: str) -> Bearing:
+def _find_bearing(text: str) -> Bearing:
     """The bearing that a name, a designation or numbers mean: a campaign asks for it ten times a case."""
     if text.partition(" ")[0] in INLINE:
-        return bearing_from_table(_inline(text), text)
+        return bearing_from_table(_parse_inline(text), text)
     if text in catalogue_rows():
         return bearing_from_table(catalogue_rows()[text], text)
     if text in known_bearings():
         return bearing_from_table(read_toml(FOLDER / "known" / f"{text}.toml"), text)
-    if designated := _designated(text):
+    if designated := _match_designation(text):
         found = load_bearing(designated[0])
         return dataclasses.replace(found, title=f"{text.strip()}, taken as {found.title}")
     raise UnknownNameError(
@@ -222,7 +222,7 @@ def _printed_names() -> tuple[tuple[str, Designation], ...]:
     return tuple((name, one) for name, one in found if one is not None)
 
 
-def _designated(text: str) -> list[str]:
+def _match_designation(text: str) -> list[str]:
     """Names of the known bearings that a printed designation names: of its maker first, then as the table has them."""
     printed = read_designation(text)
     for alike in printed.alike if printed else ():
@@ -257,7 +257,7 @@ def bearing_from_table(table: Mapping[str, Any], name: str, where: str = "") -> 
     return bearing if file.largest_slip_pct is None else bearing.with_slip(file.largest_slip_pct)
 
 
-def _inline(text: str) -> Mapping[str, Any]:
+def _parse_inline(text: str) -> Mapping[str, Any]:
     """The table that a file of this bearing would hold, from ``elements Z,D,DP,ANGLE`` or the orders."""
     kind, _, numbers = text.partition(" ")
     units, words = INLINE[kind], [word.strip() for word in numbers.split(",")]
@@ -272,11 +272,11 @@ def _inline(text: str) -> Mapping[str, Any]:
         count, diameter, pitch, _ = values.values()
         if not count.is_integer():
             raise ConfigurationError(f"{text!r}: the number of rolling elements of one row, {count:g}, must be whole.")
-        if pitch > 0 and (fill := count * diameter / (math.pi * pitch)) < LEAST_FILL:
+        if pitch > 0 and (fill := count * diameter / (math.pi * pitch)) < MIN_CIRCLE_FILL:
             raise ConfigurationError(
                 f"{text!r}: {count:g} elements of {diameter:g} mm fill {fill:.0%} of a circle of {pitch:g} mm; at "
-                f"least {LEAST_FILL:.0%} are expected. Give number of one row, diameter of an element, diameter (no "
-                "radius) of the pitch circle, in mm."
+                f"least {MIN_CIRCLE_FILL:.0%} are expected. Give the number in one row, the diameter of an element and "
+                "the diameter (not the radius) of the pitch circle, in mm."
             )
         table: dict[str, Any] = {name: f"{values[name]!r}{unit}" for name, unit in units.items() if unit}
         table["rolling_elements"] = int(count)
@@ -299,10 +299,10 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
-    return {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
+    return {row["name"]: _read_catalogue_row(row, sources) for row in read_table("catalogue.csv")}
 
 
-def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
+def _read_catalogue_row(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
     kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", PublishedOrders)
     keys = {without_unit(field) for field in dataclasses.fields(cls)}
     filled = {key: value for key, value in row.items() if key in keys and value}

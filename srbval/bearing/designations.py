@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 SIZE = re.compile(r"(?<!\d)\d{3,6}(?!\d)")
-GLUED = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # seals after the size without a hyphen, as in 62052RS
+SEALS_WITHOUT_HYPHEN = re.compile(r"\b(6[0-4]\d\d)2(?=rs|z)")  # seals after the size without a hyphen, as in 62052RS
 CYLINDRICAL = ("nu", "nj", "n", "nup")  # of one maker and size they have the same rollers
-UNITS = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
+HOUSED_UNIT_TYPES = {"ucp", "ucf", "ucfl", "ucfc", "ucpa", "uct"}  # housings with an insert UC
 MATERIALS = {"s", "ss", "e2"}  # stainless steel, low friction
 INSERTS = {"uc", "uer", "er", "uk"}  # ball bearings for housings
 NEEDLES = {"hk", "bk", "na", "nk", "rna"}
-TYPES = {*CYLINDRICAL, *UNITS, *MATERIALS, *INSERTS, *NEEDLES, "nn", "sl", "qj", "t"}
-ANGLE = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball bearing
+TYPES = {*CYLINDRICAL, *HOUSED_UNIT_TYPES, *MATERIALS, *INSERTS, *NEEDLES, "nn", "sl", "qj", "t"}
+CONTACT_ANGLE_MARK = re.compile(r"ac|a5|[abc]|")  # of an angular contact ball bearing
 
 
 class Designation(NamedTuple):
@@ -53,7 +53,7 @@ class Designation(NamedTuple):
 
 def read_designation(text: str) -> Designation | None:
     """Designation in `text`, in any case; None for a text that does not begin with words and a size."""
-    plain = GLUED.sub(r"\1-2", text.casefold().replace("_", " "))
+    plain = SEALS_WITHOUT_HYPHEN.sub(r"\1-2", text.casefold().replace("_", " "))
     found = SIZE.search(plain)
     if found is None:
         return None
@@ -63,11 +63,11 @@ def read_designation(text: str) -> Designation | None:
     if len(kinds) > 1 or not all(map(str.isalpha, maker)):
         return None
     kind, number, mark = "".join(kinds), found.group(), ""
-    kind = "uc" if kind in UNITS else "" if kind in MATERIALS else kind
+    kind = "uc" if kind in HOUSED_UNIT_TYPES else "" if kind in MATERIALS else kind
     if kind in CYLINDRICAL:
         mark = "e" * rest.startswith("e")
     elif not kind and number[0] == "7" and len(number) == 4:
-        mark = ANGLE.match(rest).group()  # type: ignore[union-attr]  # it matches nothing, too
+        mark = CONTACT_ANGLE_MARK.match(rest).group()  # type: ignore[union-attr]  # it matches nothing, too
     elif number[0] == "6":
         mark = "etn" * rest.startswith("etn")
     elif not kind and len(number) == 3:

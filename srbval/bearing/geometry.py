@@ -10,9 +10,9 @@ from srbval.storage.tables import Limited, limited, quantity
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
 # A printed roller diameter may differ by this share from the gap between the raceways; play is far smaller than that.
-FIT = 0.05
-LEAST_OSCULATION = 0.8  # built are 0.96 to 0.99
-SLIMMEST = 0.85  # of the printed diameter: that share less, and the play that a scene may ask for
+FIT_TOLERANCE = 0.05
+MIN_OSCULATION = 0.8  # built are 0.96 to 0.99
+MIN_ROLLER_SHARE = 0.85  # of the printed diameter: that share less, and the play that a scene may ask for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +39,8 @@ class SphericalRollerGeometry(Limited):
     rollers_per_row: int = limited(least=1, default=0)
     outer_diameter_m: float = quantity("length", above=0)
     width_m: float = quantity("length", above=0)
-    outer_osculation: float = limited(least=LEAST_OSCULATION, most=1, default=1.0, compare=False)
-    inner_osculation: float = limited(least=LEAST_OSCULATION, most=1, default=1.0, compare=False)
+    outer_osculation: float = limited(least=MIN_OSCULATION, most=1, default=1.0, compare=False)
+    inner_osculation: float = limited(least=MIN_OSCULATION, most=1, default=1.0, compare=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -59,18 +59,18 @@ class SphericalRollerGeometry(Limited):
                 f"{self.roller_centre_distance_m:.6g} m, and half the outer diameter, "
                 f"{self.outer_diameter_m / 2:.6g} m."
             )
-        if not abs(self.zero_play_diameter_m / self.roller_diameter_m - 1) <= FIT:
+        if not abs(self.zero_play_diameter_m / self.roller_diameter_m - 1) <= FIT_TOLERANCE:
             raise ConfigurationError(
                 f"the raceways leave a gap of {self.zero_play_diameter_m:.6g} m for rollers of "
-                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT:.0%}. The inner profile's centre usually "
-                f"mirrors the outer one: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
+                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT_TOLERANCE:.0%}. Usually the centres of "
+                f"the two profiles mirror each other: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
                 f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
             )
         raceway, roller = self.raceway_radius_m, self.roller_diameter_m / 2
         lower = raceway - math.sqrt(max(0.0, raceway**2 - (self.roller_width_m / 2) ** 2))  # the ends of the barrel
         inner = self.inner_centre_radial_m - raceway * math.cos(CIRCLES[0] * self.tilt_rad)
         outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
-        if not (lower < SLIMMEST * roller < SLIMMEST**2 * outer and inner > 0):
+        if not (lower < MIN_ROLLER_SHARE * roller < MIN_ROLLER_SHARE**2 * outer and inner > 0):
             raise ConfigurationError(
                 f"rollers of {roller:.6g} m radius, {lower:.6g} m less at their ends, do not fit between raceways of "
                 f"{inner:.6g} m and {outer:.6g} m: all must be above zero, and the rollers the smaller."

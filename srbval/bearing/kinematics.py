@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
-MOST = 1000  # rolling elements of a row, and passages per shaft revolution
+MAX_ORDER = 1000  # rolling elements of a row, and passages per shaft revolution
 MOST_ROWS = 4
 
 
@@ -21,10 +21,10 @@ class FaultOrders(Limited):
     spin, so its line is ``2xBSF``. `bpfo` + `bpfi` is the number of rolling elements of a row.
     """
 
-    bpfo: float = limited(above=0, most=MOST)
-    bpfi: float = limited(above=0, most=MOST)
-    bsf: float = limited(above=0, most=MOST)
-    ftf: float = limited(above=0, most=MOST)
+    bpfo: float = limited(above=0, most=MAX_ORDER)
+    bpfi: float = limited(above=0, most=MAX_ORDER)
+    bsf: float = limited(above=0, most=MAX_ORDER)
+    ftf: float = limited(above=0, most=MAX_ORDER)
 
     @classmethod
     def from_dimensions(

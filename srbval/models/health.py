@@ -23,7 +23,7 @@ from srbval.models.outputs import DEEPEST_M
 from srbval.models.run import RunStatus, RunSummary, bearing_of_run
 from srbval.scene import LoadPath, RollerFit, paper_scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
-from srbval.scene.scene import step_text
+from srbval.scene.scene import describe_step
 
 # In the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
 # their length. 31 truths are at 0.979 or below, the others at 0.985 or above.
@@ -271,7 +271,7 @@ def _finer(run: RunSummary, times: int = 2) -> str:
     steps = times * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:
         steps = math.ceil(1 / (rate * run.step_limit_s))
-    return step_text(rate * ((steps - 1) * level.coarser + 1))  # the longest that the level makes so many steps of
+    return describe_step(rate * ((steps - 1) * level.coarser + 1))  # the longest that the level makes so many steps of
 
 
 @cache

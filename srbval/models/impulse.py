@@ -58,7 +58,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
         time_s, race, angle = _passages(scene, number, ring.motion, ring.kernel.rollers, samples)
         outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
-            hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
+            hit = race == ring.kernel.defects[table, ring_kernel.BUMP_KIND] % 2
             _add(ring, table, time_s[hit], outwards[hit], balance, of_defect)
         force += of_defect
     return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), ring.damping_ns_m(balance), force)

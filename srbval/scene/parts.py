@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.bearing.geometry import LEAST_OSCULATION
+from srbval.bearing.geometry import MIN_OSCULATION
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity
 
@@ -111,8 +111,8 @@ class LineContact(Limited):
     traction: Traction
     traction_slope: float = limited(least=1e-3, most=1e3)
     traction_limit: float = limited(least=1e-4, most=1)
-    outer_osculation: float | None = limited(least=LEAST_OSCULATION, most=1, default=None)
-    inner_osculation: float | None = limited(least=LEAST_OSCULATION, most=1, default=None)
+    outer_osculation: float | None = limited(least=MIN_OSCULATION, most=1, default=None)
+    inner_osculation: float | None = limited(least=MIN_OSCULATION, most=1, default=None)
 
 
 class LoadPath(enum.StrEnum):

@@ -15,24 +15,24 @@ import numpy as np
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError, UnknownNameError, nearest
 from srbval.scene.parts import LoadPath
-from srbval.scene.scene import MOST_DEFECTS, Scene
+from srbval.scene.scene import MAX_DEFECTS, Scene
 from srbval.storage.tables import SI_SUFFIX, build, nested, read_toml
 
-PAPER = "paper"
-BUNDLED = (PAPER, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
-LAID_OVER = {"rig-oil": "rig"}  # a bundled scene that is laid over another one
+PAPER_SCENE = "paper"
+BUNDLED = (PAPER_SCENE, "rig", "rig-oil")  # the scenes that come with the package, each a file beside this one
+BASE_SCENES = {"rig-oil": "rig"}  # a bundled scene that is laid over another one
 DRILL = "2 mm"  # section 3.2
 NO_PATH = "none"
 DRAWS_SEED = 17
 BUNDLED_PATHS = {NO_PATH: "", "rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
-SAME = 1e-9  # sizes nearer than this are one
+SIZE_TOLERANCE = 1e-9  # sizes nearer than this are one
 # Power of the size that a value of a similar machine goes with, by the end of its name, the first that fits: lengths
 # and stiffnesses with the size, forces and dampings with its square, masses with its cube.
-POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
+SIZE_POWERS = {"_ns_m": 2, "_n_m": 1, "_kg": 3, "_n": 2, "_m": 1}
 # A bearing in its machine: nothing carries the load past it, neither the spring nor the damper beside it.
 IN_ITS_MACHINE: dict[str, Any] = {"load": {"path": "bearing"}, "housing": {"damping": "0 Ns/m"}}
 # The joints of a machine of another size damp it like those of the rig: see `rig_inputs.toml`.
-JOINTS: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
+JOINT_DAMPING: dict[str, Any] = {"housing": {"damping": "3.1e4 Ns/m"}}
 # Ball and cylindrical roller bearings have the rig's drilled hole too, scaled with the bearing.
 NOT_SPHERICAL = IN_ITS_MACHINE | {"model": "planar", "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}}
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
@@ -63,7 +63,7 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
     given = scene_table(path)
     over = _spelled_out(changes or {})
     if str(path) in BUNDLED:  # a bundled scene is written for its bearing, a user's file for the user's
-        return _scene(over, str(path), merge(bundled_table(PAPER), given))
+        return _scene(over, str(path), merge(bundled_table(PAPER_SCENE), given))
     return _scene(merge(given, over), str(path))
 
 
@@ -86,9 +86,9 @@ def _named_table(what: str, name: str, bundled: Mapping[str, str], folder: str |
 
 @cache
 def bundled_table(name: str) -> Mapping[str, Any]:
-    """A TOML file of this folder, laid over another one if `LAID_OVER` states it; read only."""
+    """A TOML file of this folder, laid over another one if `BASE_SCENES` states it; read only."""
     table = read_toml(Path(__file__).with_name(f"{name}.toml"))
-    return merge(bundled_table(LAID_OVER[name]), table) if name in LAID_OVER else table
+    return merge(bundled_table(BASE_SCENES[name]), table) if name in BASE_SCENES else table
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -119,7 +119,7 @@ def for_bearing(base: Mapping[str, Any], name: object, path: object = None) -> M
         return merge(base, WITHOUT_DIMENSIONS)
     if same or bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return machine if path == LoadPath.BEARING else base
-    table = base if path == LoadPath.HOUSING else merge(machine, JOINTS)
+    table = base if path == LoadPath.HOUSING else merge(machine, JOINT_DAMPING)
     table = merge(base, NOT_SPHERICAL) if bearing.geometry is None else table
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
@@ -131,7 +131,7 @@ def size_of(bearing: Bearing) -> float | None:
 
 
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
-    """Changes of the table of `base` for a bearing `size` times as large at the same shaft speed, in SI; see `POWERS`.
+    """Scale the values of `base` to a bearing `size` times as large at the same shaft speed, see `SIZE_POWERS`.
 
     Times of elastic bodies, and with them the step, go with the size; stresses and the friction law's velocity stay
     (dimensional analysis with the same materials; Bridgman 1922). The housing of a bearing that is not `spherical` has
@@ -140,11 +140,11 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     table: dict[str, Any] = {part: {} for part in ("load", "contact", "housing", "bodies", "defect")}
     for part, changes in table.items():
         for key, value in vars(getattr(base, part)).items():
-            power = next((power for end, power in POWERS.items() if key.endswith(end)), 0)
+            power = next((power for end, power in SIZE_POWERS.items() if key.endswith(end)), 0)
             if power and value:
                 changes[key] = value * size**power
     if spherical:
-        steps = max(1, math.ceil(base.steps_per_output / size - SAME))
+        steps = max(1, math.ceil(base.steps_per_output / size - SIZE_TOLERANCE))
         return table | {"solver": {"step_s": 1 / (base.output_rate_hz * steps)}}
     mass_kg, stiffness_n_m = base.housing.mass_kg * size**3, base.housing.stiffness_n_m * size
     damping = 2 * DAMPING_RATIO * math.sqrt(mass_kg * stiffness_n_m)
@@ -154,12 +154,12 @@ def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
 def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None = None) -> Scene:
     load = table.get("load")
     path = load.get("path") if isinstance(load, Mapping) else None
-    base = for_bearing(_with_oil(base or bundled_table(PAPER)), table.get("bearing"), path)
+    base = for_bearing(_with_oil(base or bundled_table(PAPER_SCENE)), table.get("bearing"), path)
     merged = _with_oil(merge(base, table))
     further = merged.get("further_defects", [])
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
-        if len(further) >= MOST_DEFECTS:
-            raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MOST_DEFECTS}.")
+        if len(further) >= MAX_DEFECTS:
+            raise ConfigurationError(f"{where}: {1 + len(further)} defects; the limit is {MAX_DEFECTS}.")
         merged["further_defects"] = [
             _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
         ]

@@ -19,7 +19,7 @@ MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be in
 MOST_STEPS = 1e11  # of a run, settling included; a week of computing or more
 MOST_JITTER = 10.0  # passages out of all order
 MOST_CAGE_SLIP = 0.5
-MOST_DEFECTS = 20  # each with a table of its own, which takes seconds to make
+MAX_DEFECTS = 20  # each with a table of its own, which takes seconds to make
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +30,7 @@ class SolverSettings(Limited):
     step_s: float = quantity("time", above=0)
 
 
-def step_text(steps_per_s: float) -> str:
+def describe_step(steps_per_s: float) -> str:
     """A step as a fraction of a second and as `step_s` takes it, to within `STEP_TOLERANCE`."""
     return f"1/{steps_per_s:.10g} s ({1 / steps_per_s:.8g})"
 
@@ -74,8 +74,8 @@ class Scene(Limited):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if len(self.further_defects) >= MOST_DEFECTS:
-            raise ConfigurationError(f"scene: {1 + len(self.further_defects)} defects; the limit is {MOST_DEFECTS}.")
+        if len(self.further_defects) >= MAX_DEFECTS:
+            raise ConfigurationError(f"scene: {1 + len(self.further_defects)} defects; the limit is {MAX_DEFECTS}.")
         if self.line_contact.traction is Traction.FILM and self.oil is None:
             raise ConfigurationError('line_contact traction = "film" needs a table [oil], for example iso_vg = 150.')
         for profile in (self.speed_profile, self.load_profile):
@@ -97,11 +97,11 @@ class Scene(Limited):
             raise ConfigurationError(
                 f"step_s = {settings.step_s:g} makes {steps:.3g} steps per output and {long:.3g} in all; the limits "
                 f"are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: "
-                + (f"the shortest step here is {step_text(most * rate)}." if most else "take a shorter run.")
+                + (f"the shortest step here is {describe_step(most * rate)}." if most else "take a shorter run.")
             )
         if round(steps) < 1 or abs(steps / round(steps) - 1) > STEP_TOLERANCE:
             below = math.floor(steps)
-            fit = ", ".join(step_text(n * rate) for n in sorted({1, max(1, below), below + 1}))
+            fit = ", ".join(describe_step(n * rate) for n in sorted({1, max(1, below), below + 1}))
             raise ConfigurationError(
                 f"the output interval 1/{rate:g} s is {steps:.6g} steps of {settings.step_s:g} s; it must be a whole "
                 f"number: change step or output_rate. Steps that fit, the longest and those near this one: {fit}."

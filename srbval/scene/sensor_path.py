@@ -15,7 +15,7 @@ from srbval.storage.tables import Limited, limited, quantity
 SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
 BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # the same: simulated and measured signals
 HALF_THIRD_OCTAVE = 10**0.05  # from a band's middle to either edge
-MOST_GAPS = 1e-3  # relative: as near as the middle of one band must be to the next one's
+MAX_BAND_GAP = 1e-3  # relative: as near as the middle of one band must be to the next one's
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class SensorPath(Limited):
                 f"{len(self.u_db)} u_db; give each band one of each (u_db may be left out)."
             )
         steps = np.diff(np.log10(self.frequency_hz))
-        if np.any(np.abs(10 * steps - 1) > MOST_GAPS):
+        if np.any(np.abs(10 * steps - 1) > MAX_BAND_GAP):
             raise ConfigurationError(
                 "sensor_path frequency_hz must be the middles of adjoining third octaves, each 10^0.1 = 1.2589 times "
                 f"the one before: {', '.join(f'{one:g}' for one in self.frequency_hz)} Hz."

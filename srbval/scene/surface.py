@@ -16,7 +16,7 @@ from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.storage.tables import Limited, limited, quantity, read_toml
 
-HALF = math.sqrt(math.log(2) / math.pi)  # a profile filter lets half of its cut-off's wave pass, ISO 16610-21
+FILTER_CONSTANT = math.sqrt(math.log(2) / math.pi)  # halves a wave as long as the filter's cut-off, ISO 16610-21
 RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normal heights
 SHORTEST_M, LONGEST_M = 1e-4, 1.0  # of waves: a tenth of a contact's length along the race; a race's circumference
 MOST_HEIGHT_M = 1e-4  # RMS
@@ -84,11 +84,11 @@ class Surface(Limited):
         ra_um, settings = float(table["ra_um"][self.roughness_class]), table["settings"]["rows"]
         cutoff_mm, finest_mm = next((cutoff, finest) for most, cutoff, finest in settings if ra_um <= most)
         length = np.geomspace(finest_mm * 1e-3 / 5, 100 * cutoff_mm * 1e-3, 20_001)
-        kept = (1 - _passed(cutoff_mm * 1e-3, length)) * _passed(finest_mm * 1e-3, length)
+        kept = (1 - _filter_gain(cutoff_mm * 1e-3, length)) * _filter_gain(finest_mm * 1e-3, length)
         heights = length ** (2 * self.exponent) * kept**2
         return float((ra_um * 1e-6 / RA_OVER_RQ) ** 2 / np.trapezoid(heights / length, np.log(length)))
 
 
-def _passed(cutoff_m: float, length_m: FloatArray) -> FloatArray:
+def _filter_gain(cutoff_m: float, length_m: FloatArray) -> FloatArray:
     """Share of their amplitude that a profile filter passes of waves of these lengths (ISO 16610-21)."""
-    return np.asarray(np.exp(-math.pi * (HALF * cutoff_m / length_m) ** 2))
+    return np.asarray(np.exp(-math.pi * (FILTER_CONSTANT * cutoff_m / length_m) ** 2))

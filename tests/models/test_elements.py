@@ -11,7 +11,7 @@ import pytest
 import srbval
 from srbval import ConfigurationError
 from srbval.bearing import load_bearing
-from srbval.models.planar.contacts import HIGHEST_SHARE, POISSON, YOUNG_N_M2, Ellipse, element_slot, ellipse
+from srbval.models.planar.contacts import POISSON, STRIBECK_FACTOR, YOUNG_N_M2, Ellipse, ellipse, make_element_slot
 from srbval.models.planar.ring import make_ring
 from srbval.models.simulate import Step, simulate_to_file
 from srbval.scene import DefectShape
@@ -169,7 +169,7 @@ def test_under_hertzs_pressure_half_spaces_take_the_bodies_shape(curvatures):
 def test_strips_add_up_to_the_contact_law_and_balance_on_both_races(name):
     bearing = load_bearing(name)
     scene = srbval.paper_scene(bearing=name)
-    slot = element_slot(scene, bearing.elements)
+    slot = make_element_slot(scene, bearing.elements)
     power = 1.5 if bearing.elements.shape == "ball" else 10 / 9
     low, high = slot.press(np.array([5e-6, 2e-5]))[0]
     assert math.log(high / low) / math.log(4) == pytest.approx(power, rel=1e-6)
@@ -192,17 +192,17 @@ def test_the_most_loaded_element_carries_stribecks_share(name):
     ring = make_ring(scene, many)
     deepest = -float(ring.balance_m()[1] * math.sin(scene.load.zone_rad))
     share = float(ring.plain.at(np.array([deepest]))[0, 0]) * 90 / scene.load.radial_n
-    assert share == pytest.approx(HIGHEST_SHARE[many.elements.shape], rel=STRIBECK)
+    assert share == pytest.approx(STRIBECK_FACTOR[many.elements.shape], rel=STRIBECK)
 
 
 def test_an_opening_takes_load_and_a_bump_adds_it():
     bearing = load_bearing("skf-6205")
     scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})
-    slot = element_slot(scene, bearing.elements)
+    slot = make_element_slot(scene, bearing.elements)
     approach, middle = np.array([[2.5e-5]]), np.array([[0.0, 1e-4, 5e-4]])
     sound = slot.press(approach)[0, 0, 0]
     lost = [
-        sound - slot.press(approach, slot.on_race(replace(scene.defect, extent_m=e), race, 1e-4)[0](middle))[0, 0]
+        sound - slot.press(approach, slot.place_on_race(replace(scene.defect, extent_m=e), race, 1e-4)[0](middle))[0, 0]
         for e in (2e-4, 4e-4, 8e-4)
         for race in (0, 1)
     ]
@@ -210,7 +210,7 @@ def test_an_opening_takes_load_and_a_bump_adds_it():
         assert 0 < some[0] < sound
         assert some[0] >= some[1] >= some[2] >= 0
     assert lost[0][0] < lost[2][0] < lost[4][0]
-    raised = slot.on_race(replace(scene.defect, height_m=5e-6), 0, 1e-4)[0](middle)
+    raised = slot.place_on_race(replace(scene.defect, height_m=5e-6), 0, 1e-4)[0](middle)
     assert slot.press(approach, raised)[0, 0, 0] > sound
 
 

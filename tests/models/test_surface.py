@@ -219,7 +219,7 @@ def test_a_contact_begins_with_its_height():
     plain = smooth("line")
     y = np.zeros(2 * state_layout(plain).half)
     assert not loads(plain, y).any()
-    depth = [plain.scratch.space[int(col.DEPTH) + race * col.RACE] for race in range(2)]
+    depth = [plain.scratch.space[int(col.MIDDLE_DEPTH) + race * col.RACE] for race in range(2)]
     assert sum(depth) == pytest.approx(-45.55e-6, rel=1e-3)  # the scene's play
     for race in range(2):
         for beyond_m, touches in ((1e-6, True), (-1e-6, False)):

@@ -46,7 +46,7 @@ STRIDE = 2056
     SHIFT,  # 0.5: window about the nearest point; 0: about the point before the roller
     CANDIDATES,  # how many points of each circle may be in contact, no less
     CANDIDATE_CODE,  # the same as `candidate_code` gives it, to be summed over a lane group
-    DEPTH, BOUND,  # penetration at the middle of the profile; what no point of an undamaged race exceeds [m]
+    MIDDLE_DEPTH, DEPTH_BOUND,  # penetration at the middle of the profile; largest at any point of a sound race [m]
     # for each roller: constants, what is read from the state, slot axes in world coordinates, accelerations
     SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: an empty slot
     DAMAGE,  # of a column too: summed height of the roller's defects that may meet the race [m]
@@ -63,7 +63,7 @@ STRIDE = 2056
     # the slot's z [N m], see `tilt_kernel`
     TILT_COSINE, TILT_SINE, SHIFT_ALONG, SKEW_MOMENT, SKEW_ON_CAGE,
 ) = (np.uint64(i * STRIDE) for i in range(96))  # fmt: skip
-ROWS = 96
+WORKSPACE_ROWS = 96
 FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
 FRAME_ROWS = 18  # rows that set up a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping

@@ -35,13 +35,13 @@ SOFTEST_N_M = 1e6  # stiffness a free ring is given, so that its Newton step sta
 LONGEST_STEP_M = 1e-4  # largest step of the ring in one iteration
 OVERSHOOT = 0.5  # a step may end where the force along it is reversed and at most this share of the first
 SLIDE_RANGE_M = 3e-3  # beyond touching; more than any defect (1 mm) and any contact that is carried
-UNCARRIED = 0.01  # share of the load that may be left before the scene is refused
+MAX_UNCARRIED_SHARE = 0.01  # share of the load that may be left before the scene is refused
 RING_STEPS = 60
 SLIDE_STEPS = 80
 BACKTRACKS = 12
 CAGE_RANGE = 0.05  # about pure rolling; the outer and inner circles alone would give -1.5 % and +2.6 %
 SPIN_RANGE = 0.15  # about pure rolling; 6 % seen
-NOTICED_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact makes thousands
+MIN_ACCELERATION_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact makes thousands
 SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of the critical velocity
 
 
@@ -53,11 +53,11 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
     turned by `cage_angle_rad` and not tilted. Friction and contact damping do not change the displacements.
 
     Raises `ConfigurationError` if a roller is pressed deeper into a raceway than the contact search reaches, or if
-    more than `UNCARRIED` of the load is carried by nothing.
+    more than `MAX_UNCARRIED_SHARE` of the load is carried by nothing.
     """
     statics = Statics(model, cage_angle_rad)
     ring = np.zeros(3)
-    slide, left = _follow(statics, ring, np.zeros(statics.layout.rollers))
+    slide, left = _balance_slides(statics, ring, np.zeros(statics.layout.rollers))
     for _ in range(RING_STEPS):
         if np.abs(left).max() < RING_TOLERANCE_N:
             break
@@ -69,7 +69,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Floa
             f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
         )
     left_n = max(float(np.abs(slide_n).max()), float(np.abs(ring_n).max()))
-    allowed = BALANCED_N + UNCARRIED * float(np.hypot(*external_load(0.0, model.drive)))
+    allowed = BALANCED_N + MAX_UNCARRIED_SHARE * float(np.hypot(*external_load(0.0, model.drive)))
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: {left_n:.4g} N of the load remain uncarried, the limit is {allowed:.4g} N; "
@@ -107,7 +107,7 @@ class Statics:
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
 
-def _follow(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _balance_slides(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slides in balance with the given ring, near `slide`, and the force then left on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
@@ -147,7 +147,7 @@ def _line_search(
     share, first = 1.0, float(ring_n @ step)
     for _ in range(BACKTRACKS):
         trial = ring + share * step
-        followed, left = _follow(statics, trial, slide)
+        followed, left = _balance_slides(statics, trial, slide)
         along = float(left @ step)
         if along >= -OVERSHOOT * first:
             break
@@ -177,15 +177,15 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
     cage, _ = rolling_speeds(model)
     width = abs(cage) * CAGE_RANGE
 
-    (balanced,) = _falling_root(
-        lambda speed: rates(model, 0.0, _spun(model, state, float(speed[0]))).rate[state_layout(model).shaft_cage_rate],
-        np.array([cage - width]),
-        np.array([cage + width]),
-    )
-    return _spun(model, state, float(balanced))
+    def cage_acceleration(speed: FloatArray) -> FloatArray:
+        balanced = _balance_spins(model, state, float(speed[0]))
+        return rates(model, 0.0, balanced).rate[state_layout(model).shaft_cage_rate]
+
+    (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
+    return _balance_spins(model, state, float(balanced))
 
 
-def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
+def _balance_spins(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
     """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
     layout = state_layout(model)
     spins = layout.spin
@@ -206,7 +206,7 @@ def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
 def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """Zero of each component of a falling `f`, the median of the others if it has none; the middle if none has one."""
     middle = (low + high) / 2
-    passes = (f(low) > NOTICED_RAD_S2) & (f(high) < -NOTICED_RAD_S2)
+    passes = (f(low) > MIN_ACCELERATION_RAD_S2) & (f(high) < -MIN_ACCELERATION_RAD_S2)
     if not passes.any():
         return middle
     for _ in range(SPIN_HALVINGS):

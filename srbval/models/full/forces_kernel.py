@@ -17,7 +17,7 @@ from srbval.models.full.search_kernel import scatter_sums
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings
 from srbval.models.jit import kernel_part
 
-CIRCLES = 3
+CIRCLES_PER_RACE = 3
 FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met their points before
 
 
@@ -79,7 +79,7 @@ def evaluate_points(points, law, rotation, model, groups, single, first_circle, 
         race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
         at = plan[row, col.SINGLE_FROM]
         damaged, roller = space[col.DAMAGE + np.uint64(at)] > 0.0, roller_in(at % col.RACE, rotation.shape[0])
-        on_race = Candidates(points, race, base, 0, starts[race, base, CIRCLES])
+        on_race = Candidates(points, race, base, 0, starts[race, base, CIRCLES_PER_RACE])
         if first_time is not None and damaged:
             plan[row, col.SINGLE_WINDOW] = points.shape[1] - 1 - model.spare_of[roller]
             raised_points(model, roller, rotation[roller], on_race, plan[row, col.SINGLE_WINDOW], space, start)
@@ -101,7 +101,7 @@ def normal_loads(model, rotation, groups, compacted, single, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
     space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
     law = elastic(model.law, model.law.damping)
-    for circle in range(CIRCLES):
+    for circle in range(CIRCLES_PER_RACE):
         for start in (col.F_X, col.F_Y, col.F_Z):
             for j in range(np.uint64(col.SINGLE + single * col.LANES)):
                 space[start + j] = 0.0

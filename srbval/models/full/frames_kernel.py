@@ -257,8 +257,8 @@ def count_candidates(search, race, depth, offset, lead, aside, angle, here, dama
     bound = depth + PROFILE_SLOPE * abs(offset) if here else EMPTY_SLOT_M
     position = angle * search.per_radian
     position -= search.points * math.floor(position * search.per_point)
-    space[col.DEPTH + column] = depth if here else EMPTY_SLOT_M
-    space[col.BOUND + column], space[col.POSITION + column] = bound, position
+    space[col.MIDDLE_DEPTH + column] = depth if here else EMPTY_SLOT_M
+    space[col.DEPTH_BOUND + column], space[col.POSITION + column] = bound, position
     near = bound + SKIP_MARGIN_M + (lead if lead > 0.0 else 0.0)
     candidates = candidate_count(
         near * race.per_clearance,
@@ -333,9 +333,9 @@ def add_heights(surface, rotation, count, space):
             first, second, share = place_in_table(0.5 * race - turned, rollers.shape[1])
             height += (1.0 - share) * rollers[roller, first] + share * rollers[roller, second]
             space[col.O_X + j] += height if race == 1 else -height
-            space[col.DEPTH + j] += height
-            space[col.BOUND + j] += height
-            candidates = 1.0 if space[col.BOUND + j] > -SKIP_MARGIN_M else 0.0
+            space[col.MIDDLE_DEPTH + j] += height
+            space[col.DEPTH_BOUND + j] += height
+            candidates = 1.0 if space[col.DEPTH_BOUND + j] > -SKIP_MARGIN_M else 0.0
             space[col.CANDIDATES + j] = candidates
             if space[col.CANDIDATE_CODE + j] < OWN_POINTS:
                 space[col.CANDIDATE_CODE + j] = candidate_code(candidates)

@@ -9,7 +9,7 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.full.columns import state_indices
 from srbval.models.full.film_kernel import law_in_film
-from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
+from srbval.models.full.forces_kernel import CIRCLES_PER_RACE, FIRST_TIME, evaluate_contacts, normal_loads
 from srbval.models.full.frames_kernel import (
     add_heights,
     cage_axes,
@@ -74,7 +74,9 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
     law = law_in_film(law, model.slices, y[at.cage_rate + 2], shaft)
-    evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, model.patch, model.slices, FIRST_TIME)
+    evaluate_contacts(
+        law, rotation, model, groups, single, 0, CIRCLES_PER_RACE, damping, model.patch, model.slices, FIRST_TIME
+    )
     scatter_sums(compacted, single, space, plan, damping)
     add_oil_forces(model.oil, model, slots, y[at.cage_rate + 2], shaft, totals)
     sums_in_slots(model.free, model, slots)

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
@@ -30,7 +29,6 @@ from srbval.models.full.slices_kernel import SliceTable
 from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 
-IntArray = NDArray[np.int64]
 POCKETS = 19  # second word of the seed of what is drawn for the cage's slots
 GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281
@@ -232,7 +230,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
     half = max(window_half_count(roller_radius, r[1], points_per_circle=count, highest_m=bumps) for r in radii)
     both = [
-        candidate_windows(own, _rows(scene, own, kind), count, half)
+        candidate_windows(own, _place_points(scene, own, kind), count, half)
         for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
     ]
     windows = max(len(race.highest) for race in both) + spares
@@ -276,7 +274,7 @@ def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
     return float(points[(widest + 1) % len(points)]) + width / 2, width / 2 + 1.0
 
 
-def _rows(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
+def _place_points(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
     """Points of each circle of both rows of a race, with its defects."""
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
@@ -333,7 +331,7 @@ def _scratch(slot_angle: FloatArray) -> Scratch:
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
         raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model has room for 48 rollers a row.")
-    space = col.aligned_zeros(col.ROWS * col.STRIDE)
+    space = col.aligned_zeros(col.WORKSPACE_ROWS * col.STRIDE)
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
@@ -369,7 +367,7 @@ def surface_heights(scene: Scene, geometry: SphericalRollerGeometry, roller_m: f
         felt = surface.amplitudes(2 * math.pi * radius_m, given_m) * felt_share(orders / radius_m, half_m)
         finest = surface.orders(2 * math.pi * max(radius_m, circles[0].radius_m if count == 2 else 0.0))
         size = POINTS_OF_A_WAVE * max(int(finest.max(initial=0)), 1)
-        found.append(heights(orders, felt, draw.uniform(0.0, 2 * math.pi, (count, orders.size)), size))
+        found.append(sum_waves(orders, felt, draw.uniform(0.0, 2 * math.pi, (count, orders.size)), size))
     return SurfaceHeights(np.array(found[:2]), found[2])
 
 
@@ -396,7 +394,7 @@ def felt_share(per_length_1_m: FloatArray, half_m: float) -> FloatArray:
     return np.where(reach < jn_zeros(0, 1)[0], j0(reach), 0.0)
 
 
-def heights(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
+def sum_waves(orders: FloatArray, amplitudes_m: FloatArray, phases_rad: FloatArray, size: int) -> FloatArray:
     """Sum of the waves at `size` even angles of each body, [bodies, size]; `phases_rad`, [bodies, orders]."""
     lines = np.zeros((len(phases_rad), size // 2 + 1), dtype=np.complex128)
     lines[:, orders.astype(int)] = amplitudes_m * np.exp(1j * phases_rad) * (size / 2)

@@ -5,19 +5,16 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.outputs import DEEPEST_M
 from srbval.scene import Defect, DefectShape
 
-IntArray = NDArray[np.int64]
-
 MOST_POINTS = 500_000  # in a circle
-MOST_BYTES = 2e8  # candidate points of both races; the paper's scene has 200 kB
+MAX_CANDIDATE_BYTES = 2e8  # candidate points of both races; the paper's scene has 200 kB
 SAGITTA_SHARE = 0.98  # share of a point's clearance by its circle's curvature: axes are not quite parallel
 
 
@@ -145,11 +142,11 @@ def candidate_windows(
     finest = max(1 / float(c.share.min()) for row in rows for c in row)
     windows = 2 * half + 1 + sum(map(len, special))
     needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
-    if needed > MOST_BYTES or 2 * half >= count:
+    if needed > MAX_CANDIDATE_BYTES or 2 * half >= count:
         raise ConfigurationError(
-            f"{count} points per circle: {2 * half + 1} lie within a roller's reach, {finest:.4g} times as many in "
-            f"defects, {needed / 1e6:.4g} MB of candidates; the limits are half a circle and {MOST_BYTES / 1e6:g} MB. "
-            "Take fewer points, smaller defects or larger rollers."
+            f"{count} points per circle: {2 * half + 1} are within a roller's reach, {finest:.4g} times as many in "
+            f"defects: {needed / 1e6:.4g} MB of candidates; the limits are half a circle and "
+            f"{MAX_CANDIDATE_BYTES / 1e6:g} MB. Use fewer points, smaller defects or larger rollers."
         )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide = np.arange(-half, half + 1)

@@ -124,7 +124,7 @@ def plan_single_columns(race, begin, single, races, space, plan, count):
             continue
         space[col.CANDIDATES + column], space[col.CANDIDATE_CODE + column] = 0.0, 0.0
         space[col.SHIFT + column] = 0.5
-        if space[col.BOUND + column] > -(highest[race, window] + damage + SKIP_MARGIN_M):
+        if space[col.DEPTH_BOUND + column] > -(highest[race, window] + damage + SKIP_MARGIN_M):
             row = col.FIRST_SINGLE + single
             plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW] = race, window
             plan[row, col.SINGLE_FROM], plan[row, col.SINGLE_BASE] = at, window
@@ -163,7 +163,7 @@ def points_of_group(code, begin, space):
 def deepest_of(slots, space):
     """Greatest depth of all columns [m]; a row of sums that is not yet in use serves to compare both races at once."""
     for p in range(np.uint64(slots)):
-        outer, inner = space[col.DEPTH + p], space[col.DEPTH + col.INNER + p]
+        outer, inner = space[col.MIDDLE_DEPTH + p], space[col.MIDDLE_DEPTH + col.INNER + p]
         space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
     a, b, c, d = -1.0, -1.0, -1.0, -1.0
     for p in range(np.uint64(0), np.uint64(slots), np.uint64(4)):

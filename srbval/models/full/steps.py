@@ -9,7 +9,7 @@ from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.advance_kernel import ADVANCE
 from srbval.models.full.columns import layout_of
-from srbval.models.full.forces_kernel import CIRCLES
+from srbval.models.full.forces_kernel import CIRCLES_PER_RACE
 from srbval.models.full.motion_kernel import rates_and_loads
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.step_kernel import working_space
@@ -32,7 +32,7 @@ class Rates(NamedTuple):
 def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
     """Evaluate the equations of motion once."""
     rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
-    loads = np.zeros((2, len(model.slot_angle), CIRCLES))
+    loads = np.zeros((2, len(model.slot_angle), CIRCLES_PER_RACE))
     rates_and_loads(time_s, state, model, rate, totals, loads)
     return Rates(rate=rate, totals=totals, load_n=loads)
 
@@ -58,7 +58,7 @@ def take_steps(
     starts = intervals[::length]
     details = len(starts) if intervals_per_detail else 0
     out, spins = np.zeros((len(intervals), out_col.COUNT)), np.zeros((details, rollers))
-    loads = np.zeros((details, 2, rollers, CIRCLES))
+    loads = np.zeros((details, 2, rollers, CIRCLES_PER_RACE))
     coefficients, work = method.coefficients, working_space(memory, len(method.coefficients.b))
     model = model._replace(law=model.law._replace(onset_s=coefficients.onset * step_s))
     for number, first in enumerate(starts or (intervals.start,)):

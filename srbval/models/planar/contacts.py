@@ -29,19 +29,20 @@ from srbval.models.line import Patch, Piece, patches, piece
 from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
-BoolArray = NDArray[np.bool_]
-NUDGE_M = 1e-9  # for the stiffness
+DefectOnRace = tuple[Callable[[FloatArray], Any], float, float]  # see `Slot.place_on_race`
+SLIDE_DIFFERENCE_M = 1e-9  # for the stiffness
 SLIDE_M = 2e-3  # how far a roller may slide: twice the highest defect
 HALVINGS = 40  # of the search range: to 2e-15 m
-DEEPEST_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
+MAX_APPROACH_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
 STEP_M = 2.5e-7  # between entries of the plain table; force is off by less than 1e-4 of a loaded roller's
 DEFECT_STEP_M = 2e-6
 STRIPS = 24  # across a defect
-LINE = 10 / 9
-FULLEST = 4.0  # times the load of the most loaded element, without clearance, up to which forces are tabulated
-HIGHEST_SHARE = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}  # Stribeck: times load over number, no clearance
+LINE_EXPONENT = 10 / 9
+TABLE_LOAD_FACTOR = 4.0  # tables reach this many times the load of the most loaded element without clearance
+# Largest element load over load / number of elements, without clearance (Stribeck).
+STRIBECK_FACTOR = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}
 LEAST_DEPTH_M = 1e-6
-FLATTEST = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
+MAX_AXIS_RATIO = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
 POSITIONS = 64  # tabulated positions of a defect, from under the roller to out of its reach
 
 
@@ -61,7 +62,7 @@ class Slot:
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
 
-    def on_race(self, defect: Defect, race: int, deepest_m: float) -> tuple[Callable[[FloatArray], Any], float, float]:
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
         """Of a defect what `press` takes for it at distances along the race, its reach and the race's radius [m]."""
         circle = defect.circle - 1
         patch = self.patches[race][circle]
@@ -76,13 +77,13 @@ class Slot:
         Radial force on the outer ring [N], both races' dampers in series [N s/m], deepest penetration [m]: [3, ...].
         """
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
-        slide = bisected(
-            lambda s: self._side(0, approach_m, s, raised)[0] > self._side(1, approach_m, s, raised)[0],
+        slide = bisect_range(
+            lambda s: self._race_force(0, approach_m, s, raised)[0] > self._race_force(1, approach_m, s, raised)[0],
             np.full(shape, -SLIDE_M),
             np.full(shape, SLIDE_M),
         )
         depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
-        return np.array([self._side(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
+        return np.array([self._race_force(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
 
     def _depth(self, race: int, circle: int, approach: FloatArray, slide: FloatArray) -> FloatArray:
         patch = self.patches[race][circle]
@@ -91,7 +92,7 @@ class Slot:
             return approach * math.cos(patch.normal_rad) + (slide + self.excess_m[0]) * lean
         return (self.excess_m[1] - slide) * lean
 
-    def _side(
+    def _race_force(
         self, race: int, approach: FloatArray, slide: FloatArray, raised: DefectHeight | None = None
     ) -> tuple[FloatArray, FloatArray]:
         """Force of a race along the slot, and along the bearing's radius."""
@@ -109,16 +110,16 @@ class Slot:
         """Both races' dampers in series with the split of motion that the stiffnesses make, radial."""
         stiffness, damper = [], []
         for race, sign in ((0, 1.0), (1, -1.0)):
-            near, _ = self._side(race, approach, slide)
-            far, _ = self._side(race, approach, slide + sign * NUDGE_M)
-            stiffness.append((far - near) / NUDGE_M + 1.0)
+            near, _ = self._race_force(race, approach, slide)
+            far, _ = self._race_force(race, approach, slide + sign * SLIDE_DIFFERENCE_M)
+            stiffness.append((far - near) / SLIDE_DIFFERENCE_M + 1.0)
             each = enumerate(self.patches[race])
             damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in each))
         whole = stiffness[0] + stiffness[1]
         return damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
 
 
-def bisected(too_far: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray) -> FloatArray:
+def bisect_range(too_far: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray) -> FloatArray:
     """Value between `low` and `high` at which `too_far` begins, of any shape, by `HALVINGS` of the range."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -127,7 +128,7 @@ def bisected(too_far: Callable[[FloatArray], BoolArray], low: FloatArray, high: 
     return (low + high) / 2
 
 
-def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
+def make_roller_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
     """The scene's roller between its races."""
     radius = roller_diameter_m(scene, geometry) / 2
     gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
@@ -215,7 +216,7 @@ class ElementSlot:
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
-        outer = bisected(
+        outer = bisect_range(
             lambda depth: self._force(0, depth, raised) > self._force(1, whole - depth, raised),
             np.full(shape, -reach),
             np.full(shape, reach),
@@ -230,8 +231,8 @@ class ElementSlot:
         force = self.races[race].force_n(depth)
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
-    def on_race(self, defect: Defect, race: int, deepest_m: float) -> tuple[Callable[[FloatArray], Any], float, float]:
-        """See `Slot.on_race`; `ConfigurationError` for a shape that strips do not know."""
+    def place_on_race(self, defect: Defect, race: int, deepest_m: float) -> DefectOnRace:
+        """See `Slot.place_on_race`; `ConfigurationError` for a shape that strips do not know."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
 
@@ -265,7 +266,7 @@ def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, F
     return across, np.sqrt(half**2 - across**2) if hole else half, width / STRIPS
 
 
-def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
+def make_element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     """The scene's element between its races.
 
     Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): along the race 2 / (d (1 + gamma)) on the outer
@@ -281,8 +282,8 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
             stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
             fall, length = 2 * touch.approach_m / touch.across_m**2, 0.0
         else:
-            exponent, fall, length = LINE, 0.0, elements.length_m or elements.element_diameter_m
-            stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
+            exponent, fall, length = LINE_EXPONENT, 0.0, elements.length_m or elements.element_diameter_m
+            stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE_EXPONENT / length
         races.append(Race(stiffness, exponent, fall_1_m=fall, length_m=length, along_1_m=along, radius_m=radius))
     return ElementSlot(
         races=(races[0], races[1]),
@@ -292,12 +293,12 @@ def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
     )
 
 
-def fullest_n(scene: Scene, elements: RollingElements) -> float:
+def max_element_load_n(scene: Scene, elements: RollingElements) -> float:
     """Force on one element up to which tables reach, for the largest load of the scene."""
     profile = scene.load_profile
     load = scene.load.radial_n if profile is None else max(profile.radial_n)
     carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
-    return FULLEST * HIGHEST_SHARE[elements.shape] * max(load, 1.0) / carried
+    return TABLE_LOAD_FACTOR * STRIBECK_FACTOR[elements.shape] * max(load, 1.0) / carried
 
 
 class Ellipse(NamedTuple):
@@ -329,7 +330,7 @@ def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
         return float(((k**2 + 1) * ellipe(m) - 2 * ellipk(m)) / ((k**2 - 1) * ellipe(m)))
 
     share = (along_1_m - across_1_m) / total
-    k = float(brentq(lambda k: missing(k) - share, 1 + 1e-6, FLATTEST)) if share > 1e-9 else 1.0
+    k = float(brentq(lambda k: missing(k) - share, 1 + 1e-6, MAX_AXIS_RATIO)) if share > 1e-9 else 1.0
     first, second = float(ellipk(1 - 1 / k**2)), float(ellipe(1 - 1 / k**2))
     size = (3 / total * (1 - POISSON**2) / YOUNG_N_M2) ** (1 / 3)  # two equal materials, under 1 N
     return Ellipse(
@@ -361,9 +362,9 @@ class ForceTable:
         return np.array([np.interp(approach_m, grid, row) for row in self.values])
 
 
-def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPEST_M) -> ForceTable:
+def tabulate_force(slot: ElementContact, highest_m: float, deepest_m: float = MAX_APPROACH_M) -> ForceTable:
     """Undamaged roller, from clear of the highest bump to `deepest_m`, in steps in proportion to the depth."""
-    scale = deepest_m / DEEPEST_M
+    scale = deepest_m / MAX_APPROACH_M
     start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
     values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
     return ForceTable(
@@ -371,13 +372,15 @@ def plain_table(slot: ElementContact, highest_m: float, deepest_m: float = DEEPE
     )
 
 
-def bump_table(slot: ElementContact, plain: ForceTable, defect: Defect, race: int) -> tuple[FloatArray, float, float]:
+def tabulate_bump(
+    slot: ElementContact, plain: ForceTable, defect: Defect, race: int
+) -> tuple[FloatArray, float, float]:
     """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
 
     The approach begins as in `plain` and goes by its `bump_step_m`. Also returns the race's radius [m] and the step of
     the positions [m], which are distances along the race from roller to defect; defects are symmetric.
     """
-    raised, reach_m, race_radius_m = slot.on_race(defect, race, plain.deepest_m)
+    raised, reach_m, race_radius_m = slot.place_on_race(defect, race, plain.deepest_m)
     position = np.linspace(0.0, reach_m, POSITIONS)
     approach = np.arange(plain.start_m, plain.deepest_m, plain.bump_step_m)
     force_n = slot.press(approach[:, None], raised(position[None, :]))[0] - plain.at(approach)[0][:, None]

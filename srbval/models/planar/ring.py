@@ -17,13 +17,13 @@ from srbval.models.planar import ring_kernel
 from srbval.models.planar.contacts import (
     ElementContact,
     ForceTable,
-    bump_table,
-    element_slot,
-    fullest_n,
-    make_slot,
-    plain_table,
+    make_element_slot,
+    make_roller_slot,
+    max_element_load_n,
+    tabulate_bump,
+    tabulate_force,
 )
-from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
+from srbval.models.planar.ring_kernel import STATE_SIZE, Motion, Ring, advance_ring
 from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
 from srbval.scene.parts import STANDARD_GRAVITY_M_S2
@@ -31,7 +31,7 @@ from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same of other bearings, whose modes are higher and defects shorter
 SPEEDS = 50  # times at which the fastest passage is looked for
-KINDS = {
+KERNEL_KIND = {
     (Fault.OUTER, 0): ring_kernel.ON_OUTER,
     (Fault.INNER, 1): ring_kernel.ON_INNER,
     (Fault.ROLLER, 0): ring_kernel.ROLLER_ON_OUTER,
@@ -39,9 +39,9 @@ KINDS = {
 }
 NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.RING_FORCE_Z]  # nor tilt
 BALANCE_STEPS = 60
-NUDGE_M = 1e-8
+RING_DIFFERENCE_M = 1e-8
 LONGEST_MOVE_M = 2e-5
-BALANCED_N = 1e-3
+RING_BALANCE_N = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,7 +61,7 @@ class PlanarRing:
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Speed at which a roller's contact passes the defect of `table`."""
         step = 1e-4
-        kind = int(self.kernel.defects[table, ring_kernel.KIND])
+        kind = int(self.kernel.defects[table, ring_kernel.BUMP_KIND])
         after, before = time_s + step, time_s - step
         if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
             turned = self.motion.spun_rad(after) - self.motion.spun_rad(before)
@@ -80,18 +80,19 @@ class PlanarRing:
     def undamaged_force_n(self, ring_m: FloatArray) -> FloatArray:
         """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
         outwards = self.outwards
-        return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.FORCE]
+        return self.kernel.rows * outwards @ self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_FORCE]
 
     def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
         """Stiffness of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         here = self.undamaged_force_n(ring_m)
-        contact = -np.array([self.undamaged_force_n(ring_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
+        moved = np.array([self.undamaged_force_n(ring_m + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
+        contact = (here - moved) / RING_DIFFERENCE_M
         return self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
 
     def damping_ns_m(self, ring_m: FloatArray) -> FloatArray:
         """Damping of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
         outwards = self.outwards
-        dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.DAMPER]
+        dampers = self.kernel.rows * self.plain.at(-ring_m @ outwards)[ring_kernel.TABLE_DAMPER]
         return self.kernel.damping * np.eye(2) + (outwards * dampers) @ outwards.T
 
     def balance_m(self) -> FloatArray:
@@ -105,9 +106,10 @@ class PlanarRing:
         ring = np.zeros(2)
         for _ in range(BALANCE_STEPS):
             now = left(ring)
-            if np.abs(now).max() < BALANCED_N:
+            if np.abs(now).max() < RING_BALANCE_N:
                 break
-            stiffness = -np.array([left(ring + NUDGE_M * axis) - now for axis in np.eye(2)]).T / NUDGE_M
+            moved = np.array([left(ring + RING_DIFFERENCE_M * axis) for axis in np.eye(2)])
+            stiffness = (now - moved).T / RING_DIFFERENCE_M
             step = np.linalg.solve(stiffness + 1e6 * np.eye(2), now)
             ring = ring + step * min(1.0, LONGEST_MOVE_M / float(np.linalg.norm(step)))
         return ring
@@ -119,24 +121,24 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     element: ElementContact
     elements = bearing.elements
     if bearing.geometry is None and elements is not None:
-        element = own = element_slot(scene, elements)
+        element = own = make_element_slot(scene, elements)
         highest = sum(max(0.0, d.height_m) for d in scene.defects)
-        plain = plain_table(element, highest, own.deepest_m(fullest_n(scene, elements)))
+        plain = tabulate_force(element, highest, own.deepest_m(max_element_load_n(scene, elements)))
         rollers, of_rows, radius_m = elements.rolling_elements, elements.rows, elements.element_diameter_m / 2
         mass = scene.housing.mass_kg
     else:
         geometry = geometry_of(bearing, scene.model)
-        element = make_slot(scene, geometry)
-        plain = plain_table(element, sum(abs(d.height_m) for d in scene.defects))
+        element = make_roller_slot(scene, geometry)
+        plain = tabulate_force(element, sum(abs(d.height_m) for d in scene.defects))
         rollers, of_rows = geometry.rollers_per_row, 2
         radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
         mass = geometry.outer_ring_mass_kg(scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
-        for race in [race for kind, race in KINDS if kind is defect.kind]:
-            bump, race_radius_m, position_step_m = bump_table(element, plain, defect, race)
+        for race in [race for kind, race in KERNEL_KIND if kind is defect.kind]:
+            bump, race_radius_m, position_step_m = tabulate_bump(element, plain, defect, race)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            kind = KINDS[defect.kind, race]
+            kind = KERNEL_KIND[defect.kind, race]
             rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
@@ -153,7 +155,7 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
         plain=plain.values,
         plain_start=plain.start_m,
         plain_step=plain.step_m,
-        defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
+        defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.BUMP_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)),
         bump_start=plain.start_m,
         bump_step=plain.bump_step_m,
@@ -183,10 +185,10 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
     return longest
 
 
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+def run_planar(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
-    y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
+    y, rate, trial = np.zeros(STATE_SIZE), np.zeros((4, STATE_SIZE)), np.zeros(STATE_SIZE)
     with stats.timed():
         y[:2] = ring.balance_m()
         load = float(ring.motion.radial_n(np.zeros(1))[0])

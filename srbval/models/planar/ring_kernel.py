@@ -8,21 +8,21 @@ from srbval.models import outputs as col
 from srbval.models.jit import kernel, kernel_part
 
 # State: displacement [m] and velocity [m/s].
-X, Y, V_X, V_Y = range(4)
-STATE = 4
+RING_X, RING_Y, RING_V_X, RING_V_Y = range(4)
+STATE_SIZE = 4
 # Rows of the table of an undamaged roller: radial force [N], damper [N s/m], depth [m], over the approach of the rings.
-FORCE, DAMPER, DEPTH = range(3)
+TABLE_FORCE, TABLE_DAMPER, TABLE_DEPTH = range(3)
 # Columns of `defects`: one of the kinds below, angle [rad], the roller's number, radius of the race [m], spacing of the
 # positions in its table [m], radius of the roller [m].
-KIND, ANGLE, ROLLER, RACE_RADIUS, POSITION_STEP, ROLLER_RADIUS = range(6)
-DEFECT_COLUMNS = 6
+BUMP_KIND, BUMP_ANGLE, BUMP_ROLLER, RACE_RADIUS, POSITION_STEP, ROLLER_RADIUS = range(6)
+BUMP_COLUMNS = 6
 ON_OUTER, ON_INNER, ROLLER_ON_OUTER, ROLLER_ON_INNER = range(4)
 
 
 class Ring(NamedTuple):
     """Numbers of the planar ring, SI.
 
-    `plain`, [3, approach]: table of an undamaged roller; `defects`, [D, DEFECT_COLUMNS], and `bumps`,
+    `plain`, [3, approach]: table of an undamaged roller; `defects`, [D, BUMP_COLUMNS], and `bumps`,
     [D, approach, positions]: what each adds to a roller's force [N].
     """
 
@@ -56,7 +56,7 @@ class Motion(NamedTuple):
 
 
 @kernel_part
-def push(y, cage, shaft, spun, ring):
+def push_ring(y, cage, shaft, spun, ring):
     """Force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
     All rows stand at the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`:
@@ -69,23 +69,23 @@ def push(y, cage, shaft, spun, ring):
     for i in range(ring.rollers):
         angle = cage + pi2 * i / ring.rollers
         c, s = math.cos(angle), math.sin(angle)
-        approach = -(y[X] * c + y[Y] * s)
+        approach = -(y[RING_X] * c + y[RING_Y] * s)
         at = (approach - ring.plain_start) / ring.plain_step
         at = min(max(0.0, at), last + 0.999)  # a state that is no longer finite: never an index outside the array
         k = int(at)
         w = at - k
-        deepest = max(deepest, (1.0 - w) * plain[DEPTH, k] + w * plain[DEPTH, k + 1])
-        force = (1.0 - w) * plain[FORCE, k] + w * plain[FORCE, k + 1]
-        damper = (1.0 - w) * plain[DAMPER, k] + w * plain[DAMPER, k + 1]
-        force -= damper * (y[V_X] * c + y[V_Y] * s)
+        deepest = max(deepest, (1.0 - w) * plain[TABLE_DEPTH, k] + w * plain[TABLE_DEPTH, k + 1])
+        force = (1.0 - w) * plain[TABLE_FORCE, k] + w * plain[TABLE_FORCE, k + 1]
+        damper = (1.0 - w) * plain[TABLE_DAMPER, k] + w * plain[TABLE_DAMPER, k + 1]
+        force -= damper * (y[RING_V_X] * c + y[RING_V_Y] * s)
         force = ring.rows * max(force, 0.0)
         for j in range(defects.shape[0]):
-            kind = int(defects[j, KIND])
+            kind = int(defects[j, BUMP_KIND])
             if kind < ROLLER_ON_OUTER:
-                away = angle - defects[j, ANGLE] - (shaft if kind == ON_INNER else 0.0)
+                away = angle - defects[j, BUMP_ANGLE] - (shaft if kind == ON_INNER else 0.0)
                 arm = defects[j, RACE_RADIUS]
-            elif int(defects[j, ROLLER]) == i:
-                away = spun + defects[j, ANGLE] - (math.pi if kind == ROLLER_ON_INNER else 0.0)
+            elif int(defects[j, BUMP_ROLLER]) == i:
+                away = spun + defects[j, BUMP_ANGLE] - (math.pi if kind == ROLLER_ON_INNER else 0.0)
                 arm = defects[j, ROLLER_RADIUS]
             else:
                 continue
@@ -108,36 +108,36 @@ def push(y, cage, shaft, spun, ring):
 def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
     """Advance `y` in place, classical Runge-Kutta, over ``out.shape[0]`` output intervals of `per_output` steps.
 
-    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE],
-    and `trial`, [STATE]: working space.
+    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE_SIZE],
+    and `trial`, [STATE_SIZE]: working space.
     """
     stiffness, damping = ring.stiffness, ring.damping
     interval = step * per_output
     half = 0
     for i in range(out.shape[0]):
-        before_x, before_y = y[V_X], y[V_Y]
+        before_x, before_y = y[RING_V_X], y[RING_V_Y]
         sum_x, sum_y, deepest = 0.0, 0.0, -1.0
         for _ in range(per_output):
             for stage in range(4):
                 at = half + (stage + 1) // 2
                 reach = step * (0.0 if stage == 0 else (1.0 if stage == 3 else 0.5))
-                for k in range(STATE):
+                for k in range(STATE_SIZE):
                     trial[k] = y[k] + (reach * rate[stage - 1, k] if stage > 0 else 0.0)
-                force_x, force_y, depth = push(trial, motion.cage[at], motion.shaft[at], motion.spun[at], ring)
-                rate[stage, X], rate[stage, Y] = trial[V_X], trial[V_Y]
-                load_x = motion.radial[at] * ring.direction_x
-                load_y = motion.radial[at] * ring.direction_y + ring.weight
-                rate[stage, V_X] = (load_x + force_x - stiffness * trial[X] - damping * trial[V_X]) / ring.mass
-                rate[stage, V_Y] = (load_y + force_y - stiffness * trial[Y] - damping * trial[V_Y]) / ring.mass
+                force_x, force_y, depth = push_ring(trial, motion.cage[at], motion.shaft[at], motion.spun[at], ring)
+                rate[stage, RING_X], rate[stage, RING_Y] = trial[RING_V_X], trial[RING_V_Y]
+                load_x = motion.radial[at] * ring.direction_x + force_x
+                load_y = motion.radial[at] * ring.direction_y + ring.weight + force_y
+                rate[stage, RING_V_X] = (load_x - stiffness * trial[RING_X] - damping * trial[RING_V_X]) / ring.mass
+                rate[stage, RING_V_Y] = (load_y - stiffness * trial[RING_Y] - damping * trial[RING_V_Y]) / ring.mass
                 share = 1.0 / 6.0 if stage == 0 or stage == 3 else 1.0 / 3.0
                 sum_x += share * force_x
                 sum_y += share * force_y
                 deepest = max(deepest, depth)
-            for k in range(STATE):
+            for k in range(STATE_SIZE):
                 y[k] += step / 6.0 * (rate[0, k] + 2.0 * rate[1, k] + 2.0 * rate[2, k] + rate[3, k])
             half += 2
-        out[i, col.ACCELERATION_X] = (y[V_X] - before_x) / interval
-        out[i, col.ACCELERATION_Y] = (y[V_Y] - before_y) / interval
-        out[i, col.DISPLACEMENT_X], out[i, col.DISPLACEMENT_Y] = y[X], y[Y]
+        out[i, col.ACCELERATION_X] = (y[RING_V_X] - before_x) / interval
+        out[i, col.ACCELERATION_Y] = (y[RING_V_Y] - before_y) / interval
+        out[i, col.DISPLACEMENT_X], out[i, col.DISPLACEMENT_Y] = y[RING_X], y[RING_Y]
         out[i, col.RING_FORCE_X], out[i, col.RING_FORCE_Y] = sum_x / per_output, sum_y / per_output
         out[i, col.DEEPEST] = deepest

@@ -91,7 +91,7 @@ def one_point(
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
     points = np.zeros((1, 1, col.POINT_ROWS, 1))
     points[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
-    space = np.zeros((col.ROWS, col.STRIDE))
+    space = np.zeros((col.WORKSPACE_ROWS, col.STRIDE))
     for start in (col.A_X, col.B_Y, col.Z_Z):
         space[int(start) // col.STRIDE, 3] = 1.0
     space[int(col.O_X) // col.STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
