@@ -25,7 +25,7 @@ from srbval.recordings.registry import add as add_recordings
 from srbval.recordings.registry import fetch as fetch_recordings
 from srbval.recordings.registry import listing as list_recordings
 from srbval.recordings.registry import remove as remove_recordings
-from srbval.recordings.registry import verify as verify_recordings
+from srbval.recordings.registry import verify_recordings
 from srbval.report.figures.plot import plot
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.gather import gather

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from srbval.recordings.loaders import FORMATS
+from srbval.recordings.loaders import FILE_FORMATS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -24,7 +24,7 @@ def test_ci_runs_the_readmes_test_command():
 def test_the_extra_for_formats_brings_what_they_need():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     in_formats = {re.split(r"[<>=]", library)[0] for library in extras["formats"]}
-    assert {form.library[1] for form in FORMATS if form.library} - {"h5py", "pandas", "scipy"} == in_formats
+    assert {form.library[1] for form in FILE_FORMATS if form.library} - {"h5py", "pandas", "scipy"} == in_formats
     assert '".[pdf,formats]"' in README
 
 

@@ -176,9 +176,9 @@ def _record(name: str) -> str:
     """A file; a recording that comes with the program is found by its name alone, in any folder."""
     if Path(name).exists() or Path(name).name != name:
         return name
-    from srbval.recordings.registry import shipped_or  # loads what is heavy
+    from srbval.recordings.registry import find_shipped  # loads what is heavy
 
-    return str(shipped_or(name))
+    return str(find_shipped(name))
 
 
 ALTERNATIVES = ("bearing", "band", "model")  # groups of which one option may be given

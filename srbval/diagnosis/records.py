@@ -40,7 +40,7 @@ from srbval.reading.analyse import Analysis, ShortRecordError, bearing_of
 from srbval.reading.features import features_of, read_short, snapshot_of
 from srbval.reading.pipeline import LEAST_REVOLUTIONS, declared_band
 from srbval.recordings import Recording, RecordingSettings
-from srbval.recordings.load import left_open, open_channels, subject_of
+from srbval.recordings.load import open_channels, questions_error, subject_of
 from srbval.recordings.registry import (
     RecordSource,
     files_of,
@@ -143,7 +143,7 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
 def read_record(request: RecordRequest) -> RecordReading:
     """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
 
-    All that a file leaves open is asked for in one message (see `left_open`). Without a stated
+    All that a file leaves open is asked for in one message (see `questions_error`). Without a stated
     channel the other channels of the record are views too.
     """
     stored, all_channels = registered_settings(request.file), request.settings.channel is None
@@ -157,7 +157,7 @@ def read_record(request: RecordRequest) -> RecordReading:
     missing = [question for question, answer in known.items() if not answer]
     if len(missing) > 1:  # a single missing statement raises its own error below
         subject = subject_of(Path(recording.file)) if recording.file else recording.name
-        raise left_open(ConfigurationError, subject, missing)
+        raise questions_error(ConfigurationError, subject, missing)
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))

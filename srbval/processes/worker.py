@@ -85,8 +85,8 @@ class WorkerProcess:
 
     `environment` is added to this process's own. With `own_group` the processes that it starts end with it. With
     `may_fork` it is a copy of this process, whose imports it need not repeat, as long as no other thread makes that
-    unsafe; `module` then has the function `load` for `serve_calls`. Requests and answers are whatever `pickle` knows;
-    not for code that is not trusted.
+    unsafe; `module` then has the function `prepare_worker` for `serve_calls`. Requests and answers are whatever
+    `pickle` knows; not for code that is not trusted.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class WorkerProcess:
         sys.stdout = sys.stderr = os.fdopen(2, "w", closefd=False)  # the parent's may lead elsewhere
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.SIG_DFL)
-        serve_calls(lambda: importlib.import_module(self._module).load())
+        serve_calls(lambda: importlib.import_module(self._module).prepare_worker())
 
     def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""

@@ -14,7 +14,7 @@ from srbval.errors import ConfigurationError, DataError, OpenQuestion, SrbvalErr
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.datasets.srbval_files import SENSOR, ended
+from srbval.recordings.datasets.srbval_files import SENSOR, status_note
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Reading
@@ -68,7 +68,7 @@ def recording_from_columns(
     """
     own = None if bearing is None else load_bearing(bearing)
     settings = settings_of(asked | {"bearing": bearing.name if isinstance(bearing, Bearing) else bearing})
-    numbers = {key: _numbers(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
+    numbers = {key: _datetimes_to_seconds(values) for key, values in columns.items() if values.dtype.kind in "fiubmM"}
     stamps = {key: "s" for key, values in columns.items() if values.dtype.kind in "mM"}
     given = {key: value for key, value in (attributes or {}).items() if isinstance(value, str | int | float)}
     known: dict[str, Any] = {"attributes": given, "units": dict(column_units or {}) | stamps}
@@ -79,7 +79,7 @@ def recording_from_columns(
     return _assemble(dataclasses.replace(reading, own_bearing=own or reading.own_bearing), name, named)
 
 
-def _numbers(values: NDArray[Any]) -> NDArray[Any]:
+def _datetimes_to_seconds(values: NDArray[Any]) -> NDArray[Any]:
     """Values as numbers; times of day as seconds since the first."""
     return (values - values.flat[0]) / np.timedelta64(1, "s") if values.dtype.kind in "mM" else values
 
@@ -93,7 +93,9 @@ def with_settings(recording: Recording, settings: RecordingSettings) -> Recordin
     return recording_from_columns(columns, name=recording.name, attributes=recording.facts(), **vars(settings))
 
 
-def left_open(kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = "") -> ErrorKind:
+def questions_error(
+    kind: type[ErrorKind], subject: str, questions: Sequence[OpenQuestion], remedy: str = ""
+) -> ErrorKind:
     """Error with the `questions` that neither `subject` nor the user answers, each with its option."""
     error = kind(f"{subject} leaves open: {'; '.join(map(str, questions))}.{remedy}")
     error.subject, error.questions = subject, tuple(questions)
@@ -134,7 +136,7 @@ def recording_from_run(run: Run) -> Recording:
         axial_n=scene.load.axial_n,
         cage_hz=run.cage_ratio * scene.shaft_hz,
         interval_means=True,
-        notes=(*ended(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
+        notes=(*status_note(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
     )
 
 
@@ -151,7 +153,7 @@ def _assemble(reading: Reading, subject: str, named: dict[str, str]) -> Recordin
     reading.check_main()
     if (questions := open_questions(reading)) or reading.fs_hz is None:
         remedy = " State it here, or of a file once for all times with `srbval data add`."
-        raise left_open(DataError, subject, (*questions, *open_for_analysis(reading)), remedy)
+        raise questions_error(DataError, subject, (*questions, *open_for_analysis(reading)), remedy)
     main = reading.main
     kind = len(main.samples), main.fs_hz, main.recording_unit
     same = {
@@ -197,10 +199,10 @@ def dataset_recordings(public_set: Any, rows: "pandas.DataFrame | None" = None, 
     own = whole[kinds.isin([*SET_UNITS, "unknown"])] if rows is None else rows
     facts = [{key: value for key, value in row.items() if value not in NOT_STATED} for row in own.to_dict("records")]
     speeds = [one for one in whole[kinds == "speed"].to_dict("records") if "rpm" not in stated]
-    return [_of_set(public_set, one, speeds, stated) for one in facts]
+    return [_recording_of_row(public_set, one, speeds, stated) for one in facts]
 
 
-def _of_set(
+def _recording_of_row(
     public_set: Any, facts: Mapping[str, Any], speeds: list[dict[str, Any]], stated: Mapping[str, Any]
 ) -> Recording:
     """Recording of the signal with these `facts`, at the speed of its channel among `speeds` if there is one."""

@@ -23,11 +23,11 @@ from srbval.storage.files import file_sha256, remove_unfinished
 from srbval.storage.json_files import parse_json, write_json
 from srbval.storage.tables import build
 
-SCHEMA_VERSION = 1
+MANIFEST_SCHEMA = 1
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
-NO_RECORDINGS: dict[str, Any] = {"schema_version": SCHEMA_VERSION, "recordings": []}
-HEAD_BYTES = 1000
+NO_RECORDINGS: dict[str, Any] = {"schema_version": MANIFEST_SCHEMA, "recordings": []}
+OUTPUT_MARK_BYTES = 1000
 # Output of srbval: its name, a file with a mark that identifies its folder, and the names of its parts in that folder.
 OWN_OUTPUT = (
     ("report", "report.html", b'<meta name="generator" content="srbval', ("report.pdf", "report.json", "figures")),
@@ -88,7 +88,7 @@ class RegisteredRecording:
         return replace(self, status=status, reason=reason)
 
 
-Entries = dict[str, RegisteredRecording]
+EntriesByFile = dict[str, RegisteredRecording]
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
@@ -129,7 +129,8 @@ def inspect_file(
         if entry.sha256 and entry.status is FileStatus.OK and entry.settings == (settings or None):
             return replace(entry, mtime_ns=mtime_ns)
         entry = replace(entry, size_bytes=size_bytes, mtime_ns=mtime_ns, sha256=sha256, status=FileStatus.OK)
-        entry = _described(replace(entry, format=detect_format(path).name), path, settings or RecordingSettings())
+        entry_of_format = replace(entry, format=detect_format(path).name)
+        entry = _describe_contents(entry_of_format, path, settings or RecordingSettings())
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
@@ -144,7 +145,7 @@ def inspect_file(
     return entry
 
 
-def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
+def _describe_contents(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
     """The entry with the contents of its file, read with the settings that fit it."""
     file, wrong = read_file(path), []
     try:
@@ -186,7 +187,7 @@ def _own_output(path: Path) -> str | None:
         for what, shown_by, mark, parts in OWN_OUTPUT:
             if path.relative_to(folder).parts[0] in (shown_by, *parts) and (folder / shown_by).is_file():
                 with (folder / shown_by).open("rb") as file:
-                    if mark in file.read(HEAD_BYTES):
+                    if mark in file.read(OUTPUT_MARK_BYTES):
                         return f"part of a {what} that srbval wrote, {folder}"
     return None
 
@@ -219,14 +220,14 @@ def manifest_path() -> Path:
     return home_folder() / "manifest.json"
 
 
-def read_manifest() -> Entries:
+def read_manifest() -> EntriesByFile:
     """Entries by the paths of their files, none without a manifest; `DataError` for one that cannot be read.
 
     Files that are not registered and have changed since they were read are left out.
     """
     path = manifest_path()
     try:
-        entries = _entries(path.read_bytes()) if os.path.exists(path) else ()
+        entries = _parse_manifest(path.read_bytes()) if os.path.exists(path) else ()
     except (OSError, ValueError, LookupError, TypeError, ConfigurationError) as error:
         raise DataError(
             f"{path}: not a readable manifest of srbval ({error}). Move it away and register your folders again."
@@ -235,15 +236,15 @@ def read_manifest() -> Entries:
 
 
 @functools.lru_cache(maxsize=1)
-def _entries(content: bytes) -> tuple[RegisteredRecording, ...]:
+def _parse_manifest(content: bytes) -> tuple[RegisteredRecording, ...]:
     """Entries of a manifest, whose commands read it for every file again; raises what its damages raise."""
     document = parse_json(content)
-    if document["schema_version"] != SCHEMA_VERSION:
-        raise ValueError(f"its schema is {document['schema_version']}; {SCHEMA_VERSION} is read")
+    if document["schema_version"] != MANIFEST_SCHEMA:
+        raise ValueError(f"its schema is {document['schema_version']}; {MANIFEST_SCHEMA} is read")
     return tuple(build(RegisteredRecording, table, "recordings") for table in document["recordings"])
 
 
-def update_manifest(change: Callable[[Entries], Entries]) -> None:
+def update_manifest(change: Callable[[EntriesByFile], EntriesByFile]) -> None:
     """Replace the entries of the newest manifest, under a lock, by those that `change` makes of them."""
     import filelock
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 
-Value = NDArray[Any] | str
+ArrayOrText = NDArray[Any] | str
 TEXT = "text"  # format of text tables
 MAX_CODES = 64
-LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
+LARGEST_SAMPLE = 1e100  # above any vibration sample; its square and its spectrum must not overflow
 LONGEST_NAME = 80
 LONGEST_ERROR = 120  # characters quoted of another library's error message
 EXPANSION = 2  # times the file's own size: measured noise hardly compresses
@@ -33,7 +33,7 @@ class RawFile:
 
     path: Path
     format: str
-    variables: Mapping[str, Value]
+    variables: Mapping[str, ArrayOrText]
     attributes: Mapping[str, float | str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     rates_hz: Mapping[str, float] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class RawFile:
     full_scale: bool = False
     unusable: Mapping[str, str] = field(default_factory=dict)
 
-    def _value(self, name: str) -> Value | float | None:
+    def _value(self, name: str) -> ArrayOrText | float | None:
         """The variable or attribute called `name`, if there is none that of another case."""
         held = {**self.attributes, **self.variables}
         return held[name] if name in held else {key.lower(): value for key, value in held.items()}.get(name.lower())
@@ -83,7 +83,7 @@ class RawFile:
         return as_signal(self.variables[name], f"{self.path}: {name}")
 
 
-def as_signal(values: Value, what: str) -> NDArray[np.float64]:
+def as_signal(values: ArrayOrText, what: str) -> NDArray[np.float64]:
     """Samples as a contiguous vector, [n]; NaN, infinite, absurdly large and complex values are refused.
 
     It is float64, or float32 from `LONG_SAMPLES` on: then a mapped file of single precision is used where it is.
@@ -92,7 +92,7 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
     is_long = values.size >= LONG_SAMPLES
-    largest = float(np.finfo(np.float32).max) if is_long else LARGEST
+    largest = float(np.finfo(np.float32).max) if is_long else LARGEST_SAMPLE
     with np.errstate(invalid="ignore", over="ignore"):  # of NaN, of numbers too large for single precision
         samples = np.ascontiguousarray(values, dtype=np.float32 if is_long else np.float64).ravel()
         for first, block in blocks_of(samples):
@@ -112,7 +112,7 @@ def blocks_of(samples: NDArray[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
         yield first, samples[first : first + LONG_SAMPLES]
 
 
-def samples_down(values: NDArray[Any]) -> NDArray[Any]:
+def orient_samples(values: NDArray[Any]) -> NDArray[Any]:
     """A vector or matrix with the samples down and the channels across, shape [n, channels]."""
     matrix = values.reshape(len(values), -1) if values.ndim != 2 else values
     return matrix if matrix.shape[0] >= matrix.shape[1] else matrix.T
@@ -129,14 +129,14 @@ def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
     return str(error).split("\n", 1)[0][:longest] or type(error).__name__
 
 
-def largest_claim(path: Path, expansion: int = EXPANSION) -> int:
+def memory_limit_bytes(path: Path, expansion: int = EXPANSION) -> int:
     """The most memory that the contents of this file may take [bytes]: a few bytes can claim terabytes."""
     return expansion * path.stat().st_size + FREE_BYTES
 
 
 def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
     """Refuse (`DataError`) an array whose claimed size is out of proportion to the file."""
-    limit = largest_claim(path, expansion)
+    limit = memory_limit_bytes(path, expansion)
     if claimed_bytes > limit:
         raise DataError(
             f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size}; the limit is "

@@ -12,7 +12,7 @@ from srbval.errors import DataError
 from srbval.recordings.raw import LONG_SAMPLES, printable
 from srbval.recordings.recording import Origin, SourceFacts
 from srbval.recordings.times import TimeColumn
-from srbval.recordings.units import COUNTS, OTHERS, REVOLUTIONS, SPEED_HZ, UNITS, UNKNOWN
+from srbval.recordings.units import CONVERTER_COUNTS, OTHER_QUANTITIES, REVOLUTIONS, SPEED_HZ, UNITS, UNKNOWN
 
 N_PER_KN = 1e3
 
@@ -47,7 +47,7 @@ class Channel:
     @property
     def scale_missing(self) -> bool:
         """True if a unit is stated, but not how many of it a sample of 1 is."""
-        return self.whole_numbers and self.unit not in (None, UNKNOWN, COUNTS)
+        return self.whole_numbers and self.unit not in (None, UNKNOWN, CONVERTER_COUNTS)
 
     @property
     def rotates(self) -> bool:
@@ -58,7 +58,7 @@ class Channel:
     def vibrates(self) -> bool:
         """True unless the channel is a rotation, another quantity, constant, or only rises or only falls."""
         first, last = self.samples[:-1], self.samples[1:]
-        is_other = self.rotates or self.unit in OTHERS
+        is_other = self.rotates or self.unit in OTHER_QUANTITIES
         return not is_other and bool((last > first).any()) and bool((last < first).any())
 
     @property

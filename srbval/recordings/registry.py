@@ -16,7 +16,7 @@ from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording, recording_from_run, with_settings
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.manifest import (
-    Entries,
+    EntriesByFile,
     FileStatus,
     RegisteredRecording,
     home_folder,
@@ -38,7 +38,7 @@ MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
 TIMEOUT_S = 30
-LONGEST_REASON = 160
+MAX_DOWNLOAD_ERROR_LENGTH = 160
 NO_SETTINGS = RecordingSettings()
 Registered = tuple[RegisteredRecording, ...]
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
@@ -140,10 +140,10 @@ def listing(*, or_none: bool = False, hash_all: bool = False, progress: Progress
         if not folder.is_dir():
             raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
         files += files_under(folder)
-    return RegisterListing(_looked_at(files, known, again=hash_all, progress=progress), unreadable)
+    return RegisterListing(_inspect_and_store(files, known, again=hash_all, progress=progress), unreadable)
 
 
-def verify(*, progress: Progress = silent) -> RegisterListing:
+def verify_recordings(*, progress: Progress = silent) -> RegisterListing:
     """All registered files, each hashed again and compared with its entry."""
     return listing(hash_all=True, progress=progress)
 
@@ -151,10 +151,10 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
 def shipped_recordings() -> tuple[RegisteredRecording, ...]:
     """The rig's open excerpts that come with the program, in compact form; a file in their folder states the source."""
     known, _ = _manifest_or_none()  # the shipped files do not depend on it
-    return RegisterListing(_looked_at(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
+    return RegisterListing(_inspect_and_store(files_under(shipped_folder(RIG_EXCERPTS)), known)).recordings
 
 
-def _manifest_or_none() -> tuple[Entries, str]:
+def _manifest_or_none() -> tuple[EntriesByFile, str]:
     """Entries of the manifest, or none and the reason if it cannot be read."""
     try:
         return read_manifest(), ""
@@ -183,7 +183,7 @@ def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = s
         try:
             pooch.retrieve(url=file.url, known_hash=known, fname=file.name, path=target, downloader=downloader)
         except Exception as error:  # the network and its libraries fail in many ways; the remedy is the same
-            why = first_line(error, LONGEST_REASON)
+            why = first_line(error, MAX_DOWNLOAD_ERROR_LENGTH)
             raise DataError(
                 f"{file.name} could not be downloaded from {file.url} ({why}). Try again with a network, or {by_hand}."
             ) from None
@@ -215,8 +215,8 @@ def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
     return replace(settings, bearing=kept)
 
 
-def _looked_at(
-    files: Iterable[Path], known: Entries, *, again: bool = False, progress: Progress = silent
+def _inspect_and_store(
+    files: Iterable[Path], known: EntriesByFile, *, again: bool = False, progress: Progress = silent
 ) -> list[RegisteredRecording]:
     """Entries of `files` as these are now; the manifest keeps new ones as not registered, to read them once only."""
     found = _inspect(dict.fromkeys(map(str, files), NO_SETTINGS), known, "Verify", progress, again=again)
@@ -228,7 +228,7 @@ def _looked_at(
 
 
 def _inspect(
-    files: Mapping[str, RecordingSettings], known: Entries, task: str, progress: Progress, *, again: bool = False
+    files: Mapping[str, RecordingSettings], known: EntriesByFile, task: str, progress: Progress, *, again: bool = False
 ) -> list[RegisteredRecording]:
     """Entries of `files` with the settings stated for each, compared with the `known` entries.
 
@@ -269,7 +269,7 @@ def _usable_of_rig(entry: RegisteredRecording) -> bool:
     return entry.dataset in RIG_DATASETS and entry.status is FileStatus.OK
 
 
-def unopened(entry: RegisteredRecording) -> bool:
+def is_unopened(entry: RegisteredRecording) -> bool:
     """True for a record of the rig with neither the content nor the operating point of an opened one (`used_for`)."""
     excerpts = dataset(RIG_DATASETS[-1])
     opened = {file.sha256 for file in excerpts.files if file.used_for}
@@ -329,18 +329,18 @@ RecordSource = str | Path | Recording | Run  # a record's file, itself, or a sim
 
 def files_of(paths: Iterable[str | Path]) -> list[str]:
     """Files as they are named, and all files below the folders named, each once."""
-    found = (files_under(Path(path)) if Path(path).is_dir() else [shipped_or(path)] for path in paths)
+    found = (files_under(Path(path)) if Path(path).is_dir() else [find_shipped(path)] for path in paths)
     return list(dict.fromkeys(str(file) for files in found for file in files))
 
 
 def recording_of(source: RecordSource, settings: RecordingSettings = NO_SETTINGS) -> Recording:
     """The recording in a file (see `load_registered`), of a run, or itself; with the `settings` stated."""
     if isinstance(source, str | Path):
-        return load_registered(shipped_or(source), settings)
+        return load_registered(find_shipped(source), settings)
     return with_settings(recording_from_run(source) if isinstance(source, Run) else source, settings)
 
 
-def shipped_or(name: str | Path) -> str | Path:
+def find_shipped(name: str | Path) -> str | Path:
     """A file that is there; else the recording of this name that comes with the program, found in any folder."""
     shipped = shipped_folder(RIG_EXCERPTS) / name
     return shipped if not Path(name).exists() and Path(name).name == str(name) and shipped.is_file() else name

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.recordings.raw import blocks_of
 
-FLAT_TOP, MANY = 3, 10  # equal samples in a row, or in all, at an extreme that a vibration does not show
+MIN_CLIPPED_IN_ROW, MIN_CLIPPED_TOTAL = 3, 10  # equal samples at an extreme, more than a vibration has there
 # As many times more samples at the extreme as next to it, within this share of the range or at the next value: a
 # coarsely digitised sine has 2.4; one that is sampled evenly at its peaks has none next to them.
 PILED_UP, NEAR = 3, 0.01
 SHORTEST_HOLD = 8  # samples; the recordings known here repeat a value three times at most
 COARSE, LONG_HOLD = 2.5, 1000  # digital steps of a usual change from sample to sample; samples
-CHANCE = 1e-3  # holds of this length expected by chance in the record
+MAX_CHANCE_HOLDS = 1e-3  # holds of this length expected by chance in the record
 FULL_SCALES = {12: 2, 14: 2, 16: 1, 24: 1}  # bits of a converter; more samples at both extremes are no coincidence
 CODE_ROUNDING = 0.01  # of a digital step
 
@@ -24,7 +24,7 @@ def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
 
     A long signal is looked at in blocks; the first block with a caution of each kind stands for all.
     """
-    blocks = [(first, _of_block(block, first, samples.size)) for first, block in blocks_of(samples)]
+    blocks = [(first, _block_cautions(block, first, samples.size)) for first, block in blocks_of(samples)]
     if len(blocks) == 1:
         return blocks[0][1]
     kinds: dict[str, list[str]] = {}
@@ -34,7 +34,7 @@ def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
     return tuple(f"{every[0]}; {len(every)} of {len(blocks)} blocks have such samples" for every in kinds.values())
 
 
-def _of_block(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
+def _block_cautions(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
     """Cautions of a block of a signal of `total` samples, which begins with sample `begin`."""
     if samples.size < 2 or samples.min() == samples.max():
         return ()
@@ -47,7 +47,7 @@ def _of_block(samples: FloatArray, begin: int, total: int) -> tuple[str, ...]:
         near, following = ~at & (off <= NEAR * off.max()), off == off[~at].min()
         count, longest, bits = int(lengths[at].sum()), lengths[at].max(), _full_scale(samples, extreme)
         piled_up = count >= PILED_UP * lengths[near | following].sum()
-        if bits or (piled_up and (longest >= FLAT_TOP or (count >= MANY and near.any()))):
+        if bits or (piled_up and (longest >= MIN_CLIPPED_IN_ROW or (count >= MIN_CLIPPED_TOTAL and near.any()))):
             why = f", the limit of {bits} bits" if bits else ""
             said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}{why}, up to {longest} in a row")
             clipped |= at
@@ -66,14 +66,15 @@ def _share(count: int, samples: FloatArray) -> str:
 
 
 def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray, total: int) -> float:
-    """Length that runs of equal samples reach by chance less than `CHANCE` times in a record of `total` samples.
+    """Length from which a run of equal samples is no coincidence in a record of `total` samples.
 
-    If the digits are coarse against the changes from sample to sample, only very long runs count.
+    Chance produces fewer than `MAX_CHANCE_HOLDS` such runs in the record. The length is greater if the digital step is
+    coarse compared with the changes between samples.
     """
     again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
     if again >= 1:
         return math.inf
-    by_chance = math.log(total / CHANCE) / -math.log(again) if again else 0.0
+    by_chance = math.log(total / MAX_CHANCE_HOLDS) / -math.log(again) if again else 0.0
     return max(LONG_HOLD if np.median(steps) < COARSE * steps.min() else SHORTEST_HOLD, by_chance + 1)
 
 

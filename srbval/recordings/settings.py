@@ -21,27 +21,36 @@ from srbval.errors import ConfigurationError, DataError, OpenQuestion, did_you_m
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
-from srbval.recordings.simulated import as_accelerations, as_rotation, at_rate, mean_hz, without_settling
+from srbval.recordings.simulated import as_accelerations, as_rotation, mean_hz, resample_channels, without_settling
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, prescribed_speed, stated_speed, with_tachometer
 from srbval.recordings.times import PLAUSIBLE_HZ
-from srbval.recordings.units import COUNTS, DERIVATIVES, DIFFERENTIATED, FINE, UNITS, UNKNOWN, known_unit, split_unit
+from srbval.recordings.units import (
+    CONVERTER_COUNTS,
+    DERIVATIVE_UNITS,
+    DERIVATIVES,
+    FINE_UNITS,
+    UNITS,
+    UNKNOWN,
+    known_unit,
+    split_unit,
+)
 from srbval.storage.files import read_limited
 from srbval.storage.json_files import to_json
 from srbval.storage.tables import build
 
-FILE = "file"  # column of a table of labels
+FILE_COLUMN = "file"  # column of a table of labels
 ROTATIONS = ("tacho", "cage_channel", "shaft_channel")  # settings that name a channel of a rotation
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
-NAMED_CHANNELS, NEAREST = 16, 5
+NAMED_CHANNELS, MAX_SUGGESTIONS = 16, 5
 LIKELY_HZ = 25600.0  # for the example of a question
 LIKELY_UNITS = {"vel|geschw": "mm/s", "disp|prox|weg|pos": "um", "volt|spannung": "V", "press|mic": "Pa"}  # by names
 VOLTAGES = ("V", "mV", "uV")
 MV_PER_V = 1e3
 POSITIVE = ("fs_hz", "rpm", "rpm_tolerance_pct", "scale", "sensitivity_mv_per_g", "pulses_per_rev", "resample_hz")
 NOTED = ("unit", "scale", "sensitivity_mv_per_g", "state", "bearing", "radial_kn", "axial_kn", "band_hz")
-WORDS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
-WORDS |= {f"{direction}_kn": f"{direction} load [kN]" for direction in ("radial", "axial")}
+SETTING_LABELS = {"sensitivity_mv_per_g": "sensitivity [mV/g]", "band_hz": "demodulation band [Hz]"}
+SETTING_LABELS |= {f"{direction}_kn": f"{direction} load [kN]" for direction in ("radial", "axial")}
 BEARING_QUESTION = OpenQuestion("no bearing", "--bearing NAME | FILE.toml", "--bearing skf-22240")
 SPEED_QUESTION = OpenQuestion("no shaft speed", "--rpm R, or --tacho CHANNEL --pulses-per-rev N", "--rpm 1480")
 
@@ -158,8 +167,8 @@ def with_keywords(text: str) -> str:
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
     """`reading` with the user's settings; `DataError` if the file has no such channel, or a setting does not fit it."""
-    reading = _of_origin(path, reading, settings.origin)
-    changes: dict[str, Any] = {"channels": _changed_channels(path, reading, settings)}
+    reading = _with_origin(path, reading, settings.origin)
+    changes: dict[str, Any] = {"channels": _apply_to_channels(path, reading, settings)}
     notes, channel = [], reading.channel
     stated = {key: name for key in ROTATIONS if (name := getattr(settings, key)) is not None}
     rotations = {key: _find_channel(path, reading, name) for key, name in stated.items()}
@@ -173,7 +182,8 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     changes |= _sampling_rate(path, dataclasses.replace(reading, **changes), settings)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
-    notes += [f"{WORDS.get(k, k)} {v} given by the user" for k in NOTED if (v := getattr(settings, k)) is not None]
+    given = {SETTING_LABELS.get(key, key): getattr(settings, key) for key in NOTED}
+    notes += [f"{label} {value} given by the user" for label, value in given.items() if value is not None]
     if settings.rpm is not None:
         changes["speed"], how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
         changes |= {"speed_signal": None, "speed_problem": None}
@@ -184,22 +194,22 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     states = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
     cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in states]
     changed = dataclasses.replace(reading, **changes, notes=(*reading.notes, *notes))
-    if (time := changed.time) and changed.fs_hz and (against := time.against(changed.fs_hz)):
+    if (time := changed.time) and changed.fs_hz and (against := time.rate_caution(changed.fs_hz)):
         cautions += [] if time.uneven and settings.resample_hz else [against]
     if time is not None and time.missing:
         cautions.append(time.missing_caution())
         alike = {n: c for n, c in changed.channels.items() if c.samples.size == changed.main.samples.size}
-        whole = {n: dataclasses.replace(c, samples=time.filled(c.samples)) for n, c in alike.items()}
+        whole = {n: dataclasses.replace(c, samples=time.fill_missing(c.samples)) for n, c in alike.items()}
         changed = dataclasses.replace(changed, channels={**changed.channels, **whole})
     changed = dataclasses.replace(changed, cautions=(*reading.cautions, *cautions))
-    changed = _prepared(path, changed, settings, rotations)
+    changed = _prepare_signals(path, changed, settings, rotations)
     if "tacho" in rotations:
         pulses = changed.channels[rotations["tacho"]]
         changed = with_tachometer(changed, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
     return changed
 
 
-def _of_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading:
+def _with_origin(path: Path, reading: Reading, stated: Origin | None) -> Reading:
     """`reading` with the origin that the user states; `DataError` if the file states another one than measured."""
     if stated in (None, reading.origin):
         return reading
@@ -225,7 +235,9 @@ def _sampling_rate(path: Path, reading: Reading, settings: RecordingSettings) ->
     return {"fs_hz": fs_hz, "rate_problem": problem or None}
 
 
-def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]) -> Reading:
+def _prepare_signals(
+    path: Path, reading: Reading, settings: RecordingSettings, rotations: Mapping[str, str]
+) -> Reading:
     """Cut, resample and differentiate; read the speeds of cage and shaft from their channels, which are removed.
 
     Velocities and positions of a simulation, and those that the user names, become accelerations.
@@ -254,21 +266,21 @@ def _prepared(path: Path, reading: Reading, settings: RecordingSettings, rotatio
         cage_hz, notes = mean_hz(path, reading.channels[cage], times_s), (*reading.notes, f"cage speed from {cage}")
         reading = dataclasses.replace(reading, cage_hz=cage_hz, notes=notes)
     if settings.resample_hz and is_other_rate:
-        reading = at_rate(path, reading, times_s, settings.resample_hz, derivatives)
+        reading = resample_channels(path, reading, times_s, settings.resample_hz, derivatives)
     if shaft is not None:
         reading = with_tachometer(reading, reading.channels[shaft], pulses_per_rev=None, rpm=settings.rpm)
     vibrations = {name: channel for name, channel in reading.channels.items() if name not in turning}
     return as_accelerations(dataclasses.replace(reading, channels=vibrations), derivatives)
 
 
-def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
+def _apply_to_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
     """All channels, with unit, scale and sensitivity if they fit, state and bearing."""
     stated = {key: getattr(settings, key) for key in ("state", "bearing", "band_hz")}
     given: dict[str, Any] = {key: value for key, value in stated.items() if value}
     given |= {"factor": settings.scale, "whole_numbers": False} if settings.scale else {}
     channels = {}
     for name, own in reading.channels.items():
-        c = dataclasses.replace(own, **given | ({} if own.rotates else _unit_given(path, name, own, settings)))
+        c = dataclasses.replace(own, **given | ({} if own.rotates else _unit_changes(path, name, own, settings)))
         caution = (
             f"its samples are whole numbers of a converter, and no --scale says what they are in {c.unit}: levels "
             "are not known, and not compared with another record's"
@@ -289,22 +301,22 @@ def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings)
     return channels
 
 
-def _unit_given(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
+def _unit_changes(path: Path, name: str, channel: Channel, settings: RecordingSettings) -> dict[str, Any]:
     """Changes of a channel by the user's unit, with a caution or a problem if the file states another one."""
     unit, own = settings.unit, channel.unit
     if unit is None and own is None and settings.derivative is not None:
-        unit = DIFFERENTIATED[settings.derivative]
+        unit = DERIVATIVE_UNITS[settings.derivative]
     if unit is None or unit == own:
         return {}
     said = f"the file states {own} for {printable(name)}, --unit {unit}"
-    if own == COUNTS and not settings.scale:
+    if own == CONVERTER_COUNTS and not settings.scale:
         return {"unit": unit, "whole_numbers": True}
     if own not in (None, UNKNOWN) and unit != UNKNOWN and not settings.scale:
         if UNITS[unit][0] != channel.recording_unit and not channel.scale_missing:
             remedy = f"leave --unit out, or add the factor from the samples to {unit}, --scale F"
             return {"problem": channel.problem or f"{path}: {said} contradicts it: {remedy}."}
         return {"unit": unit, "cautions": (*channel.cautions, f"{said} is used")}
-    whole = channel.whole_numbers and not (unit in FINE and bool((channel.samples % 1 == 0).all()))
+    whole = channel.whole_numbers and not (unit in FINE_UNITS and bool((channel.samples % 1 == 0).all()))
     return {"unit": unit, "whole_numbers": whole and not settings.scale}
 
 
@@ -332,7 +344,7 @@ def open_questions(reading: Reading) -> tuple[OpenQuestion, ...]:
     """Questions that neither the file nor the user answers."""
     questions, names = list[OpenQuestion](), reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
-        known = _names(names)
+        known = _printable_names(names)
         options = f"--channel {' | '.join(known)}", f"--channel {shlex.quote(known[0])}"
         questions.append(OpenQuestion(f"which of {len(names)} channels", *options))
     main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
@@ -391,11 +403,11 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
     known, held = list(reading.channels), "it has"
     if len(known) > NAMED_CHANNELS:
         held = f"the nearest of {len(known)} are"
-        known = difflib.get_close_matches(wanted, known, NEAREST, cutoff=0.0)
-    raise DataError(f"{path}: no channel {printable(wanted)!r}; {held} {', '.join(_names(known))}.")
+        known = difflib.get_close_matches(wanted, known, MAX_SUGGESTIONS, cutoff=0.0)
+    raise DataError(f"{path}: no channel {printable(wanted)!r}; {held} {', '.join(_printable_names(known))}.")
 
 
-def _names(channels: Iterable[str]) -> list[str]:
+def _printable_names(channels: Iterable[str]) -> list[str]:
     names = [printable(name) for name in channels]
     return names if len(names) <= NAMED_CHANNELS else [*names[:NAMED_CHANNELS], "..."]
 
@@ -407,15 +419,15 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     lists everything that is wrong.
     """
     fields = {field.name: str(field.type) for field in dataclasses.fields(RecordingSettings)}
-    columns = (FILE, *(name for name in fields if name != "auto_band"))
+    columns = (FILE_COLUMN, *(name for name in fields if name != "auto_band"))
     lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
     header, *body = list(csv.reader(rows, delimiter=separator, skipinitialspace=True)) or [[]]
     names = [ALIASES.get(name.strip().lower(), name.strip().lower()) for name in header]
     wrong = [f"unknown column {name!r}{did_you_mean(name, columns)}" for name in names if name not in columns]
-    if FILE not in names or len(set(names)) < len(names):
-        wrong.append(f"each of its columns must be there once, {FILE!r} among them")
+    if FILE_COLUMN not in names or len(set(names)) < len(names):
+        wrong.append(f"each of its columns must be there once, {FILE_COLUMN!r} among them")
     if wrong or not body:
         raise ConfigurationError(f"{table}: {'; '.join(wrong) or 'no row below its header'}.")
     found: dict[Path, RecordingSettings] = {}
@@ -423,8 +435,8 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
         try:
             if len(row) != len(names):
                 raise ConfigurationError(f"{len(row)} fields where the header has {len(names)}")
-            stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip() or k == FILE}
-            file = Path(os.path.abspath(folder / stated.pop(FILE)))
+            stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip()}
+            file = Path(os.path.abspath(folder / stated.pop(FILE_COLUMN, "")))
             if not file.is_file():
                 raise ConfigurationError(f"{file}: no such file")
             for key, text in stated.items():

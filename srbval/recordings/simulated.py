@@ -20,9 +20,9 @@ STOPPED_DB = 80.0
 # good to 1.5 % of it. Without a band the highest frequency that is kept needs two samples in each of its periods.
 LONGEST_STEP, LONGEST_WITHOUT_BAND = 1 / 4, 1 / 2
 CUBIC, QUINTIC = 3, 5  # degrees of splines; the difference of both estimates the error of the first
-FINER = 4  # samples of the fine grid in a usual step
+FINE_SAMPLES_PER_STEP = 4  # samples of the fine grid in a usual step
 MOST_SAMPLES = 8  # times as many as were written
-CLOSE = 0.01  # of a new step: values within it are averaged, or the rounding of two of them would become a slope
+SAME_TIME = 0.01  # of a new step: values within it are averaged, or the rounding of two of them would become a slope
 LARGE_ERROR = 0.01  # of the RMS in the band
 MIRRORED = 4096  # samples of the mirror image that continues a signal at either end
 
@@ -76,7 +76,9 @@ def mean_hz(path: Path, rotation: Channel, times_s: FloatArray) -> float:
     return abs(float(np.polynomial.polynomial.polyfit(times_s - np.mean(times_s), rotation.samples, 1)[1]))
 
 
-def at_rate(path: Path, reading: Reading, times_s: FloatArray, fs_hz: float, derivatives: Mapping[str, int]) -> Reading:
+def resample_channels(
+    path: Path, reading: Reading, times_s: FloatArray, fs_hz: float, derivatives: Mapping[str, int]
+) -> Reading:
     """Resample all channels with these times to `fs_hz`, with the estimated error of the channel to analyse.
 
     The error is the difference between cubic and quintic splines, as a share of the RMS in the band, after the
@@ -126,16 +128,16 @@ def _check_steps(path: Path, times_s: FloatArray, fs_hz: float, band_hz: tuple[f
 def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: int = CUBIC) -> FloatArray:
     """Samples at even times, from a spline on a fine grid and a linear-phase low-pass (`PASSED`, `STOPPED`).
 
-    Times within about `CLOSE` of a new step count as one, such as both sides of an event.
+    Times within about `SAME_TIME` of a new step count as one, such as both sides of an event.
     """
     from scipy.interpolate import make_interp_spline
     from scipy.signal import firwin, kaiserord, resample_poly
 
-    close_s = CLOSE / fs_hz
-    times, values = _joined(np.diff(np.floor((times_s - times_s[0]) / close_s)) > 0, times_s, samples)
-    times, values = _joined(np.diff(times) > close_s / 2, times, values)
-    count = int((times_s[-1] - times_s[0]) * fs_hz + CLOSE) + 1
-    factor = max(FINER, math.ceil(FINER / (float(np.median(np.diff(times))) * fs_hz)))
+    close_s = SAME_TIME / fs_hz
+    times, values = _average_groups(np.diff(np.floor((times_s - times_s[0]) / close_s)) > 0, times_s, samples)
+    times, values = _average_groups(np.diff(times) > close_s / 2, times, values)
+    count = int((times_s[-1] - times_s[0]) * fs_hz + SAME_TIME) + 1
+    factor = max(FINE_SAMPLES_PER_STEP, math.ceil(FINE_SAMPLES_PER_STEP / (float(np.median(np.diff(times))) * fs_hz)))
     at = times[0] + np.arange((count - 1) * factor + 1) / (factor * fs_hz)
     taps, beta = kaiserord(STOPPED_DB, 2 * (STOPPED - PASSED) / factor)
     low_pass = firwin(taps | 1, (PASSED + STOPPED) / 2 * fs_hz, window=("kaiser", beta), fs=factor * fs_hz)
@@ -143,7 +145,9 @@ def resampled(times_s: FloatArray, samples: FloatArray, fs_hz: float, degree: in
     return np.asarray(resample_poly(fine, 1, factor, window=low_pass, padtype="antireflect"))
 
 
-def _joined(begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _average_groups(
+    begins: NDArray[np.bool_], times_s: FloatArray, samples: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Means of the groups of neighbours, of which each but the first `begins` after the value before it."""
     group = np.concatenate(([0], np.cumsum(begins)))
     count = np.bincount(group)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.recordings.raw import RawFile, blocks_of, printable
-from srbval.recordings.units import PATTERNS, spelled, split_unit
+from srbval.recordings.units import PATTERNS, rows_by_spelling, split_unit
 
 TIME_UNITS_S, RATE_UNITS_HZ = (
-    {word: float(row["factor"]) for word, row in spelled(kind).items()} for kind in ("time", "rate")
+    {word: float(row["factor"]) for word, row in rows_by_spelling(kind).items()} for kind in ("time", "rate")
 )
 # Rates of vibration records: below, no resonance that a fault excites is sampled (the lowest band here begins at
 # 500 Hz); above lies acoustic emission. A record at 0.5 to 500 kHz with its times in ms reads as 0.5 to 500 Hz.
@@ -22,7 +22,7 @@ PLAUSIBLE_HZ = (500.0, 5e6)
 EPOCH_S = 9e8, 4e9  # seconds since 1970 in the years 1998 to 2096
 DAYS = 2e4, 8e4  # since 1900, as spreadsheets count them, in the years 1954 to 2119
 LARGEST_TIME = 1e19
-UNEVEN = 1e-3  # of a step, beside the rounding of the digits
+MAX_STEP_DEVIATION = 1e-3  # of a step, beside the rounding of the digits
 COARSEST = 0.5  # of a step: digits that hide no missing sample
 SAME_RATE = 1e-3  # of a rate
 MOST_MISSING = 0.5  # of the samples, between the first and the last
@@ -34,7 +34,7 @@ _TIME = re.compile(rf"(?:.*\.)?(?:(?:{PATTERNS['time']}){_WITH_UNIT}|({_UNITS}))
 _RATE, _STEP = (re.compile(rf"(?:nicm|wf)?{PATTERNS[name]}") for name in ("rate", "step"))
 _DAYS = ("%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%Y/%m/%d", "%d-%b-%Y", "%d-%m-%Y", "%d.%m.%y", "%m/%d/%y")
 STAMPS = ("ISO8601", *(f"{day} {clock}" for day in _DAYS for clock in ("%H:%M:%S.%f", "%I:%M:%S.%f%p")))
-_VALUE = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?[\d.]+(?:,\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,7 +59,7 @@ class TimeColumn:
         """Number of samples missing between the first and the last."""
         return 0 if self.places is None else int(self.places[-1]) + 1 - self.places.size
 
-    def against(self, fs_hz: float) -> str | None:
+    def rate_caution(self, fs_hz: float) -> str | None:
         """The caution for a record that is read at `fs_hz` [Hz] all the same."""
         if self.uneven:
             return f"{self.problem}; read as even, at {fs_hz:g} Hz"
@@ -67,7 +67,7 @@ class TimeColumn:
             return None
         return f"the times of {self.name} mean {self.rates_hz[0]:.9g} Hz, read at {fs_hz:.9g} Hz"
 
-    def filled(self, samples: FloatArray) -> FloatArray:
+    def fill_missing(self, samples: FloatArray) -> FloatArray:
         """Samples on the even grid of their places, the missing ones on straight lines between their neighbours."""
         return samples if self.places is None else np.interp(np.arange(self.places[-1] + 1), self.places, samples)
 
@@ -96,7 +96,7 @@ def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
     unit = name[len(bare) :].strip(" []{}()").lower() or None
     plain = re.sub(r"[\W_]+", "", bare.rpartition(".")[2].lower())
     rate, step = _RATE.fullmatch(plain), _STEP.fullmatch(plain)
-    said = _VALUE.fullmatch(value) if isinstance(value, str) else None
+    said = _NUMBER_AND_UNIT.fullmatch(value) if isinstance(value, str) else None
     if not (rate or step) or (isinstance(value, str) and not said):
         return None
     number = float(said[1].replace(",", ".")) if said else float(value)
@@ -107,7 +107,7 @@ def stated_rate(name: str, value: float | str) -> tuple[float, bool] | None:
     return (round(hz, 6), True) if PLAUSIBLE_HZ[0] <= hz <= PLAUSIBLE_HZ[1] else None
 
 
-def times_of_texts(texts: Sequence[str]) -> FloatArray | None:
+def parse_time_stamps(texts: Sequence[str]) -> FloatArray | None:
     """Times [s] of time stamps from the first, [n], in one of `STAMPS`; None if they are in no such form.
 
     Times of day without a date go on past midnight, minutes and seconds past the hour.
@@ -136,13 +136,13 @@ def time_column(raw: RawFile, samples: int) -> TimeColumn | None:
     """Meaning of the file's times for a signal of so many `samples`, of a counter without any; None without either."""
     arrays = {name: a for name in raw.variables if (a := raw.array(name)) is not None and a.size == samples > 2}
     numeric = {name: a for name, a in arrays.items() if a.dtype.kind in "fiu"}
-    found = [times_of(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
+    found = [interpret_times(raw, name) for name, a in numeric.items() if is_time(name, raw.units.get(name), a)]
     rates = [column.rates_hz[0] for column in found if not column.problem and column.rates_hz]
     if rates and max(rates) > min(rates) * (1 + SAME_RATE):
         names = " and ".join(column.name for column in found)
         return TimeColumn(name=names, rates_hz=tuple(rates), problem=f"the times of {names} mean different rates")
     found.sort(key=lambda column: (column.problem is not None, not column.rates_hz))
-    places = {name: counted(a) for name, a in numeric.items() if not is_time(name)}
+    places = {name: read_counter(a) for name, a in numeric.items() if not is_time(name)}
     counters = [TimeColumn(name=printable(name), places=at) for name, at in places.items() if at is not None]
     gaps = next((one for one in counters if one.missing), None)
     if found and gaps is not None and not found[0].problem and found[0].places is None:
@@ -162,7 +162,7 @@ def all_whole(samples: NDArray[Any]) -> bool:
     return all(bool((block == np.floor(block)).all()) for _, block in blocks_of(samples))
 
 
-def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
+def read_counter(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
     """Numbers of the samples, from 0, that a counter of single steps states, which may begin again; else None."""
     flat = np.asarray(values).ravel()
     with np.errstate(invalid="ignore"):
@@ -178,7 +178,7 @@ def counted(values: NDArray[np.generic]) -> NDArray[np.int64] | None:
     return None
 
 
-def times_of(raw: RawFile, name: str) -> TimeColumn:
+def interpret_times(raw: RawFile, name: str) -> TimeColumn:
     """Meaning of the variable `name` as times."""
     shown, values = printable(name), np.ravel(np.asarray(raw.array(name)))
     column = TimeColumn(name=shown)
@@ -202,8 +202,8 @@ def times_of(raw: RawFile, name: str) -> TimeColumn:
     fits = usual > 0 and mean > 0 and gaps.min() > 0 and times.size >= (1 - MOST_MISSING) * (count + 1)
     fits = fits and np.mean(gaps > 1) <= MOST_GAPS
     exact = 0.0 if values.dtype.kind in "iu" else 2 * float(np.spacing(np.abs(values).max()))
-    digit = 0.0 if off <= UNEVEN * mean + exact else _last_digit(values, COARSEST * mean)
-    if not fits or (off > UNEVEN * mean + exact and not off <= 1.01 * digit + exact < COARSEST * mean):
+    digit = 0.0 if off <= MAX_STEP_DEVIATION * mean + exact else _last_digit(values, COARSEST * mean)
+    if not fits or (off > MAX_STEP_DEVIATION * mean + exact and not off <= 1.01 * digit + exact < COARSEST * mean):
         if (steps >= 0).all() and times[-1] > 0 and (is_known or unit is None) and np.mean(steps == 0) > MOST_MISSING:
             likely = (times.size - 1) / (float(times[-1]) * factor)
             zero = f"{int((steps == 0).sum())} of {steps.size} steps are zero; on average {likely:.6g} Hz"
@@ -256,7 +256,7 @@ def _unevenness(name: str, steps: FloatArray, digit: float) -> str:
         return f"the times of {name} do not run forwards: {int((steps <= 0).sum())} of {steps.size} steps"
     off = np.abs(steps - usual)
     which = {"backwards": steps < 0, "repeated": steps == 0, "gaps": steps > 1.5 * usual}
-    which["otherwise uneven"] = (off > UNEVEN * usual + digit) & (steps > 0) & ~which["gaps"]
+    which["otherwise uneven"] = (off > MAX_STEP_DEVIATION * usual + digit) & (steps > 0) & ~which["gaps"]
     said = ", ".join(f"{wrong.sum()} {what}" for what, wrong in which.items() if wrong.any()) or "a slow drift"
     worst = 100 * off.max() / usual
     return f"the times of {name} are uneven: {said} of {steps.size} steps, the worst off by {worst:.3g} %"

@@ -14,41 +14,42 @@ import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 
-_ROWS = tuple(csv.DictReader(Path(__file__).with_name("units.csv").read_text(encoding="utf-8").splitlines()))
-PATTERNS = {row["unit"]: row["spellings"] for row in _ROWS if row["kind"] == "name"}
+_UNIT_ROWS = tuple(csv.DictReader(Path(__file__).with_name("units.csv").read_text(encoding="utf-8").splitlines()))
+PATTERNS = {row["unit"]: row["spellings"] for row in _UNIT_ROWS if row["kind"] == "name"}
 
 
-def spelled(*kinds: str) -> dict[str, Mapping[str, str]]:
+def rows_by_spelling(*kinds: str) -> dict[str, Mapping[str, str]]:
     """Rows of these kinds by every spelling of their units."""
-    rows = [row for row in _ROWS if row["kind"] in kinds]
+    rows = [row for row in _UNIT_ROWS if row["kind"] in kinds]
     return {word: row for row in rows for word in (*row["spellings"].split(), row["unit"])}
 
 
 ACCELERATION, VELOCITY, DISPLACEMENT = "m/s2", "mm/s", "um"  # kept by a recording
 UNKNOWN = "unknown"
 ENVELOPE = "gE"  # a meter's acceleration envelope, which is demodulated already
-COUNTS = "counts"  # of a converter: whole numbers without a scale
+CONVERTER_COUNTS = "counts"  # of a converter: whole numbers without a scale
 # unit of files and options -> unit of the stored samples and factor to it
 UNITS: dict[str, tuple[str, float]] = {
-    row["unit"]: (row["kept"], float(row["factor"])) for row in _ROWS if row["kind"] == "signal"
+    row["unit"]: (row["kept"], float(row["factor"])) for row in _UNIT_ROWS if row["kind"] == "signal"
 }
 DERIVATIVES = {VELOCITY: 1, DISPLACEMENT: 2}  # order of the derivative that makes an acceleration of a unit
 SI_FACTORS = {VELOCITY: 1e-3, DISPLACEMENT: 1e-6}  # to m/s and m
-DIFFERENTIATED = {1: "m/s", 2: "m"}  # units of samples of which only the order of the derivative is stated
+DERIVATIVE_UNITS = {1: "m/s", 2: "m"}  # units of samples of which only the order of the derivative is stated
 # units of a speed and an angle of rotation, and the factors to Hz and to revolutions
 SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
 REVOLUTIONS = {"rad": 1 / (2 * math.pi), "deg": 1 / 360, "rev": 1.0}
-OTHERS = {row["unit"] for row in _ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
-FINE = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", COUNTS, UNKNOWN)  # of which sensors state whole numbers
+OTHER_QUANTITIES = {row["unit"] for row in _UNIT_ROWS if row["kind"] == "other"} - {*SPEED_HZ, *REVOLUTIONS, ENVELOPE}
+# Units so small that a sensor may state whole numbers of them.
+FINE_UNITS = ("mg", "mm/s2", "um/s", "um", "nm", "mV", "uV", CONVERTER_COUNTS, UNKNOWN)
 _SHORT = ("m", "in", "A", "N", "W", "%", "degC", "degF", "deg", "rev")  # mean no unit behind a name
-_KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
+_AMPLITUDE_KIND = re.compile(r"(?<=.)[ _]?(?:rms|eff|pk-?pk|p-?p|0-?p|pk|peak|true)$", re.IGNORECASE)
 _IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[({]\s*([^\[\]{}]*?)\s*[\])}]|\s(?:in|/)\s+(\S+))")
-_BEHIND = re.compile(r"(.*?\w)(?:\s*[,;:/-]\s*|[\s_]+)((?:m|mm|rad|in|g)_[a-z]\w*|[^\s_]+)")
+_UNIT_SUFFIX = re.compile(r"(.*?\w)(?:\s*[,;:/-]\s*|[\s_]+)((?:m|mm|rad|in|g)_[a-z]\w*|[^\s_]+)")
 
 
 @functools.cache
 def _spellings() -> dict[str, str]:
-    known = {word: row["unit"] for word, row in spelled("signal", "other").items()}
+    known = {word: row["unit"] for word, row in rows_by_spelling("signal", "other").items()}
     return {word.lower(): unit for word, unit in known.items() if len(word) > 1} | known
 
 
@@ -56,7 +57,8 @@ def known_unit(text: str) -> str | None:
     """The unit of signals, rotations or other quantities that a text out of a file means, None for any other."""
     plain = re.sub(r"[\s^*·().\[\]]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")
     plain = re.sub("^[\u03bc\u00b5]", "u", plain)
-    words = (case for word in (plain, _KIND.sub("", plain)) for case in (word, word.lower() if len(word) > 1 else word))
+    bare = _AMPLITUDE_KIND.sub("", plain)
+    words = (case for word in (plain, bare) for case in (word, word.lower() if len(word) > 1 else word))
     return next((unit for word in words if (unit := _spellings().get(word))), None)
 
 
@@ -64,7 +66,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
     """Split a column's title into its name and unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``, ``acc_g``, ``g``."""
     if found := _IN_NAME.fullmatch(name):
         return found[1], found[2] or found[3] or None
-    behind = _BEHIND.fullmatch(name)
+    behind = _UNIT_SUFFIX.fullmatch(name)
     for title, unit in ((behind[1], behind[2]) if behind else (name, ""), (name, name)):
         if (known := known_unit(unit)) and known not in _SHORT:
             return title, unit

@@ -23,7 +23,7 @@ from srbval.diagnosis.trend import Trend, record_times, trend_of
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
-from srbval.recordings.registry import RecordSource, shipped_or
+from srbval.recordings.registry import RecordSource, find_shipped
 from srbval.report.blocks import FigureGrid, Report
 from srbval.report.figures.plot import analysis_figure
 from srbval.report.figures.style import figure_style, picture_bytes
@@ -113,7 +113,7 @@ def report_sources(
     """
     if "pdf" in formats:
         require_typst()
-    named = list(dict.fromkeys(str(shipped_or(one)) for one in sources if isinstance(one, str | Path)))
+    named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
     requests = requests_for(named, request)
     others, failed = list[dict[str, Any]](), list[FailedFile]()
     if [one.file for one in requests] != named or len(named) > MOST_SECTIONS:

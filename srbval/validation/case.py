@@ -21,7 +21,7 @@ from srbval.comparison.table6 import CASES, Published
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.recordings import Recording, RecordingSettings, recording_from_run
-from srbval.recordings.registry import RecordSource, listing, shipped_or, shipped_recordings
+from srbval.recordings.registry import RecordSource, find_shipped, listing, shipped_recordings
 from srbval.recordings.settings import settings_of
 from srbval.storage.files import atomic_write
 from srbval.storage.installation import shipped_folder
@@ -162,7 +162,7 @@ def case_of_signals(
         held = [recording_from_run(one) if isinstance(one, Run) else one for one in listed]
         known = [one for one in held if isinstance(one, Recording)]
         bearing = bearing or next((own for one in known if (own := one.own_bearing or one.bearing)), None)
-        files: Any = tuple(one if isinstance(one, Recording) else str(shipped_or(one)) for one in held)
+        files: Any = tuple(one if isinstance(one, Recording) else str(find_shipped(one)) for one in held)
         pair[side] = Source(file=files) if files else None
     if isinstance(bearing, Bearing):
         orders = {"rolling_elements": bearing.rolling_elements} | vars(bearing.orders)

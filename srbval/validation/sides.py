@@ -24,7 +24,7 @@ from srbval.reading.pipeline import RIG_BEARING
 from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.load import read_file
 from srbval.recordings.manifest import RegisteredRecording
-from srbval.recordings.registry import listing, load_registered, registered_settings, rig_recordings, unopened
+from srbval.recordings.registry import is_unopened, listing, load_registered, registered_settings, rig_recordings
 from srbval.recordings.settings import BEARING_QUESTION, apply_settings
 from srbval.validation.case import Case, CasePair, Source, files_of_source
 
@@ -234,7 +234,7 @@ def registered_pairs(pair: CasePair) -> Iterator[CasePair]:
         if None not in point and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
     for _, entry in sorted(chosen.items(), key=lambda one: one[0]):
-        used_for = "blind" if unopened(entry) else pair.used_for
+        used_for = "blind" if is_unopened(entry) else pair.used_for
         measured = dataclasses.replace(source, registered=None, file=(entry.file,))
         own = None if entry.state is Fault.HEALTHY else pair.simulated
         yield dataclasses.replace(

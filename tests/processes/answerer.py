@@ -27,10 +27,10 @@ def _answer(request: Any) -> Any:
     return request
 
 
-def load() -> Callable[[Any], Any]:
+def prepare_worker() -> Callable[[Any], Any]:
     """Return what answers."""
     return _answer
 
 
 if __name__ == "__main__":
-    serve_calls(load)
+    serve_calls(prepare_worker)

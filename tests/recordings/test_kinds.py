@@ -12,7 +12,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.features import features_of
 from srbval.recordings import RecordingSettings, load_recording
 from srbval.recordings.speed import stated_speed
-from srbval.recordings.times import counted
+from srbval.recordings.times import read_counter
 from srbval.recordings.units import known_unit
 
 from .formats import BEARING
@@ -109,7 +109,7 @@ def test_what_a_file_is_instead(tmp_path, text, said):
 @pytest.mark.parametrize("counter", [lambda i: i, lambda i: 5000 + i, lambda i: i % 256, lambda i: i % 65536])
 def test_counters_that_begin_again(counter):
     there = np.setdiff1d(np.arange(100_000), [*range(1000, 1009), 2000, 3000])
-    np.testing.assert_array_equal(counted(counter(there)), there)
+    np.testing.assert_array_equal(read_counter(counter(there)), there)
 
 
 SPELLED = (

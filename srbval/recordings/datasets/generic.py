@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
-from srbval.recordings.raw import RawFile, Value, as_signal, blocks_of, printable, samples_down
+from srbval.recordings.raw import ArrayOrText, RawFile, as_signal, blocks_of, orient_samples, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
-from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, all_whole, counted, is_time, rises, stated_rate
-from srbval.recordings.units import COUNTS, ENVELOPE, known_unit, split_unit
+from srbval.recordings.times import PLAUSIBLE_HZ, SAME_RATE, all_whole, is_time, read_counter, rises, stated_rate
+from srbval.recordings.units import CONVERTER_COUNTS, ENVELOPE, known_unit, split_unit
 
 MIN_SAMPLES = 256
-MAX_COLUMNS = 64
-NAMED = 8  # variables in a list
+MAX_MATRIX_COLUMNS = 64
+MAX_NAMES_LISTED = 8  # variables in a list
 STATED_CI95_RPM = 1.0
 LIKELY_RPM = (1.0, 120_000.0)
 _RATE_IN_TEXT = re.compile(r"\d+(?:[.,]\d+)?\s*[kM]?Hz", re.IGNORECASE)
@@ -30,7 +30,7 @@ _SAMPLES = ("data", "values", "signal", "samples", "value")  # of a struct with 
 def read_generic(raw: RawFile) -> Reading:
     """Take every numeric vector of at least `MIN_SAMPLES`, or matrix column, as a channel; no fact is guessed."""
     channels: dict[str, Channel] = {}
-    for name, channel in _candidates(raw):
+    for name, channel in _find_channels(raw):
         channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
     if not channels:
         held = ", ".join(f"{printable(k)} {getattr(v, 'shape', 'text')}" for k, v in list(raw.variables.items())[:6])
@@ -38,8 +38,9 @@ def read_generic(raw: RawFile) -> Reading:
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
         )
-    if all(channel.problem for channel in channels.values()):
-        raise DataError(str(next(iter(channels.values())).problem))
+    problems = [channel.problem for channel in channels.values() if channel.problem]
+    if len(problems) == len(channels):
+        raise DataError(problems[0])
     rpm, rpm_problem = _named_number(raw, _stated_rpm, LIKELY_RPM)
     rate, rate_problem = _named_number(raw, stated_rate, PLAUSIBLE_HZ)
     own_rates = {channel.fs_hz for channel in channels.values()}
@@ -50,11 +51,12 @@ def read_generic(raw: RawFile) -> Reading:
     ]
     notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
     if unknown := sorted({c.unknown_unit for c in channels.values() if c.unknown_unit}):
-        notes.append(f"left out: unit {', '.join(map(repr, unknown[:NAMED]))}, which is not known")
-    notes += [f"not to be analysed: {channel.problem}" for channel in channels.values() if channel.problem][:NAMED]
+        notes.append(f"left out: unit {', '.join(map(repr, unknown[:MAX_NAMES_LISTED]))}, which is not known")
+    notes += [f"not to be analysed: {problem}" for problem in problems[:MAX_NAMES_LISTED]]
     if left:
-        more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
-        notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {', '.join(left[:NAMED])}{more}")
+        more = f" and {len(left) - MAX_NAMES_LISTED} more" if len(left) > MAX_NAMES_LISTED else ""
+        listed = ", ".join(left[:MAX_NAMES_LISTED])
+        notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {listed}{more}")
     reading = Reading(
         channels=channels,
         origin=Origin.MEASURED,
@@ -74,9 +76,9 @@ def with_named_signals(raw: RawFile) -> RawFile:
 
     The first column of a matrix is its times if it never falls, as in Simulink's arrays; a vibration does not do that.
     """
-    variables, notes, units, rates = dict[str, Value](), raw.notes, dict(raw.units), dict(raw.rates_hz)
+    variables, notes, units, rates = dict[str, ArrayOrText](), raw.notes, dict(raw.units), dict(raw.rates_hz)
     for name, value in raw.variables.items():
-        if (columns := _after_times(value)) is None:
+        if (columns := _split_off_times(value)) is None:
             variables[name] = value
             continue
         variables |= {f"{name}.time": columns[0]} | {f"{name}[{i}]": one for i, one in enumerate(columns[1:], 2)}
@@ -104,21 +106,21 @@ def with_named_signals(raw: RawFile) -> RawFile:
     return replace(raw, variables=variables, notes=notes, units=units, rates_hz=rates)
 
 
-def _after_times(value: Value) -> NDArray[np.generic] | None:
+def _split_off_times(value: ArrayOrText) -> NDArray[np.generic] | None:
     """Columns of a matrix, [k, n], if the first one never falls and mostly rises, as times do; else None."""
     if isinstance(value, str) or value.ndim != 2 or value.dtype.kind not in "fiu":
         return None
-    columns = samples_down(value).T
-    if not 2 <= len(columns) <= MAX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
+    columns = orient_samples(value).T
+    if not 2 <= len(columns) <= MAX_MATRIX_COLUMNS or columns.shape[1] < MIN_SAMPLES:
         return None
     return columns if rises(columns[0]) and (np.diff(columns[0]) != 1).any() else None
 
 
-def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
+def _find_channels(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     for variable, name, column in _vectors(raw):
         text = _unit_text(raw, variable)
         unit, problem, shown = known_unit(text or ""), None, f"{raw.path}: {printable(name)}"
-        if is_time(name) or is_time(name, text, column) or counted(column) is not None:
+        if is_time(name) or is_time(name, text, column) or read_counter(column) is not None:
             continue
         try:
             raw.check_usable(variable)
@@ -131,7 +133,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
         elif unit == ENVELOPE:
             problem = f"{shown} is in gE, an acceleration envelope of a meter, demodulated: export the acceleration."
         rpm = unit is None and _stated_rpm(name, 1.0) is not None
-        whole = unit in (None, COUNTS) and all_whole(samples)
+        whole = unit in (None, CONVERTER_COUNTS) and all_whole(samples)
         yield (
             printable(name),
             Channel(
@@ -165,8 +167,8 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
             continue
         if max(array.shape) == array.size:
             yield name, name, array
-        elif array.ndim == 2 and min(array.shape) <= MAX_COLUMNS and max(array.shape) >= MIN_SAMPLES:
-            yield from ((name, f"{name}[{i}]", column) for i, column in enumerate(samples_down(array).T, 1))
+        elif array.ndim == 2 and min(array.shape) <= MAX_MATRIX_COLUMNS and max(array.shape) >= MIN_SAMPLES:
+            yield from ((name, f"{name}[{i}]", column) for i, column in enumerate(orient_samples(array).T, 1))
 
 
 def _stated_rpm(name: str, value: float | str) -> tuple[float, bool] | None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
-from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
+from srbval.recordings.raw import RawFile, as_signal, orient_samples, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading, scaled
 from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
@@ -22,8 +22,8 @@ FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
 IMPLAUSIBLE_RATIO = 3.0  # to the nominal motor speed; rpm taken for rad/s is off by 9.5
 
 # One of the display unit in SI (m/s2, rad/s), by the label of a quantity.
-ACCELERATION = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
-ROTATION = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
+ACCELERATION_TO_SI = {"g": STANDARD_GRAVITY_M_S2, "m/s2": 1.0, "m/s^2": 1.0}
+ROTATION_TO_SI = {"rpm": math.pi / 30, "rad/s": 1.0, "Hz": 2 * math.pi}
 
 
 class StructSignal(NamedTuple):
@@ -41,12 +41,12 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     sensor stays open if the sensors are arranged differently.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
-    accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
+    accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION_TO_SI))]
     if not accelerations:
         return None
     groups = description.match.groups(raw) or {}
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
-    rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
+    rotations = [s for n in names if (s := _signal(raw, n, ROTATION_TO_SI))]
     used = {s.name for s in (*accelerations, *rotations)}
     left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in names if n not in used]
     said = (f"left out: {', '.join(left)}",) if left else ()
@@ -101,7 +101,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, float]) -> StructSignal |
     increment = raw.number(f"{name}.x_values.increment")
     if increment is None or increment <= 0:
         raise DataError(f"{raw.path}: {name}.x_values.increment must be a positive time step in seconds.")
-    matrix = samples_down(values)
+    matrix = orient_samples(values)
     count = raw.number(f"{name}.x_values.number_of_values")
     if count is not None and int(count) != len(matrix):
         raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")

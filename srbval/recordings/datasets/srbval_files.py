@@ -29,7 +29,7 @@ from srbval.storage.tables import build
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
-SAME_RATE = 1e-6  # relative, of the times of a data set and its stated rate
+RATE_TOLERANCE = 1e-6  # relative, of the times of a data set and its stated rate
 SENSOR = "sensor"  # the channel of a run behind a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
@@ -82,7 +82,7 @@ def read_srbval_file(raw: RawFile) -> Reading | None:
         name=printable(raw.text("name") or "") or None,
         notes=(
             f"{kind} written by srbval{unchecked}",
-            *ended(status, raw.text("reason") or ""),
+            *status_note(status, raw.text("reason") or ""),
             *([f"not validated: {missing}"] if missing else []),
         ),
     )
@@ -94,7 +94,7 @@ def _check_rate(raw: RawFile) -> None:
     if times_s is None or fs_hz is None or times_s.size < 2:
         return
     seconds = float(times_s[-1] - times_s[0])
-    if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < SAME_RATE:
+    if not abs(fs_hz * seconds / (times_s.size - 1) - 1) < RATE_TOLERANCE:
         raise DataError(
             f"{raw.path}: the times of {times_s.size} samples last {seconds:.9g} s, which is not the rate that the "
             f"attribute fs_hz states, {fs_hz:.9g} Hz. Set the attribute to the rate of the samples, low-pass filtered "
@@ -137,7 +137,7 @@ def _own_bearing(raw: RawFile) -> Bearing | None:
     return Bearing(name=name, title=title, source=source, rolling_elements=round(known[-1]), orders=orders)
 
 
-def ended(status: str, reason: str) -> tuple[str, ...]:
+def status_note(status: str, reason: str) -> tuple[str, ...]:
     """A note on a run that may be used and is not plainly ``ok``."""
     return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 

@@ -17,7 +17,7 @@ from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 N_PER_LBF = 4.4482216152605
 HZ_PER_KHZ = 1e3
-LONGEST_NOTE = 300
+MAX_COPY_NOTE_LENGTH = 300
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
@@ -25,12 +25,12 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     named = description.match.groups(raw)
     if named is None:
         return None
-    record, others = _record(raw, description, named)
+    record, others = _record_number(raw, description, named)
     listed = next((r for r in description.records if record and r.first <= int(record) <= r.last), None)
     by_list = {key: value for key in ("label", "end") if listed and (value := getattr(listed, key))}
     said = by_list | named
     state, end = description.state_of(said.get("label")), said.get("end", "").upper()
-    used = dict(_used(raw, description, record))
+    used = dict(_match_channels(raw, description, record))
     channels = {
         rule.name: rule.channel(raw, variable, state if state is Fault.HEALTHY or end in ("", rule.name) else None)
         for rule, variable in used.items()
@@ -49,7 +49,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     notes += [*description.notes, *(f"{rule.name}: {rule.note}" for rule in used if rule.note)]
     notes += [note for note in (description.rate_note, listed and listed.note) if note]
     notes += [f"left out: signals of record {', '.join(others)}"] if others else []
-    notes += [f"compact copy of {printable(original, LONGEST_NOTE)}"] if isinstance(original, str) else []
+    notes += [f"compact copy of {printable(original, MAX_COPY_NOTE_LENGTH)}"] if isinstance(original, str) else []
     return Reading(
         dataset=description.name,
         channels=channels,
@@ -69,7 +69,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     )
 
 
-def _record(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
+def _record_number(raw: RawFile, description: DatasetDescription, named: dict[str, str]) -> tuple[str, list[str]]:
     """Number of the record in the variables' names and the others in the file; empty for sets without numbers."""
     rules = description.channels if description.records else ()
     found = (re.fullmatch(rule.variable, name) for rule in rules for name in raw.variables)
@@ -84,7 +84,7 @@ def _record(raw: RawFile, description: DatasetDescription, named: dict[str, str]
     return "".join(chosen), [n for n in numbers if n not in chosen]
 
 
-def _used(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
+def _match_channels(raw: RawFile, description: DatasetDescription, record: str) -> Iterator[tuple[ChannelRule, str]]:
     """The channels of the record that the file has, with the names of their variables."""
     arrays = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
     for rule in description.channels:

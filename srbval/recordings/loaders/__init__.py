@@ -1,6 +1,6 @@
 """File formats that can be read, recognised by a file's first bytes; a loader makes a `RawFile` and interprets nothing.
 
-A new format is a `limited.FileFormat` and its entry in `FORMATS`.
+A new format is a `limited.FileFormat` and its entry in `FILE_FORMATS`.
 """
 
 import re
@@ -13,19 +13,19 @@ from srbval.recordings.loaders.limited import FileFormat
 HEAD_BYTES = 4096
 
 # The first that matches decides.
-FORMATS: tuple[FileFormat, ...] = (
+FILE_FORMATS: tuple[FileFormat, ...] = (
     arrays.NPY,
     arrays.NPZ,
-    hdf5.FORMAT,
+    hdf5.HDF5,
     matlab.MATLAB,
     matlab.MODELICA,
     signals.AUDIO,
     signals.TDMS,
     signals.UFF,
     signals.LVM,
-    arrays.TABLE,
+    arrays.COLUMN_TABLE,
     arrays.JSON,
-    text.FORMAT,
+    text.TEXT_TABLE,
 )
 
 
@@ -44,10 +44,10 @@ def detect_format(path: Path) -> FileFormat:
         raise DataError(f"{str(path)!r}: not a usable path ({error}).") from None
     if not head:
         raise DataError(f"{path}: the file is empty (0 bytes). Copy or download it again.")
-    for candidate in FORMATS:
+    for candidate in FILE_FORMATS:
         if re.match(candidate.mark, head, re.DOTALL):
             return candidate
-    accepted = ", ".join(candidate.description for candidate in FORMATS)
+    accepted = ", ".join(candidate.description for candidate in FILE_FORMATS)
     raise NoRecordingError(
         f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}."
     )

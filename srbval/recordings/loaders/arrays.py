@@ -10,12 +10,12 @@ import numpy as np
 
 from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import LONGEST_NAME, RawFile, Value, check_claim, first_line
-from srbval.recordings.times import is_time, times_of_texts
+from srbval.recordings.raw import LONGEST_NAME, ArrayOrText, RawFile, check_claim, first_line
+from srbval.recordings.times import is_time, parse_time_stamps
 from srbval.recordings.units import is_unit_key
 
 TABLE_EXPANSION = 16  # both are compressed, values that repeat are stored once
-MAX_COLUMNS = 256
+MAX_TABLE_COLUMNS = 256
 PARQUET = b"PAR1"
 
 
@@ -41,7 +41,7 @@ def load_npz(path: Path) -> RawFile:
         names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
     if not names:
         raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export a workbook as CSV, unpack an archive.")
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     left = []
     with np.load(path, allow_pickle=False) as arrays:
         for name in names:
@@ -64,8 +64,8 @@ def load_table(path: Path) -> RawFile:
     def readable(schema: Any) -> list[str]:
         fits = (types.is_integer, types.is_floating, types.is_decimal, types.is_temporal, types.is_list)
         names = [f.name for f in schema if any(fit(f.type) for fit in fits) or is_time(f.name)]
-        if len(names) > MAX_COLUMNS or len(set(names)) < len(names):
-            most = f"{MAX_COLUMNS} are read at most, each with a name of its own"
+        if len(names) > MAX_TABLE_COLUMNS or len(set(names)) < len(names):
+            most = f"{MAX_TABLE_COLUMNS} are read at most, each with a name of its own"
             raise DataError(f"{path}: {len(names)} columns; {most}.")
         return names
 
@@ -119,7 +119,7 @@ def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
 
     The time of a list is spread over its samples.
     """
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     attributes: dict[str, float | str] = {}
     units: dict[str, str] = {}
     lists = [name for name in frame if len(frame) and isinstance(frame[name].iloc[0], list | np.ndarray)]
@@ -129,12 +129,12 @@ def _of_frame(path: Path, form: str, frame: Any) -> RawFile:
         first, times = values[0] if values.size else None, None
         if name in lists:
             flat = np.concatenate([np.asarray(value) for value in values])
-            times = times_of_texts(flat.tolist()) if flat.dtype.kind in "UO" and is_time(name) else None
+            times = parse_time_stamps(flat.tolist()) if flat.dtype.kind in "UO" and is_time(name) else None
             values = flat.astype(np.float64) if times is None else times
         elif column.dtype.kind in "mM":
             times = (column - column.iloc[0]).dt.total_seconds().to_numpy()
         elif is_time(name) and not isinstance(first, int | float | np.number):
-            times = times_of_texts([str(value) for value in values])
+            times = parse_time_stamps([str(value) for value in values])
         elif isinstance(first, str):
             attributes |= {"unit" if is_unit_key(name) else name: first} if column.nunique() == 1 else {}
             continue
@@ -159,6 +159,6 @@ JSON = FileFormat("JSON", "JSON", _JSON, load_json, "JSON text", _PANDAS, 64)
 _PYARROW = ("pyarrow.parquet", "pyarrow")
 NPY = FileFormat("NumPy", "NumPy .npy", rb"\x93NUMPY", load_npy, trusted=True)
 NPZ = FileFormat("NumPy archive", "NumPy .npz", rb"PK\x03\x04", load_npz, ".npz file")
-TABLE = FileFormat(
+COLUMN_TABLE = FileFormat(
     "table in columns", "Parquet, Feather", rb"PAR1|ARROW1\0\0", load_table, "table", _PYARROW, TABLE_EXPANSION
 )

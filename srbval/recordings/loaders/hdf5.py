@@ -9,12 +9,12 @@ import numpy as np
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.loaders.matlab import add_objects
-from srbval.recordings.raw import RawFile, Value, check_claim
+from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
-MAX_DEPTH = 12
+MAX_GROUP_DEPTH = 12
 MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
 MAX_CELLS = 64  # of one dataset of references
 MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
@@ -38,7 +38,7 @@ def load_hdf5(path: Path) -> RawFile:
     if CHECKSUM in reader.found["attributes"] and not checked:
         raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
     notes = add_objects(path, reader.found["variables"]) if reader.has_objects else ()
-    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else FORMAT.name, notes=notes, **reader.found)
+    return RawFile(path=path, format="MATLAB v7.3" if reader.matlab else HDF5.name, notes=notes, **reader.found)
 
 
 class _Hdf5Reader:
@@ -80,8 +80,8 @@ class _Hdf5Reader:
     def _visit(self, name: str, item: Any, depth: int) -> None:
         import h5py
 
-        if depth > MAX_DEPTH:
-            raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. Not a recording.")
+        if depth > MAX_GROUP_DEPTH:
+            raise DataError(f"{self.path}: nested deeper than {MAX_GROUP_DEPTH} groups or references. Not a recording.")
         if isinstance(item, h5py.Group):
             self.found["attributes"] |= {f"{name}.{key}": value for key, value in self._attributes(item)}
             for key, member in self._members(item):
@@ -106,8 +106,8 @@ class _Hdf5Reader:
                 self.found["units"].setdefault(name, value)
             elif stated := stated_rate(key, value):
                 self.found["rates_hz"].setdefault(name, stated[0])
-        values: Value = ""
-        if reason := _not_there(name, dataset, size):
+        values: ArrayOrText = ""
+        if reason := _reason_unreadable(name, dataset, size):
             if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
                 return
             self.found["unusable"][name] = reason
@@ -141,7 +141,7 @@ class _Hdf5Reader:
         return value
 
 
-def _not_there(name: str, dataset: Any, size: int) -> str | None:
+def _reason_unreadable(name: str, dataset: Any, size: int) -> str | None:
     """Reason why the samples cannot be read: filters missing or too many, or chunks that were never written."""
     import h5py
 
@@ -168,4 +168,4 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))
+HDF5 = FileFormat("HDF5", "HDF5 (MATLAB v7.3 included)", SIGNATURE, load_hdf5, "HDF5 file", ("h5py", "h5py"))

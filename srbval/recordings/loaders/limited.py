@@ -14,7 +14,7 @@ from pathlib import Path
 
 from srbval.errors import DataError
 from srbval.processes.worker import DiedError, WorkerProcess
-from srbval.recordings.raw import EXPANSION, RawFile, largest_claim
+from srbval.recordings.raw import EXPANSION, RawFile, memory_limit_bytes
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
 BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
@@ -55,7 +55,7 @@ class FileFormat:
             return self.read(path)
         computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
         folder = None if path.is_absolute() else os.getcwd()
-        memory = largest_claim(path, self.expansion) + WORKSPACE_BYTES
+        memory = memory_limit_bytes(path, self.expansion) + WORKSPACE_BYTES
         request = (self.read, path, folder, computing_s, memory, self.library, self.kind)
         for fresh in (False, True):
             try:

@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import RawFile, Value, check_claim, first_line
+from srbval.recordings.raw import ArrayOrText, RawFile, check_claim, first_line
 from srbval.recordings.times import is_time
 from srbval.storage.installation import pip_command
 
 MATLAB_MARK = rb"MATLAB 5\.0|.{124}(?:\x00\x01IM|\x01\x00MI)"  # text, or version and order of bytes
-EXPANSION = 4  # compressed once, and held twice while the contents are handed over
-MAX_DEPTH = 32
+MATLAB_EXPANSION = 4  # compressed once, and held twice while the contents are handed over
+MAX_STRUCT_DEPTH = 32
 MAX_VARIABLES = 25_000
-LEAST = 256  # samples of a signal
+MIN_SIGNAL_SAMPLES = 256  # samples of a signal
 OBJECTS = "__function_workspace__"  # scipy's name for the contents of MATLAB's objects
-SERIES = ".Data_"  # property of a `timeseries` with its samples
+TIMESERIES_SUFFIX = ".Data_"  # property of a `timeseries` with its samples
 MODELICA_MARK = rb".{20}Aclass\0"  # name of the first matrix, behind its header
 TRANSPOSED = "binTrans"  # layout of a Modelica result file; the other one is binNormal
 _MODELICA_UNIT = re.compile(r".*\[([^\[\]|:]+)[^\[\]]*\]\s*", re.DOTALL)  # at the end of a description
@@ -35,7 +35,7 @@ def load_matlab(path: Path) -> RawFile:
     with contextlib.suppress(TypeError):  # it fails at objects, which have no shape; the memory is limited in any case
         for name, shape, _ in whosmat(path):
             check_claim(path, math.prod(shape), f"{name!r}")
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     contents = loadmat(path)
     for name, value in contents.items():
         if not name.startswith("__"):  # scipy's own, and what MATLAB itself stores without a name
@@ -44,12 +44,12 @@ def load_matlab(path: Path) -> RawFile:
     return RawFile(path=path, format=MATLAB.name, variables=variables, notes=notes)
 
 
-def collect(variables: dict[str, Value], name: str, value: Any, depth: int = 0) -> None:
+def collect(variables: dict[str, ArrayOrText], name: str, value: Any, depth: int = 0) -> None:
     """Add the numbers and texts of a value that scipy or mat-io has read, under dotted names."""
     from scipy.io.matlab import MatlabFunction, MatlabOpaque
 
-    if depth > MAX_DEPTH or len(variables) >= MAX_VARIABLES:
-        most = f"{MAX_DEPTH} levels and {MAX_VARIABLES} variables"
+    if depth > MAX_STRUCT_DEPTH or len(variables) >= MAX_VARIABLES:
+        most = f"{MAX_STRUCT_DEPTH} levels and {MAX_VARIABLES} variables"
         raise DataError(f"{name[:99]!r} is beyond the {most} that are read at most. Not a recording.")
     if hasattr(value, "columns"):  # a table of pandas, with the times of a timetable as its index
         value = {"time": value.index.to_numpy()} | {str(key): value[key].to_numpy() for key in value.columns}
@@ -73,7 +73,7 @@ def collect(variables: dict[str, Value], name: str, value: Any, depth: int = 0) 
                 collect(variables, f"{place}.{field}" if field else place, member, depth + 1)
 
 
-def add_objects(path: Path, variables: dict[str, Value]) -> tuple[str, ...]:
+def add_objects(path: Path, variables: dict[str, ArrayOrText]) -> tuple[str, ...]:
     """Add the contents of MATLAB's objects (timeseries, timetable, Dataset), if the library mat-io is installed.
 
     Raises `DataError` with the command to export a table if the file has no other signal.
@@ -89,7 +89,7 @@ def add_objects(path: Path, variables: dict[str, Value]) -> tuple[str, ...]:
         why = f"which need the library mat-io ({pip_command('mat-io')})"
     except Exception as error:  # the one border where a hostile file meets foreign code
         why = f"which mat-io cannot read ({first_line(error)})"
-    if any(isinstance(value, np.ndarray) and value.size >= LEAST for value in variables.values()):
+    if any(isinstance(value, np.ndarray) and value.size >= MIN_SIGNAL_SAMPLES for value in variables.values()):
         return (f"left out: MATLAB objects, {why}",) if why else ()
     raise DataError(
         f"{path}: its signals are MATLAB objects (timeseries, timetable or Dataset), {why or 'too short'}. Or export a "
@@ -97,10 +97,10 @@ def add_objects(path: Path, variables: dict[str, Value]) -> tuple[str, ...]:
     )
 
 
-def _name_series(variables: dict[str, Value]) -> None:
+def _name_series(variables: dict[str, ArrayOrText]) -> None:
     """Replace the properties of each `timeseries` by its samples and times; even times are stored as start and step."""
-    for name in [name for name in variables if name.endswith(SERIES)]:
-        owner, samples = name.removesuffix(SERIES), variables[name]
+    for name in [name for name in variables if name.endswith(TIMESERIES_SUFFIX)]:
+        owner, samples = name.removesuffix(TIMESERIES_SUFFIX), variables[name]
         count, info = max(np.shape(samples), default=0), f"{owner}.TimeInfo"
         start, step, units = (variables.get(f"{info}.{key}") for key in ("Start_", "Increment_", "Units"))
         stored = (variables.get(f"{place}.Time_") for place in (info, owner))
@@ -120,15 +120,15 @@ def load_modelica(path: Path) -> RawFile:
     from scipy.io import loadmat
 
     contents = loadmat(path, chars_as_strings=False)
-    transposed = TRANSPOSED in _texts(contents["Aclass"])
+    transposed = TRANSPOSED in _decode_rows(contents["Aclass"])
 
     def matrix(name: str) -> NDArray[Any]:
         return np.asarray(contents[name]).T if transposed else np.asarray(contents[name])
 
-    names, places = _texts(matrix("name")), matrix("dataInfo")[:, :2].astype(int)
-    described = _texts(matrix("description")) if "description" in contents else []
+    names, places = _decode_rows(matrix("name")), matrix("dataInfo")[:, :2].astype(int)
+    described = _decode_rows(matrix("description")) if "description" in contents else []
     columns: dict[tuple[int, int], NDArray[Any]] = {}
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     for name, (block, column) in zip(names, places.tolist(), strict=True):
         place = (block or 2, column)
         if place not in columns:
@@ -148,11 +148,13 @@ def load_modelica(path: Path) -> RawFile:
     )
 
 
-def _texts(letters: NDArray[Any]) -> list[str]:
+def _decode_rows(letters: NDArray[Any]) -> list[str]:
     """Texts of a matrix of letters, one in each row; their bytes are UTF-8."""
     return ["".join(row).encode("latin-1").decode("utf-8", "replace").strip("\0 ") for row in letters]
 
 
 _SCIPY = ("scipy.io.matlab", "scipy")
-MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", _SCIPY, EXPANSION)
-MODELICA = FileFormat("Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", _SCIPY, EXPANSION)
+MATLAB = FileFormat("MATLAB v5", "MATLAB v5", MATLAB_MARK, load_matlab, "MATLAB v5 file", _SCIPY, MATLAB_EXPANSION)
+MODELICA = FileFormat(
+    "Modelica", "Modelica result", MODELICA_MARK, load_modelica, "Modelica result", _SCIPY, MATLAB_EXPANSION
+)

@@ -15,16 +15,16 @@ from srbval.storage.installation import pip_command
 Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, tuple[str, str] | None, str]
 
 
-def load() -> Callable[[Request], RawFile | DataError]:
+def prepare_worker() -> Callable[[Request], RawFile | DataError]:
     """Let libraries print nothing, and a crash leave no memory dump in the user's folder."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(nowhere, stream)
     limit("RLIMIT_CORE", 0)
-    return _read
+    return _load_within_limits
 
 
-def _read(request: Request) -> RawFile | DataError:
+def _load_within_limits(request: Request) -> RawFile | DataError:
     """Load a file in the given working folder, with so much computing time [s] (else SIGXCPU) and memory [bytes]."""
     read, path, folder, computing_s, memory, library, kind = request
     if library is not None:
@@ -53,4 +53,4 @@ def _read(request: Request) -> RawFile | DataError:
 
 
 if __name__ == "__main__":
-    serve_calls(load)
+    serve_calls(prepare_worker)

@@ -10,7 +10,7 @@ import numpy as np
 
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import RawFile, Value, check_claim
+from srbval.recordings.raw import ArrayOrText, RawFile, check_claim
 from srbval.recordings.times import stated_rate
 from srbval.recordings.units import is_unit_key
 
@@ -19,11 +19,11 @@ BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
 NEVER_WRITTEN = 0xFFFF_FF00  # sizes from here on: of a header that was not completed, as of a stream
 MAX_CHANNELS = 256
 UFF_EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
-FUNCTION, UNITS = 58, 164  # data sets
-TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
-ACCELERATION = 12  # specific data type of its ordinate
-SI = 1  # units code of data set 164
-EVEN = 1  # abscissa spacing
+UFF_FUNCTION, UFF_UNITS = 58, 164  # data sets
+UFF_TIME_SIGNALS = (0, 1)  # function types of data set 58: general, time response
+UFF_ACCELERATION = 12  # specific data type of its ordinate
+UFF_SI_UNITS = 1  # units code of data set 164
+UFF_EVEN_TIMES = 1  # abscissa spacing
 LVM_TIMES, LVM_FACTS = "X_Value", ("Y_Unit_Label", "Delta_X")  # a column, and rows of a segment's head
 _SIZES = re.compile(r"(\w[\w ]*?)\s*: (\d+) \(should be (\d+)\)")
 _UFF_MARK = re.compile(rb"^    -1[ \t]*(?:\r?\n|\r|\Z)", re.MULTILINE)
@@ -128,14 +128,14 @@ def load_uff(path: Path) -> RawFile:
     # pyuff takes bytes of samples for marks; the sets are given to it as their own headers count them.
     file._block_ind, file._n_sets = np.array(blocks, np.int64).reshape(-1, 3)[:, :2], len(blocks)
     file._set_types, file._set_formats = np.array(types), np.zeros(len(blocks))
-    functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
-    systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
+    functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == UFF_FUNCTION]
+    systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UFF_UNITS}
     titles = [str(function["id1"]).strip() for function in functions]
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
     for title, function in zip(titles, functions, strict=True):
-        if function["func_type"] not in TIME_SIGNALS:
+        if function["func_type"] not in UFF_TIME_SIGNALS:
             continue
         name = title
         if title in ("", "NONE") or titles.count(title) > 1:
@@ -147,9 +147,9 @@ def load_uff(path: Path) -> RawFile:
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label not in ("", "NONE"):
             units[name] = label
-        elif function["ordinate_spec_data_type"] == ACCELERATION and systems == {SI}:
+        elif function["ordinate_spec_data_type"] == UFF_ACCELERATION and systems == {UFF_SI_UNITS}:
             units[name] = "m/s2"
-        if function["abscissa_spacing"] != EVEN:
+        if function["abscissa_spacing"] != UFF_EVEN_TIMES:
             variables[f"{name}.time"] = np.asarray(function["x"])
         elif function["abscissa_inc"] > 0:
             rates[name] = 1 / float(function["abscissa_inc"])
@@ -190,7 +190,7 @@ def load_lvm(path: Path) -> RawFile:
 
     lines = path.read_text("utf-8-sig", "replace").splitlines(keepends=True)
     contents = lvm_read.read_lines(lines, separator=lvm_read._get_separator(lines))
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
     for number in range(contents["Segments"]):

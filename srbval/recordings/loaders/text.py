@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError, NoRecordingError
 from srbval.recordings.loaders.limited import FileFormat
-from srbval.recordings.raw import LONGEST_NAME, TEXT, RawFile, Value, first_line, printable
-from srbval.recordings.times import counted, is_time, rises, stated_rate, times_of_texts
+from srbval.recordings.raw import LONGEST_NAME, TEXT, ArrayOrText, RawFile, first_line, printable
+from srbval.recordings.times import is_time, parse_time_stamps, read_counter, rises, stated_rate
 from srbval.recordings.units import UNITS, is_unit_key, known_unit, split_unit
 
-MAX_COLUMNS = 1024
+MAX_TEXT_COLUMNS = 1024
 LARGEST_TEXT = 500 * 10**6  # bytes
 FEW_ROWS, MANY_FIELDS = 64, 256  # a file of so few rows of so many numbers has a channel in each row
 TRIED_ROWS = 25  # that decide what a column contains
@@ -26,7 +26,7 @@ _CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
 _COMMENT = re.compile(r"^(?:%|//)")
 _KEY = re.compile(r'[#\s"]*([A-Za-z][^:=;,\t]{0,60}?)"?\s*(?:[:=;,\t]\s*)+"?(.+?)[\s";,]*')
 _COLON = re.compile(r"[#\s]*[A-Za-z][\w .()\[\]/-]*?\s*[:=]")
-_NUMBER = re.compile(r"[+-]?(?:\d++(?:[.,]\d*+)*+|[.,]\d++)(?:[eE][+-]?\d++)?", re.ASCII)
+_DECIMAL_NUMBER = re.compile(r"[+-]?(?:\d++(?:[.,]\d*+)*+|[.,]\d++)(?:[eE][+-]?\d++)?", re.ASCII)
 _PLAIN = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.ASCII | re.IGNORECASE)
 _LIKE_A_NUMBER = re.compile(r"[+\-−]?[.,]?\d|(?:[+-]?(?:nan|inf|infinity)|null|none|n/?a)?$", re.IGNORECASE)
 _CLOCK = re.compile(r"[^,;]*\d:\d\d?")
@@ -66,11 +66,12 @@ def load_text(path: Path) -> RawFile:
     out. Decimal commas are read if another separator leaves no doubt. Raises `DataError` for rows that are not like the
     others. A column with fields that are no finite numbers is `unusable`. A few rows of many numbers are channels.
     """
-    lines, notes = _lines(path)
+    lines, notes = _read_lines(path)
     table = _find_table(path, lines)
     above = lines[: table.lines[0]]
     if len(table.kinds) >= MANY_FIELDS and len(table.rows) <= FEW_ROWS:
-        names, units, used = [row[0] if _kind(row[0]) == "x" else "" for row in table.rows], list[str](), set[int]()
+        names = [row[0] if _classify_field(row[0]) == "x" else "" for row in table.rows]
+        units, used = list[str](), set[int]()
         columns = [row[bool(name) :] for row, name in zip(table.rows, names, strict=True)]
         kinds = "n" * len(columns)
         notes += (f"{len(columns)} row(s) of many numbers, each read as a channel",)
@@ -80,7 +81,7 @@ def load_text(path: Path) -> RawFile:
         columns, kinds = [list(column) for column in zip(*table.rows, strict=True)], table.kinds
     comma = _has_decimal_commas(path, columns, kinds, table)
     names = names or [""] * len(columns)
-    variables: dict[str, Value] = {}
+    variables: dict[str, ArrayOrText] = {}
     said: dict[str, str] = {}
     unusable: dict[str, str] = {}
     left = []
@@ -90,30 +91,30 @@ def load_text(path: Path) -> RawFile:
             stamps = fields
             if kinds.count("d") == kinds.count("t") and re.match(r"\d{1,2}:", fields[0]):  # times of day beside days
                 stamps = [f"{day} {time}" for day, time in zip(columns[kinds.index("d")], fields, strict=True)]
-            if (times := times_of_texts(stamps)) is None:
+            if (times := parse_time_stamps(stamps)) is None:
                 wrong = f"the times of {printable(key)} are not understood ({printable(fields[0])!r})"
             values, said[key] = np.full(len(fields), np.nan) if times is None else times, "s"
-        elif kinds[i] in "ne" and not np.isnan(values := _numbers(fields, comma=comma)).all():
-            wrong = _not_finite(key, fields, values, table.lines)
+        elif kinds[i] in "ne" and not np.isnan(values := _parse_numbers(fields, comma=comma)).all():
+            wrong = _describe_non_finite(key, fields, values, table.lines)
         else:
             left += [printable(name)] if name and kinds[i] != "d" else []
             continue
-        if not any(names) and i == 0 and len(columns) > 1 and rises(values) and counted(values) is None:
+        if not any(names) and i == 0 and len(columns) > 1 and rises(values) and read_counter(values) is None:
             key = "time"
         variables[key] = values
         said |= {key: units[i]} if key not in said and any(map(str.isalpha, "".join(units[i : i + 1]))) else {}
         unusable |= {key: wrong} if wrong else {}
     notes += ("decimal commas read as decimal points",) if comma else ()
-    notes += (f"left out, no numbers: {', '.join(left)[:MAX_COLUMNS]}",) if left else ()
+    notes += (f"left out, no numbers: {', '.join(left)[:MAX_TEXT_COLUMNS]}",) if left else ()
     below = sum(bool(line.strip("# ")) for line in lines[table.lines[-1] + 1 :])
     notes += (f"left out: {below} line(s) below the table",) if below else ()
-    facts = _settings(path, [line for i, line in enumerate(above) if i not in used])
+    facts = _read_statements(path, [line for i, line in enumerate(above) if i not in used])
     return RawFile(
         path=path, format=TEXT, variables=variables, attributes=facts, notes=notes, units=said, unusable=unusable
     )
 
 
-def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
+def _describe_non_finite(key: str, fields: list[str], values: NDArray[np.float64], lines: list[int]) -> str:
     """Message on fields that are no finite numbers, empty without any."""
     bad = np.flatnonzero(~np.isfinite(values))
     if not bad.size:
@@ -123,7 +124,7 @@ def _not_finite(key: str, fields: list[str], values: NDArray[np.float64], lines:
     return f"{bad.size} line(s) with a field that is not finite ({field!r}) {where}. Export the record again."
 
 
-def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
+def _read_lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     """The lines, without blanks at their ends, and what is to be noted."""
     if (size := path.stat().st_size) > LARGEST_TEXT:
         raise DataError(
@@ -138,7 +139,7 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
             raise DataError(f"{path}: damaged UTF-16 text ({first_line(error)}). Save it as UTF-8.") from None
         text = content.decode("latin-1")
     for beginning, what in OTHER_TEXTS.items():
-        if re.match(rf"\s*(?:{beginning})", text[:MAX_COLUMNS], re.IGNORECASE):
+        if re.match(rf"\s*(?:{beginning})", text[:MAX_TEXT_COLUMNS], re.IGNORECASE):
             raise (DataError if "pointer" in what else NoRecordingError)(f"{path}: {what}.")
     text = re.sub("\r+\n", "\n", text) if "\r" in text else text
     text = text if "\n" in text else text.replace("\r", "\n")
@@ -167,13 +168,13 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
         lines[:] = [_STAMP.sub(r"\1T\2\3", line) for line in lines]
     for typical in (filled[len(filled) // 2], filled[-1], filled[0]):
         separator = stated[1] if stated else _separator(lines[typical])
-        own = "".join(map(_kind, _fields(lines[typical], separator)))
+        own = "".join(map(_classify_field, _fields(lines[typical], separator)))
         if "n" in own:
             break
     rows = [_fields(lines[i], separator) for i in filled]
 
     def is_row(fields: list[str]) -> bool:
-        kinds = "".join(map(_kind, fields)) if len(fields) == len(own) else ""
+        kinds = "".join(map(_classify_field, fields)) if len(fields) == len(own) else ""
         return "n" in kinds and all(
             kind in (usual, "e") or usual in "ex" for kind, usual in zip(kinds, own, strict=True)
         )
@@ -185,20 +186,18 @@ def _find_table(path: Path, lines: list[str]) -> TableLayout:
         shown = next((i for i, row in zip(filled[1:], rows[1:], strict=True) if not is_row(row)), filled[0])
         wrong = f"line {shown + 1} is {printable(lines[shown])!r}"
         raise NoRecordingError(f"{path}: a text file, but not a table of numbers ({wrong}){_hint(separator)}.")
-    while (
-        last - first > 1 and _numbered(rows[first]) and any("." in field or "," in field for field in rows[first + 1])
-    ):
+    while last - first > 1 and _counts_up(rows[first]) and any("." in f or "," in f for f in rows[first + 1]):
         first += 1  # the names are numbers
-    kinds = [list(map(_kind, column)) for column in zip(*(row for row in tried if is_row(row)), strict=True)]
+    kinds = [list(map(_classify_field, column)) for column in zip(*(row for row in tried if is_row(row)), strict=True)]
     usual = "".join(max("entdx" if set(kind) == {"e"} else "ntdx", key=kind.count) for kind in kinds)
-    while usual[0] in "nt" and last - first > 1 and _kind(begin := rows[last - 1][0]) == "x":
+    while usual[0] in "nt" and last - first > 1 and _classify_field(begin := rows[last - 1][0]) == "x":
         if _LIKE_A_NUMBER.match(begin):
             break
         last -= 1  # below the table
     return TableLayout(separator=separator, lines=filled[first:last], rows=rows[first:last], kinds=usual)
 
 
-def _numbered(fields: list[str]) -> bool:
+def _counts_up(fields: list[str]) -> bool:
     """True for the numbers 0, 1, 2, ... which pandas writes for names, perhaps behind an index without one."""
     counted_names = [str(i) for i in range(len(fields))]
     return fields in (counted_names, ["", *counted_names[:-1]])
@@ -220,9 +219,9 @@ def _fields(line: str, separator: str | None) -> list[str]:
     return parts[:-1] if line.endswith(separator) else parts
 
 
-def _kind(field: str) -> str:
+def _classify_field(field: str) -> str:
     """Kind of a field: number, time, date, empty or another text."""
-    if _NUMBER.fullmatch(field):
+    if _DECIMAL_NUMBER.fullmatch(field):
         return "n"
     if _MISSING.fullmatch(field):
         return "e"
@@ -235,11 +234,11 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
     Empty fields at the ends of rows are made the same number.
     """
     separator, first, columns = table.separator, table.lines[0], len(table.kinds)
-    if columns > MAX_COLUMNS:
-        raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_COLUMNS}.")
+    if columns > MAX_TEXT_COLUMNS:
+        raise NoRecordingError(f"{path}: {columns} columns; a table of numbers has at most {MAX_TEXT_COLUMNS}.")
 
     def has_numbers_only(line: str) -> bool:
-        kinds = {_kind(field) for field in _fields(line, separator)} if line.strip() else set()
+        kinds = {_classify_field(field) for field in _fields(line, separator)} if line.strip() else set()
         return "n" in kinds and kinds <= {"n", "e"}
 
     between = range(first, table.lines[-1])
@@ -257,7 +256,7 @@ def _check_rows(path: Path, lines: list[str], table: TableLayout) -> None:
     others = [i for i, row in zip(table.lines, table.rows, strict=True) if len(row) != columns]
     remedy = f"Values are missing or in the wrong columns there: export the record again{_hint(separator)}"
     _refuse(path, others, f"do not have {columns} fields as line {first + 1} has", remedy)
-    above = [i for i in range(first) if has_numbers_only(lines[i]) and not _numbered(_fields(lines[i], separator))]
+    above = [i for i in range(first) if has_numbers_only(lines[i]) and not _counts_up(_fields(lines[i], separator))]
     _refuse(path, above, "of numbers above the table and unlike it", "Correct them, or put a # before them")
 
 
@@ -275,7 +274,7 @@ def _header(path: Path, above: list[str], table: TableLayout) -> tuple[list[str]
         if fields is None and i == len(above) - 1 and not comment and not _COLON.match(line):
             said = f"line {i + 1} has {len(_fields(line, separator))} names for {columns} columns"
             raise DataError(f"{path}: {said}. Name each{_hint(separator)}.")
-        if fields is None or (columns == 1 and _COLON.match(line)) or _states(fields):
+        if fields is None or (columns == 1 and _COLON.match(line)) or _is_statement(fields):
             break
         if comment and not any(is_time(field) or known_unit(split_unit(field)[1] or "") for field in fields):
             break
@@ -305,17 +304,17 @@ def _names_of(line: str, separator: str | None, columns: int) -> list[str] | Non
     return next((fields for fields in tried if len(fields) == columns), None)
 
 
-def _states(fields: list[str]) -> bool:
+def _is_statement(fields: list[str]) -> bool:
     """True for a line with a setting and its value instead of names."""
     first, rest = fields[0].rstrip(": "), [field for field in fields[1:] if field]
-    is_value = len(rest) == 1 and bool(_NUMBER.match(rest[0])) and not _LIKE_A_NUMBER.match(first)
+    is_value = len(rest) == 1 and bool(_DECIMAL_NUMBER.match(rest[0])) and not _LIKE_A_NUMBER.match(first)
     return len(fields) > 1 and (is_value or is_unit_key(first) or any(stated_rate(first, value) for value in rest[:1]))
 
 
 def _check_names(where: str, names: list[str], table: TableLayout) -> None:
     """Refuse names that are none, or not of one column each; an index and columns without numbers need none."""
     needed = [name for i, name in enumerate(names) if table.kinds[i] in "ntd" and (name or i)]
-    if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _numbered(names)]:
+    if wrong := [name for name in needed if _LIKE_A_NUMBER.match(name) and not _counts_up(names)]:
         raise DataError(
             f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name neither is empty "
             f"nor begins like a number{_hint(table.separator)}. Correct the line, or put a # before it."
@@ -324,7 +323,7 @@ def _check_names(where: str, names: list[str], table: TableLayout) -> None:
         raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
 
 
-def _settings(path: Path, above: list[str]) -> dict[str, float | str]:
+def _read_statements(path: Path, above: list[str]) -> dict[str, float | str]:
     """Statements ``name: value`` of the lines above the table."""
     found: dict[str, float | str] = {}
     for match in filter(None, map(_KEY.fullmatch, above)):
@@ -335,7 +334,7 @@ def _settings(path: Path, above: list[str]) -> dict[str, float | str]:
     return found
 
 
-def _numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
+def _parse_numbers(fields: list[str], *, comma: bool) -> NDArray[np.float64]:
     """Numbers of the fields, NaN for any other text."""
     texts = [field.replace(",", ".") for field in fields] if comma else fields
     return np.array([text if _PLAIN.fullmatch(text) else "nan" for text in texts], np.float64)
@@ -364,4 +363,4 @@ def _has_decimal_commas(path: Path, columns: list[list[str]], kinds: str, table:
 
 # No control characters but white space, in any 8-bit encoding, or UTF-16 with its mark.
 _TEXT = rb"\xff\xfe|\xfe\xff|[^\0-\x08\x0b\x0e-\x1f]*\Z"
-FORMAT = FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True)
+TEXT_TABLE = FileFormat(TEXT, "a text table", _TEXT, load_text, trusted=True)
