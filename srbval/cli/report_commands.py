@@ -49,7 +49,7 @@ def report(options: argparse.Namespace) -> int:
 def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
-        from srbval.report.sections.answer import finding
+        from srbval.report.sections.answer import finding_sentence
         from srbval.studies.harness import pages
     found, files = make_report(
         folder,
@@ -61,7 +61,10 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         progress=progress,
     )
     headline = to_json(found.data["headline"])
-    return files, {"headline": {"text": finding(headline["verdicts"])} | headline, "table6": found.data["table6"]}
+    return files, {
+        "headline": {"text": finding_sentence(headline["verdicts"])} | headline,
+        "table6": found.data["table6"],
+    }
 
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:

@@ -10,10 +10,11 @@ from typing import Any
 
 from srbval.report.figures.style import Drawing
 
-FIGURES = "figures"  # the folder of pictures and their data beside the documents
-Value = float | int | str | bool | None
+FIGURES_FOLDER = "figures"  # the folder of pictures and their data beside the documents
+CellValue = float | int | str | bool | None
 MISSING = "–"
-NEEDED = {"alt": "an alt text: describe the picture", "caption": "a caption"}
+REQUIRED_TEXTS = {"alt": "an alt text: describe the picture", "caption": "a caption"}
+ReportRow = Mapping[str, Any]  # a row of a list in report.json, by its keys
 _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
@@ -42,7 +43,7 @@ class Tone(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Column:
+class TableColumn:
     """One column; a `format`, a Python format specification for numbers such as ``.2f``, aligns it right."""
 
     title: str
@@ -62,13 +63,13 @@ class Cell:
     None and non-finite values show as a dash, an interval with at most two digits.
     """
 
-    value: Value
+    value: CellValue
     ci95: float | None = None
     badge: Badge | None = None
     tone: Tone | None = None
     note: str = ""
 
-    def text(self, column: Column) -> str:
+    def text(self, column: TableColumn) -> str:
         """Text of the value, the same in every renderer."""
         spec, ci95 = column.format, self.ci95
         fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
@@ -78,7 +79,7 @@ class Cell:
         return shown if ci95 is None or shown == MISSING else f"{shown} ± {format_value(ci95, spec.lstrip('+'))}"
 
 
-def format_value(value: Value, spec: str) -> str:
+def format_value(value: CellValue, spec: str) -> str:
     """Show one value: a number by `spec`, text unchanged, a truth value as yes or no, a missing value as a dash."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return MISSING
@@ -91,20 +92,19 @@ def format_value(value: Value, spec: str) -> str:
     return shown.lstrip("+-") if reads_as_zero else shown
 
 
-def _check(part: Any, *needed: str) -> None:
+def _check(part: Any, kind: str, *needed: str) -> None:
     """Raise ValueError for an id that names no anchor or file, and for a needed text that is empty."""
-    what = type(part).__name__.lower()
     if not _IDENTIFIER.fullmatch(part.id):
         raise ValueError(
-            f"{what} id {part.id[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
+            f"{kind} id {part.id[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
         )
     for name in needed:
         if not getattr(part, name).strip():
-            raise ValueError(f"{what} {part.id!r} needs {NEEDED[name]}.")
+            raise ValueError(f"{kind} {part.id!r} needs {REQUIRED_TEXTS[name]}.")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class ReportTable:
     """A table; the first column holds row headers, `label` ("Table 6") starts the caption, `notes` are set below it.
 
     Raises ValueError without a caption and for a row of another length than the columns.
@@ -112,13 +112,13 @@ class Table:
 
     id: str
     caption: str
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     rows: tuple[tuple[Cell, ...], ...]
     label: str = ""
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check(self, "caption")
+        _check(self, "table", "caption")
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
@@ -165,7 +165,7 @@ class Command:
 class KeyValues:
     """Pairs of a key and a value, shown as a description list; both plain text, in the order given."""
 
-    pairs: Mapping[str, Value]
+    pairs: Mapping[str, CellValue]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,12 +204,12 @@ class Figure:
     explore: Explore | None = None
 
     def __post_init__(self) -> None:
-        _check(self, "alt", "caption")
+        _check(self, "figure", "alt", "caption")
 
     @property
     def files(self) -> dict[str, str]:
         """Paths of `picture` and `data` in the report's folder."""
-        return {"picture": f"{FIGURES}/{self.id}.svg", "data": f"{FIGURES}/{self.id}.csv"}
+        return {"picture": f"{FIGURES_FOLDER}/{self.id}.svg", "data": f"{FIGURES_FOLDER}/{self.id}.csv"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,7 +222,7 @@ class FigureGrid:
     label: str = ""
 
 
-Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | Table | Figure | FigureGrid
+Block = Heading | Paragraph | Listing | Callout | Command | KeyValues | ReportTable | Figure | FigureGrid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -250,7 +250,7 @@ class Section:
     open: bool = False
 
     def __post_init__(self) -> None:
-        _check(self)
+        _check(self, "section")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -273,7 +273,7 @@ class Report:
         if self.generated_utc.utcoffset() is None:
             raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
         seen = {"verdict", "contents", "main"}  # anchors of the page itself
-        parts: tuple[Section | Table | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
+        parts: tuple[Section | ReportTable | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
         for name in (*(part.id for part in parts), *self.rows):
             if name in seen:
                 raise ValueError(f"report id {name!r} is used twice.")
@@ -289,6 +289,6 @@ class Report:
         for block in self._blocks():
             yield from block.figures if isinstance(block, FigureGrid) else (block,) if isinstance(block, Figure) else ()
 
-    def tables(self) -> Iterator[Table]:
+    def tables(self) -> Iterator[ReportTable]:
         """All tables in their order."""
-        yield from (block for block in self._blocks() if isinstance(block, Table))
+        yield from (block for block in self._blocks() if isinstance(block, ReportTable))

@@ -8,7 +8,7 @@ from srbval.report.blocks import Block, Callout, Paragraph, Section, Tone
 from srbval.report.prose import Prose
 from srbval.storage.stored_result import StoredResult, newest_result
 
-STORED = Prose("srbval.report", "texts/stored.md")
+STORED_TEXTS = Prose("srbval.report", "texts/stored.md")
 
 
 class StoredResults(dict[str, StoredResult]):
@@ -35,13 +35,13 @@ class Page:
     tile: Callable[[StoredResults], Callout | None] = lambda _: None
 
 
-def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
+def load_newest_results(pages: Iterable[Page], *names: str) -> StoredResults:
     """Newest results for `pages`, and for further `names`."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
     return StoredResults({name: result for name in wanted if (result := newest_result(name)) is not None})
 
 
-def joined_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+def join_data(data: Mapping[str, Any], more: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """`data` with further keys; lists under the same key are joined."""
     found = dict(data)
     for part in more:
@@ -66,7 +66,7 @@ def study_page(
 
     def section(results: StoredResults) -> Section:
         shown = blocks(prose, results[name].content) if name in results else ()
-        return prose.section(first_line(results, name), *shown)
+        return prose.section(origin_line(results, name), *shown)
 
     def own_data(results: StoredResults) -> Mapping[str, Any]:
         return data(results[name].content) if name in results else {}
@@ -77,21 +77,21 @@ def study_page(
     return Page(name=name, place=place, results=(name,), section=section, data=own_data, tile=own_tile)
 
 
-def first_line(results: StoredResults, name: str) -> Block:
+def origin_line(results: StoredResults, name: str) -> Block:
     """First line of a section that shows a stored result: its origin, or the command that computes it."""
     if name in results:
-        return origin_of(results[name])
-    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
+        return describe_origin(results[name])
+    return STORED_TEXTS.callout("missing", tone=Tone.WARNING, command=f"srbval evidence {name}")
 
 
-def origin_of(result: StoredResult) -> Paragraph:
+def describe_origin(result: StoredResult) -> Paragraph:
     """Origin of a stored result: kind, date, machine, command, data sets, and why it is stale."""
     origin, facts = result.origin, ("name", "records", "revision", "date")
     sets = [
         ", ".join(f"{one[fact]}{' records' * (fact == 'records')}" for fact in facts if one.get(fact))
         for one in result.content.get("data_sets", ())
     ]
-    text = STORED.text(
+    text = STORED_TEXTS.text(
         result.kind.value,
         made_utc=result.made_utc[:16].replace("T", " "),
         machine=origin.get("processor") or "an unknown processor",
@@ -99,4 +99,4 @@ def origin_of(result: StoredResult) -> Paragraph:
         data_sets="; ".join(sets) or "not stated",
     )
     why = result.why_stale()
-    return Paragraph(text if why is None else f"{text} {STORED.text('stale', why=why)}")
+    return Paragraph(text if why is None else f"{text} {STORED_TEXTS.text('stale', why=why)}")

@@ -12,11 +12,11 @@ from datetime import UTC
 from typing import Any
 
 from srbval import __version__
-from srbval.report.blocks import Cell, Column, Figure, KeyValues, Report, Table, format_value
+from srbval.report.blocks import Cell, Figure, KeyValues, Report, ReportTable, TableColumn, format_value
 from srbval.storage.json_files import json_text
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"
-MOST_OPEN = 3  # sections of a page that shows all of them open; a longer page folds its sections
+MAX_OPEN_SECTIONS = 3  # sections of a page that shows all of them open; a longer page folds its sections
 MARKUP = {
     "caption",
     "headline",
@@ -42,7 +42,7 @@ def literal(text: str) -> str:
     return re.sub(r"([*`\\])", r"\\\1", text)
 
 
-def printable(text: str) -> str:
+def mask_controls(text: str) -> str:
     """Replace what no page can show (controls, lone surrogates, direction overrides) by U+FFFD."""
     return _UNPRINTABLE.sub("\ufffd", text)
 
@@ -52,7 +52,7 @@ def spans(text: str) -> tuple[Span, ...]:
     found: list[Span] = []
 
     def append(kind: str, part: str) -> None:
-        part = printable(part) if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", printable(part))
+        part = mask_controls(part) if kind == "code" else _WITHIN_QUANTITY.sub("\u00a0", mask_controls(part))
         if part and kind == "text" and found and found[-1][0] == "text":
             found[-1] = ("text", found[-1][1] + part)
         elif part:
@@ -71,16 +71,16 @@ def spans(text: str) -> tuple[Span, ...]:
 def as_plain(report: Report) -> dict[str, Any]:
     """Turn a report into dicts, lists and strings; inline markup becomes lists of (kind, text)."""
     return {
-        "title": printable(report.title),
-        "subtitle": printable(report.subtitle),
+        "title": mask_controls(report.title),
+        "subtitle": mask_controls(report.subtitle),
         "made_by": f"srbval {__version__}",
         "generated": report.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
         "verdict": _plain(report.verdict),
         "sections": [
             {
                 "id": section.id,
-                "title": printable(section.title),
-                "open": section.open or len(report.sections) <= MOST_OPEN,
+                "title": mask_controls(section.title),
+                "open": section.open or len(report.sections) <= MAX_OPEN_SECTIONS,
                 "blocks": [_plain(block) for block in section.blocks],
             }
             for section in report.sections
@@ -94,11 +94,11 @@ def _plain(value: Any, name: str = "") -> Any:
     if isinstance(value, enum.Enum):
         return value.value
     if isinstance(value, str):
-        return spans(value) if name in MARKUP else printable(value)
+        return spans(value) if name in MARKUP else mask_controls(value)
     if isinstance(value, list | tuple):
         return [_plain(item, name) for item in value]
     if isinstance(value, dict):
-        return {key: printable(item) if isinstance(item, str) else item for key, item in value.items()}
+        return {key: mask_controls(item) if isinstance(item, str) else item for key, item in value.items()}
     if not dataclasses.is_dataclass(value) or isinstance(value, type):
         return value
     kind = type(value).__name__
@@ -109,7 +109,7 @@ def _plain(value: Any, name: str = "") -> Any:
         parts["pairs"] = [(str(key), format_value(item, "")) for key, item in value.pairs.items()]
     if isinstance(value, Figure):
         parts |= value.files
-    if isinstance(value, Table):
+    if isinstance(value, ReportTable):
         parts |= {"columns": [vars(column) | {"align": column.align} for column in value.columns]}
         parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
     found = {"kind": kind} | {key: _plain(item, key) for key, item in parts.items()}
@@ -118,7 +118,7 @@ def _plain(value: Any, name: str = "") -> Any:
     return found
 
 
-def _cell(cell: Cell, column: Column) -> dict[str, Any]:
+def _cell(cell: Cell, column: TableColumn) -> dict[str, Any]:
     return {
         "text": cell.text(column),
         "number": not isinstance(cell.value, str),

@@ -18,14 +18,14 @@ from string import Formatter
 from typing import Any
 
 from srbval.report import blocks
-from srbval.report.blocks import Explore, Figure, FigureGrid, Section, Table, Tone, format_value
+from srbval.report.blocks import Explore, Figure, FigureGrid, ReportTable, Section, Tone, format_value
 from srbval.report.figures.style import Drawing
 from srbval.report.plain import literal
 from srbval.report.tables import Title, frame_table
 
 _TITLE = re.compile(r"#\s+(?P<title>.+?)\s*\{#(?P<id>[a-z0-9-]+)\}\s*")
-_PART = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
-_ITEM = re.compile(r"^- ", re.MULTILINE)
+_PART_HEADING = re.compile(r"^##[ \t]+(\S+)[ \t]*$", re.MULTILINE)
+_ITEM_START = re.compile(r"^- ", re.MULTILINE)
 
 
 class Prose:
@@ -38,7 +38,7 @@ class Prose:
     def _parts(self) -> Mapping[str, str]:
         """Source of every part by its name, ``""`` for the head of the file."""
         source = (resources.files(self._package) / self._file).read_text(encoding="utf-8")
-        head, *parts = _PART.split(source)
+        head, *parts = _PART_HEADING.split(source)
         names, texts = parts[::2], parts[1::2]
         for doubled in (name for name in names if names.count(name) > 1):
             raise ValueError(f"{self._file} of {self._package}: the part {doubled!r} stands in it twice.")
@@ -66,7 +66,7 @@ class Prose:
 
     def items(self, name: str, /, **values: Any) -> tuple[str, ...]:
         """Items of a list."""
-        return tuple(self._filled(item, name, values) for item in _ITEM.split(self._source(name))[1:])
+        return tuple(self._filled(item, name, values) for item in _ITEM_START.split(self._source(name))[1:])
 
     def paragraph(self, name: str, /, **values: Any) -> blocks.Paragraph:
         """One text as a paragraph."""
@@ -123,7 +123,7 @@ class Prose:
         id: str = "",
         more_notes: Iterable[str] = (),
         **values: Any,
-    ) -> Table:
+    ) -> ReportTable:
         """A table from a frame (see `frame_table`) with the file's texts; `more_notes` come before its notes."""
         notes = self.items(f"{name}.notes", **values) if self.has(f"{name}.notes") else ()
         columns = self.columns(name, **values) if columns is None else columns

@@ -20,9 +20,9 @@ from srbval.storage.installation import MissingLibraryError
 _ESCAPED = re.compile(rb"[^\w !$'()*+,\-./:;=?@\[\]^{|}~]")
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".csv": "text/csv"}
 # Of the PDF: a run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
-LONGEST_WORD = 28
+MAX_WORD = 28
 _SEPARATOR = re.compile(r"(?<=[/_])(?=[^/_])")
-LONGEST_IN_CELL = 14  # in a table: a longer one may be broken between its parts
+MAX_CELL_WORD = 14  # in a table: a longer one may be broken between its parts
 
 
 def _template(name: str) -> str:
@@ -95,7 +95,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
     return content
 
 
-def typeset_with() -> list[Any]:
+def list_pdf_dependencies() -> list[Any]:
     """Template and versions of the libraries that a PDF depends on; its fonts are those of matplotlib."""
     versions = [metadata.version(name) for name in ("typst", "matplotlib") if find_spec(name)]
     return [_template("report.typ"), *versions]
@@ -120,7 +120,7 @@ def _displayable(value: Any) -> Any:
     if isinstance(value, dict):
         shown = {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
         for key in ("text", "note") if "number" in value else ():  # a cell, such as a file's name
-            parts = re.sub(rf"\S{{{LONGEST_IN_CELL},}}", lambda word: _SEPARATOR.sub("\u200b", word[0]), value[key])
+            parts = re.sub(rf"\S{{{MAX_CELL_WORD},}}", lambda word: _SEPARATOR.sub("\u200b", word[0]), value[key])
             shown[key] = _displayable_text(parts)
         return shown
     if isinstance(value, list | tuple):
@@ -131,4 +131,4 @@ def _displayable(value: Any) -> Any:
 def _displayable_text(text: str) -> str:
     known = _known_characters()
     shown = "".join(c if c in "\n\t" or ord(c) in known else "\ufffd" for c in text)
-    return re.sub(rf"\S{{{LONGEST_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", shown)
+    return re.sub(rf"\S{{{MAX_WORD}}}(?=\S)", lambda match: match[0] + "\u200b", shown)

@@ -34,7 +34,7 @@ from srbval.report.findings.user_records import gather_user_records, user_record
 from srbval.report.pages import Page
 from srbval.report.renderers import render_html, require_typst
 from srbval.report.sections.assemble import assemble
-from srbval.report.sections.case import MOST_DRAWN, assemble_case
+from srbval.report.sections.case import MAX_DRAWN_PAIRS, assemble_case
 from srbval.report.sections.pair_figures import pair_figures
 from srbval.report.sections.trend import assemble_trend
 from srbval.report.sections.user_report import assemble_user_report
@@ -43,8 +43,8 @@ from srbval.storage.files import atomic_write
 from srbval.validation.case import Case
 from srbval.validation.validate import PairReading, Validation, validate
 
-MOST_SECTIONS = 6  # recordings that have their own; a folder's others have a row
-PLOTS = (".png", ".svg", ".html")
+MAX_RECORD_SECTIONS = 6  # recordings that have their own; a folder's others have a row
+PLOT_SUFFIXES = (".png", ".svg", ".html")
 
 
 def make_report(
@@ -116,12 +116,12 @@ def report_sources(
     named = list(dict.fromkeys(str(find_shipped(one)) for one in sources if isinstance(one, str | Path)))
     requests = requests_for(named, request)
     others, failed = list[dict[str, Any]](), list[FailedFile]()
-    if [one.file for one in requests] != named or len(named) > MOST_SECTIONS:
+    if [one.file for one in requests] != named or len(named) > MAX_RECORD_SECTIONS:
         others, failed = read_records(requests, jobs=jobs, progress=progress)
         failed, _ = without_other_files(failed, named, others)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in others)
         is_open = len({one["file"] for one in others}) < len(others)  # a document a channel
-        count, requests = max(1, min(alarms, MOST_SECTIONS)), []
+        count, requests = max(1, min(alarms, MAX_RECORD_SECTIONS)), []
         for one in others[:count]:
             settings = replace(request.settings, channel=one["channel"]) if is_open else request.settings
             requests.append(replace(request, file=one["file"], settings=settings))
@@ -186,7 +186,7 @@ def report_case(
     with tempfile.TemporaryDirectory(prefix="srbval-") as name, one_thread():
 
         def found(one: PairReading) -> None:
-            if len(grids) < MOST_DRAWN:
+            if len(grids) < MAX_DRAWN_PAIRS:
                 grids[one.number] = pair_figures(one, Path(name))
 
         result = validate(case, found=found, progress=progress)
@@ -195,8 +195,10 @@ def report_case(
 
 def check_plot(path: Path) -> None:
     """Refuse a name that `write_plot` cannot write (`ConfigurationError`), before anything is computed."""
-    if path.suffix.lower() not in PLOTS:
-        raise ConfigurationError(f"{path}: a picture is one of {', '.join(PLOTS)}; end its name with one of them.")
+    if path.suffix.lower() not in PLOT_SUFFIXES:
+        raise ConfigurationError(
+            f"{path}: a picture is one of {', '.join(PLOT_SUFFIXES)}; end its name with one of them."
+        )
 
 
 def write_plot(reading: RecordReading, path: str | Path, *, command: str = "srbval analyse") -> None:

@@ -4,13 +4,13 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from srbval.report.blocks import Badge, Cell, Column, Table, Tone, Value
+from srbval.report.blocks import Badge, Cell, CellValue, ReportTable, TableColumn, Tone
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Title = str | tuple[str, str] | tuple[str, str, str] | Column
-WHOLE = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps as floats
+Title = str | tuple[str, str] | tuple[str, str, str] | TableColumn
+WHOLE_NUMBER_FORMATS = ("d", ",d")  # formats of whole numbers, which a frame with gaps keeps as floats
 
 
 def frame_table(
@@ -20,7 +20,7 @@ def frame_table(
     columns: Mapping[str, Title],
     label: str = "",
     notes: Iterable[str] = (),
-) -> Table:
+) -> ReportTable:
     """Build a table with one row for each row of `frame` (or of a list of mappings with the same keys).
 
     `columns` gives the columns to show, in order, as (title, unit, format), the last two optional, or as a `Column`.
@@ -30,12 +30,12 @@ def frame_table(
     import pandas as pd
 
     table = frame if isinstance(frame, pd.DataFrame) else pd.DataFrame(list(frame))
-    titles = {name: _column(title) for name, title in columns.items()}
+    titles = {name: _make_column(title) for name, title in columns.items()}
     missing = [name for name in titles if name not in table.columns]
     if missing and len(table):
         raise KeyError(f"table {id!r}: the frame has no column {missing[0]!r}; it has {', '.join(table.columns)}.")
     rows = (dict(zip(table.columns, row, strict=True)) for row in table.itertuples(index=False, name=None))
-    return Table(
+    return ReportTable(
         id=id,
         caption=caption,
         label=label,
@@ -45,14 +45,14 @@ def frame_table(
     )
 
 
-def _column(title: Title) -> Column:
-    if isinstance(title, Column):
+def _make_column(title: Title) -> TableColumn:
+    if isinstance(title, TableColumn):
         return title
     given = (title,) if isinstance(title, str) else title
-    return Column(**dict(zip(("title", "unit", "format"), given, strict=False)))
+    return TableColumn(**dict(zip(("title", "unit", "format"), given, strict=False)))
 
 
-def _cell(row: Mapping[str, Any], name: str, column: Column) -> Cell:
+def _cell(row: Mapping[str, Any], name: str, column: TableColumn) -> Cell:
     ci95, badge, tone, note = (_plain(row.get(f"{name}_{of}"), column) for of in ("ci95", "badge", "tone", "note"))
     return Cell(
         value=_plain(row[name], column),
@@ -63,7 +63,7 @@ def _cell(row: Mapping[str, Any], name: str, column: Column) -> Cell:
     )
 
 
-def _plain(value: Any, column: Column) -> Value:
+def _plain(value: Any, column: TableColumn) -> CellValue:
     """A value of a frame as a plain Python value; None if it is missing (None, NaN, NaT, pandas.NA)."""
     import pandas as pd
 
@@ -73,6 +73,6 @@ def _plain(value: Any, column: Column) -> Value:
         raise TypeError(f"column {column.title!r}: a cell holds one value, not {type(value).__name__}.")
     if value is None or pd.isna(value):
         return None
-    plain: Value = value.item() if hasattr(value, "item") else value
-    whole = column.format in WHOLE and isinstance(plain, float) and plain.is_integer()
+    plain: CellValue = value.item() if hasattr(value, "item") else value
+    whole = column.format in WHOLE_NUMBER_FORMATS and isinstance(plain, float) and plain.is_integer()
     return int(plain) if whole and isinstance(plain, float) else plain

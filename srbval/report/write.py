@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES, Cell, Report, Table
+from srbval.report.blocks import FIGURES_FOLDER, Cell, Report, ReportTable
 from srbval.report.plain import as_plain
-from srbval.report.renderers import render_html, render_pdf, require_typst, typeset_with
+from srbval.report.renderers import list_pdf_dependencies, render_html, render_pdf, require_typst
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.json_files import move_listed_files, to_json
 
 FORMATS = ("html", "pdf", "json")
 LISTING = "report.json"
-STORE = ContentStore(kind="report", computed_by=__name__)
+REPORT_STORE = ContentStore(kind="report", computed_by=__name__)
 
 
 def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
@@ -54,38 +54,38 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
     with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=existing) as name:
         stage = Path(name)
         draw_figures(report, stage)
-        write_tables(report, stage / FIGURES)
+        write_csv_tables(report, stage / FIGURES_FOLDER)
         content = _content(report, stage)
-        known: dict[str, str] = STORE.load(content, dict) or {"generated_utc": report.generated_utc.isoformat()}
+        known: dict[str, str] = REPORT_STORE.load(content, dict) or {"generated_utc": report.generated_utc.isoformat()}
         report = replace(report, generated_utc=datetime.fromisoformat(known["generated_utc"]))
         if "html" in wanted:
             (stage / "report.html").write_text(render_html(report, stage), encoding="utf-8")
         if "pdf" in wanted:
             known["pdf"] = known.get("pdf") or base64.b64encode(render_pdf(report, stage)).decode()
             (stage / "report.pdf").write_bytes(base64.b64decode(known["pdf"]))
-        STORE.save(content, known)
+        REPORT_STORE.save(content, known)
         move_listed_files(stage, folder, LISTING, report_data(report) if "json" in wanted else None)
     return {kind: folder / f"report.{kind}" for kind in wanted}
 
 
 def _content(report: Report, stage: Path) -> str:
     """Hash of all that a report consists of and is typeset with, but for the time at which it is made."""
-    files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES).iterdir())}
+    files = {path.name: path.read_bytes() for path in sorted((stage / FIGURES_FOLDER).iterdir())}
     whole = as_plain(replace(report, generated_utc=datetime(1, 1, 1, tzinfo=UTC)))
-    return content_sha256(whole, report_data(report), files, *typeset_with())
+    return content_sha256(whole, report_data(report), files, *list_pdf_dependencies())
 
 
 def draw_figures(report: Report, folder: Path) -> None:
     """Draw the figures of a report into ``folder/figures``."""
     for figure in report.figures():
-        figure.draw(folder / FIGURES, figure.id)
+        figure.draw(folder / FIGURES_FOLDER, figure.id)
 
 
-def write_tables(report: Report, folder: Path) -> None:
+def write_csv_tables(report: Report, folder: Path) -> None:
     """Write every table and the rows behind it as CSV, unrounded; lists within a row are in ``report.json`` only."""
     import pandas as pd
 
-    frames = {table.id: pd.DataFrame(_columns(table)) for table in report.tables()}
+    frames = {table.id: pd.DataFrame(_csv_columns(table)) for table in report.tables()}
     for name, rows in report.rows.items():
         frame = pd.json_normalize(to_json(list(rows)))
         frames[name] = frame.drop(columns=[key for key in frame if any(isinstance(x, list) for x in frame[key])])
@@ -95,7 +95,7 @@ def write_tables(report: Report, folder: Path) -> None:
         (folder / f"{name}.csv").write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
-def _columns(table: Table) -> dict[str, list[Any]]:
+def _csv_columns(table: ReportTable) -> dict[str, list[Any]]:
     """Values of a table by the titles of its columns, half widths of intervals in columns of their own."""
     found: dict[str, list[Any]] = {}
     for place, column in enumerate(table.columns):

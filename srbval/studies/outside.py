@@ -28,7 +28,7 @@ from srbval.plan.measures import measure
 from srbval.processes.machine import load_average, this_machine
 from srbval.progress import Progress, silent, stage
 from srbval.progress.tables import text_rows
-from srbval.report.figures.style import Drawn, figure_style
+from srbval.report.figures.style import PanelData, figure_style
 from srbval.scene import Scene
 from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import StudyResult
@@ -146,7 +146,7 @@ def stability(
     return StudyResult(content=content, text=f"Largest stable step (-: none that was tried):\n\n{shown}{note}")
 
 
-def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
+def draw_study(name: str, content: Mapping[str, Any]) -> PanelData:
     """Chart or map of a study's content; a model's map shows the stored lines of the default and the paper's solver."""
     rows, stored = pd.DataFrame(content.get("runs") or content["limits"]), newest_result(name)
     if "limits" in content and "series" in rows and stored is not None:
@@ -154,7 +154,7 @@ def draw_study(name: str, content: Mapping[str, Any]) -> Drawn:
         beside = known["scene"].isin(rows["scene"]) & known["solver"].isin((USUAL[1], PAPER.solver))
         rows = pd.concat([known[beside].assign(series=known["solver"]), rows], ignore_index=True)
     with figure_style():
-        drawn: Drawn = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
+        drawn: PanelData = importlib.import_module(f"srbval.studies.{name}.page").chart(rows)
         return drawn
 
 

@@ -127,16 +127,16 @@ def panels():
 def table():
     """A table with intervals, badges, tones, notes, a missing and a hostile value."""
     model = blocks.Cell(value=96.998, ci95=0.004, badge=blocks.Badge.SIMULATED, note="cage 96.997")
-    return blocks.Table(
+    return blocks.ReportTable(
         id="table6",
         label="Table 6",
         caption="Fault frequencies.",
         columns=(
-            blocks.Column(title="Defect"),
-            blocks.Column(title="Kinematic", unit="Hz", format=".2f"),
-            blocks.Column(title="Model", unit="Hz", format=".3f"),
-            blocks.Column(title="Deviation", unit="%", format="+.2f"),
-            blocks.Column(title="Verdict"),
+            blocks.TableColumn(title="Defect"),
+            blocks.TableColumn(title="Kinematic", unit="Hz", format=".2f"),
+            blocks.TableColumn(title="Model", unit="Hz", format=".3f"),
+            blocks.TableColumn(title="Deviation", unit="%", format="+.2f"),
+            blocks.TableColumn(title="Verdict"),
         ),
         rows=tuple(
             tuple(cell if isinstance(cell, blocks.Cell) else blocks.Cell(value=cell) for cell in row)

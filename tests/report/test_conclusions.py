@@ -12,9 +12,9 @@ from srbval.report.blocks import Tone
 from srbval.report.sections import answer
 from srbval.report.sections.assemble import blind_sentence
 from srbval.report.sections.figures import fifth_harmonic_sentence, inner_sidebands_sentence, picture_verdict
-from srbval.report.sections.table6 import closed, parts_sentence, trend_sentence
+from srbval.report.sections.table6 import closure_word, parts_sentence, trend_sentence
 from srbval.report.sections.trend import trend_points
-from srbval.report.sections.user_texts import MOST_NAMED, headline_of_all, limit_items, points_of_all, unseen_reason
+from srbval.report.sections.user_texts import MAX_NAMES, headline_of_all, limit_items, points_of_all, unseen_reason
 
 CHANGE = "353 less 877 rpm"
 
@@ -61,13 +61,13 @@ USED = [{"record": "OR_877rpm_sample.mat", "used_for": "fit"}, {"record": "IR.ma
 READ = [SimpleNamespace(record=name) for name in ("OR_877rpm_sample.mat", "H_877rpm_sample.mat")]
 SENTENCES = [  # text, words that it has, words that it has not
     (
-        answer.finding(STATED),
+        answer.finding_sentence(STATED),
         "A finding about the model, not a failure of the program: the cage speed misses its tolerance of 0.1 % in the "
         "paper's scene (at 877 rpm) and in the rig's scene (its change from 877 to 353 rpm).",
         None,
     ),
-    (answer.finding(STATED[:1]), "misses its tolerance of 0.1 % nowhere", "finding"),
-    (answer.finding([]), "is not known", "finding"),
+    (answer.finding_sentence(STATED[:1]), "misses its tolerance of 0.1 % nowhere", "finding"),
+    (answer.finding_sentence([]), "is not known", "finding"),
     (
         answer.near_sentence(data("met", 21)),
         "deviate from the rig's by -0.13 ± 0.05 % (inner race, BPFI: differs)",
@@ -113,7 +113,7 @@ SENTENCES = [  # text, words that it has, words that it has not
     (trend_sentence(TREND | {"model_pct": 0.2}), "within its uncertainty of 0.08 %", "exceeds"),
     (trend_sentence(TREND | {"model_pct": None}), "+0.22 ± 0.08 % at 353", "scene"),
     (parts_sentence(PARTS), "BPFO rig reading 0.040, inputs 0.020", "all together"),
-    (" ".join(map(closed, (None, True, False))), "no interval yes no", None),
+    (" ".join(map(closure_word, (None, True, False))), "no interval yes no", None),
     (blind("blind", False), BLIND, PREDICTED),
     (blind("withheld", True), PREDICTED, BLIND),
     (headline_of_all(rows_of(yes=2, check=1)), "A fault is named in 2 of 3 recordings; 1 undecided", None),
@@ -135,11 +135,11 @@ def test_a_sentence_follows_from_its_outcome(text, words, without):
     [(["met", "missed"], Tone.BAD), (["met", "not resolved"], Tone.NEUTRAL), (["met"], Tone.GOOD), ([], Tone.WARNING)],
 )
 def test_the_tone_is_that_of_the_worst_answer(answers, tone):
-    assert answer.tone_of(iter(answers)) is tone
+    assert answer.worst_tone(iter(answers)) is tone
 
 
 def test_points_of_several_recordings_list_a_few_names_and_count_the_rest():
-    named, undecided, failed = points_of_all(rows_of(yes=MOST_NAMED + 2, check=1), 2)
+    named, undecided, failed = points_of_all(rows_of(yes=MAX_NAMES + 2, check=1), 2)
     assert named.startswith(r"**Named:** a\*b (x), a\*b")
     assert named.endswith(" and 2 more.")
     assert undecided == r"**Undecided:** a\*b."

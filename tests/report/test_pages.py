@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 import srbval
 from srbval.comparison.table6 import table6
 from srbval.report import blocks
-from srbval.report.blocks import Badge, Callout, Figure, Listing, Paragraph, Table, Tone
-from srbval.report.findings.gather import at_drawn_points
+from srbval.report.blocks import Badge, Callout, Figure, Listing, Paragraph, ReportTable, Tone
+from srbval.report.findings.gather import select_drawn_records
 from srbval.report.findings.records import fault_cursors
-from srbval.report.pages import StoredResults, joined_data, origin_of, results_of, study_page
-from srbval.report.plain import literal, printable, spans
+from srbval.report.pages import StoredResults, describe_origin, join_data, load_newest_results, study_page
+from srbval.report.plain import literal, mask_controls, spans
 from srbval.report.prose import Prose
 from srbval.report.tables import frame_table
 from srbval.storage.stored_result import StoredResult, newest_result
@@ -124,11 +124,11 @@ def test_without_a_result_a_page_says_how_to_make_one(name):
 @pytest.mark.parametrize("name", PAGES)
 def test_with_its_results_a_page_has_tables_and_figures_that_draw(name, tmp_path):
     page = PAGES[name]
-    results = results_of([page])
+    results = load_newest_results([page])
     if set(page.results) - set(results):
         pytest.skip("not every result is stored")
     blocks = page.section(results).blocks
-    assert any(isinstance(block, Table | Figure) or getattr(block, "text", "") for block in blocks)
+    assert any(isinstance(block, ReportTable | Figure) or getattr(block, "text", "") for block in blocks)
     for figure in (block for block in blocks if isinstance(block, Figure)):
         figure.draw(tmp_path, figure.id)
         assert (tmp_path / f"{figure.id}.svg").stat().st_size > 0
@@ -136,7 +136,7 @@ def test_with_its_results_a_page_has_tables_and_figures_that_draw(name, tmp_path
 
 
 def test_lists_of_pages_are_joined_and_other_keys_added():
-    assert joined_data({"rows": [1]}, [{"rows": (2,)}, {"more": 3}]) == {"rows": [1, 2], "more": 3}
+    assert join_data({"rows": [1]}, [{"rows": (2,)}, {"more": 3}]) == {"rows": [1, 2], "more": 3}
 
 
 STORED = {
@@ -157,7 +157,7 @@ SETS = [{"name": "Ottawa", "records": 60, "revision": "2", "date": "2023-05-01"}
     ],
 )
 def test_the_origin_of_a_result_says_kind_date_machine_and_command(more, words):
-    text = origin_of(StoredResult(path=Path("naming.json"), content=STORED | more)).text
+    text = describe_origin(StoredResult(path=Path("naming.json"), content=STORED | more)).text
     for part in (words, "2026-11-26 10:00 UTC", "A\\*B", "`srbval evidence naming`"):
         assert part in text
 
@@ -167,7 +167,7 @@ def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
     page = study_page("made.naming", 10, lambda prose, content: [prose.paragraph("found", n=content["n"])])
     result = StoredResult(path=Path("naming.json"), content=STORED | {"n": 2})
     origin, found = page.section(StoredResults({"naming": result})).blocks
-    assert (origin, found) == (origin_of(result), Paragraph("2 of 3."))
+    assert (origin, found) == (describe_origin(result), Paragraph("2 of 3."))
     (remark,) = page.section(StoredResults()).blocks
     assert isinstance(remark, Callout)
     assert "`srbval evidence naming`" in remark.text
@@ -176,13 +176,13 @@ def test_a_study_page_starts_with_the_origin_or_the_command(monkeypatch):
 PACKAGE = Path(srbval.__file__).parent
 ASSEMBLE = """
 import srbval.cli, srbval.report.reports
-from srbval.report.pages import joined_data, results_of
+from srbval.report.pages import join_data, load_newest_results
 from srbval.studies.harness import pages, study_names
 found = pages()
-results = results_of(found)
+results = load_newest_results(found)
 sections = {(section := page.section(results)).id: section for page in found}
 assert len(sections) == len(found) and all(section.blocks for section in sections.values())
-joined_data({}, (page.data(results) for page in found))
+join_data({}, (page.data(results) for page in found))
 print(",".join(page.name for page in found), ",".join(study_names()))
 """
 
@@ -238,10 +238,10 @@ def test_a_figure_without_its_text_or_with_a_bad_name_cannot_be_built(changes):
 
 def test_what_does_not_fit_together_is_refused():
     with pytest.raises(ValueError, match="row 1: 2 cells for 1 columns"):
-        blocks.Table(
+        blocks.ReportTable(
             id="t",
             caption="c",
-            columns=(blocks.Column(title="x"),),
+            columns=(blocks.TableColumn(title="x"),),
             rows=((blocks.Cell(value=1), blocks.Cell(value=2)),),
         )
     with pytest.raises(ValueError, match="time zone"):
@@ -290,16 +290,16 @@ def test_markers_mark_and_no_line_ends_within_a_quantity(text, runs):
 @given(st.text())
 def test_literal_text_comes_back_unchanged_as_one_run(text):
     """But for the kind of its blanks; controls and direction overrides are replaced."""
-    expected = printable(text).replace("\u00a0", " ")
+    expected = mask_controls(text).replace("\u00a0", " ")
     found = tuple((kind, part.replace("\u00a0", " ")) for kind, part in spans(literal(text)))
     assert found == ((("text", expected),) if expected else ())
-    assert printable("a\x00b\u202ec\ud800") == "a\ufffdb\ufffdc\ufffd"
+    assert mask_controls("a\x00b\u202ec\ud800") == "a\ufffdb\ufffdc\ufffd"
 
 
 COLUMNS = {"name": "Scene", "error": ("Error", "%", "+.2f"), "runs": ("Runs", "", "d")}
 
 
-def _shown(table: blocks.Table) -> list[list[str]]:
+def _shown(table: blocks.ReportTable) -> list[list[str]]:
     return [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.rows]
 
 
@@ -341,5 +341,5 @@ def test_cursors_are_named_as_the_field_does():
 def test_a_record_at_a_speed_or_load_without_stored_draws_has_no_part_in_the_verdicts():
     points = ((124.8, 353.0), (124.8, 997.0), (62.4, 353.0))
     own, fast, light = (SimpleNamespace(radial_kn=kn, axial_kn=0.0, nominal_rpm=rpm) for kn, rpm in points)
-    assert at_drawn_points([own, fast, light], table6(), newest_result("inputs").content) == [own]
-    assert at_drawn_points([own, fast, light], table6(), {}) == [own, fast]
+    assert select_drawn_records([own, fast, light], table6(), newest_result("inputs").content) == [own]
+    assert select_drawn_records([own, fast, light], table6(), {}) == [own, fast]

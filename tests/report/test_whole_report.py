@@ -15,11 +15,11 @@ import pandas as pd
 import pytest
 
 from srbval import DataError, Findings
-from srbval.report.blocks import MISSING, Callout, Cell, Column, Listing
+from srbval.report.blocks import MISSING, Callout, Cell, Listing, TableColumn
 from srbval.report.findings import gather as gathering
-from srbval.report.findings.rows import cautions
-from srbval.report.plain import literal, printable
-from srbval.report.sections.assemble import MOST_NAMED, records_blocks
+from srbval.report.findings.rows import list_cautions
+from srbval.report.plain import literal, mask_controls
+from srbval.report.sections.assemble import MAX_LISTED, records_blocks
 from srbval.storage.installation import child_environment
 from srbval.storage.json_files import to_json
 from srbval.studies.harness import pages
@@ -117,16 +117,16 @@ def test_problems_of_the_data_are_named_and_counted(with_rig):
     found = with_rig.document()
     assert (found["recordings_not_used"], found["register_unreadable"], found["cautions"]) == ([], None, [])
     assert problems(with_rig.findings) == ([], [])
-    gone = [{"file": f"{n}.mat", "status": "missing", "reason": "it is no longer there"} for n in range(MOST_NAMED + 3)]
+    gone = [{"file": f"{n}.mat", "status": "missing", "reason": "it is no longer there"} for n in range(MAX_LISTED + 3)]
     titles, items = problems(changed(with_rig.findings, recordings_not_used=gone))
-    assert titles == [f"Registered recordings that are not used: {MOST_NAMED + 3}"]
+    assert titles == [f"Registered recordings that are not used: {MAX_LISTED + 3}"]
     assert items[0] == "**0.mat**: missing; it is no longer there"
-    assert len(items) == MOST_NAMED + 1
+    assert len(items) == MAX_LISTED + 1
     assert items[-1].startswith("3 more")
     unreadable = changed(with_rig.findings, register_unreadable="manifest.json: not a manifest of srbval")
     assert problems(unreadable) == (["The register of recordings cannot be read"], [])
     pair = {"measured": ["set/a.mat"], "measured_facts": {"cautions": ("clipped: 3 of 9", "held: 5")}}
-    cautioned = cautions([pair, pair])
+    cautioned = list_cautions([pair, pair])
     assert cautioned == [{"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}]
     titles, items = problems(changed(with_rig.findings, cautions=cautioned))
     assert titles == ["Recordings used with a caution: 1"]
@@ -171,7 +171,7 @@ def shown_tables(page: Path) -> dict[str, list[list[str]]]:
     return found
 
 
-def cells(made: Made) -> Iterator[tuple[str, Column, Cell, str, dict[str, object]]]:
+def cells(made: Made) -> Iterator[tuple[str, TableColumn, Cell, str, dict[str, object]]]:
     """Each cell of each table: the table's name, the column, the cell, its text in a page, its entry in report.json."""
     of_json = {table["id"]: table["rows"] for table in made.document()["tables"]}
     shown = shown_tables(made.files["html"])
@@ -191,7 +191,7 @@ def test_the_page_is_short(with_rig):
 def test_page_and_json_hold_each_cell_at_its_place(with_rig):
     numbers = 0
     for table, column, cell, text, entry in cells(with_rig):
-        assert words(html.escape(printable(cell.text(column)))) in text, (table, column.title)
+        assert words(html.escape(mask_controls(cell.text(column)))) in text, (table, column.title)
         assert entry["value"] == to_json(cell.value), (table, column.title)
         assert entry.get("ci95") == to_json(cell.ci95)
         numbers += not isinstance(cell.value, str) and cell.text(column) != MISSING

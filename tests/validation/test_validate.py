@@ -15,7 +15,7 @@ from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, SIDEBAND
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.recordings.registry import add
-from srbval.report.findings.rows import compared
+from srbval.report.findings.rows import select_comparisons
 from srbval.validation import sides
 from srbval.validation.case import Case, Source, case_of_pairs, files_of_source, load_case, write_case
 from srbval.validation.sides import pair_files, state_in_name
@@ -349,7 +349,7 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
     found = shipped_case(rig_files(tmp_path))
     assert [pair["state"] for pair in found.pairs.to_dict("records")] == ["healthy", "inner", "outer"]
     assert found.pairs["measured_facts"].iloc[1]["shaft_from"] == "tachometer"
-    frame = compared(found.comparisons).set_index(["state", "kind"])
+    frame = select_comparisons(found.comparisons).set_index(["state", "kind"])
     for state in ("outer", "inner"):
         cage = frame.loc[state, CAGE_RATIO.kind]
         assert cage["error"] == pytest.approx(100 * (CAGE / cage["rig"] - 1))  # not of the line: its sign is another
@@ -361,12 +361,12 @@ def test_every_registered_record_of_the_rig_is_compared_at_its_own_speed(tmp_pat
     ]
     after = shipped_case(rig_files(tmp_path / "more", nominal=727.0, rpm=709.0))
     counted = [
-        {b["kind"]: b["records"] for b in biases(compared(one.comparisons), used_for="withheld")}
+        {b["kind"]: b["records"] for b in biases(select_comparisons(one.comparisons), used_for="withheld")}
         for one in (found, after)
     ]
     for row in (CAGE_RATIO, HARMONIC[2]):  # higher harmonics need not show on both sides
         assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
-    assert not compared(after.comparisons)["record"].str.contains("H_727").any()
+    assert not select_comparisons(after.comparisons)["record"].str.contains("H_727").any()
 
 
 def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(tmp_path):
@@ -379,7 +379,7 @@ def test_a_healthy_record_costs_no_run_and_a_failed_run_leaves_the_record(tmp_pa
     failed = shipped_case(rig_files(tmp_path), counterpart)
     assert sorted(asked) == [Fault.INNER, Fault.OUTER]
     assert list(failed.pairs["problem"]) == ["", "the load was lost", "the load was lost"]
-    assert compared(failed.comparisons).empty
+    assert select_comparisons(failed.comparisons).empty
     assert set(failed.table["verdict"]) == {"insufficient data"}
 
 

@@ -6,27 +6,27 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.diagnosis.fault_posterior import LABELS, PAIRS
 from srbval.report.figures import style
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, Drawn, legend_above, new_axes, panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelData, legend_above, new_axes, panel
 
 # Colours of the states.
-STATES = {"outer": VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT}
-STATES |= {"two parts": "#6b4a3a", "open": "#c9c2b2", "healthy": "#9fd3bd"}
-LONGEST_NAME = 34  # characters of a recording's name
+STATE_COLOURS = {"outer": VERMILION, "inner": style.PURPLE, "roller": style.ORANGE, "other": style.SOFT}
+STATE_COLOURS |= {"two parts": "#6b4a3a", "open": "#c9c2b2", "healthy": "#9fd3bd"}
+MAX_LABEL_CHARACTERS = 34  # characters of a recording's name
 
 
 @panel
-def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn:
+def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> PanelData:
     """Probabilities of all states for each recording (by its name) as one bar, faults from the left."""
     figure, axes = new_axes((7.6, 0.85 + 0.2 * len(rows)))
     left = [0.0] * len(rows)
     places, columns = range(len(rows)), dict[str, Any](recording=[name for name, _ in rows])
-    for state, colour in STATES.items():
+    for state, colour in STATE_COLOURS.items():
         own = [state] if state != "two parts" else PAIRS.values()
         shares = [100 * sum(shown.get(name, 0.0) for name in own) for _, shown in rows]
         axes.barh(places, shares, left=left, color=colour, height=0.72, label=LABELS.get(state, state))
         left = [one + more for one, more in zip(left, shares, strict=True)]
         columns |= {f"{state}_pct": shares}
-    names = [name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}" for name, _ in rows]
+    names = [name if len(name) <= MAX_LABEL_CHARACTERS else f"…{name[1 - MAX_LABEL_CHARACTERS :]}" for name, _ in rows]
     axes.set_yticks(places, labels=names, parse_math=False)
     axes.set(xlim=(0, 100), ylim=(len(rows) - 0.4, -0.6), xlabel="Probability, %")
     axes.grid(False, axis="y")
@@ -35,11 +35,11 @@ def probabilities_plot(rows: Sequence[tuple[str, Mapping[str, float]]]) -> Drawn
 
 
 RATIO_LOOK = {"ms": 5.5, "mew": 1.2, "elinewidth": 1.4, "capsize": 3.5, "zorder": 5}
-SCENES = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
+SCENE_LOOKS = {"paper": ("paper's scene", BLUE, "///"), "rig": ("scene rig", GREEN, "")}
 
 
 @panel
-def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
+def cage_ratio_plot(rows: Sequence[Mapping[str, Any]]) -> PanelData:
     """Cage ratio at each nominal speed, from the rows of `cage_ratio_rows`: records, mean, 95 % bands, kinematics."""
     figure = style.new_figure((4.8, 3.3))
     speeds = sorted({row["nominal_rpm"] for row in rows})
@@ -63,8 +63,8 @@ def _draw_ratio(
 ) -> None:
     if of == "kinematics":
         axes.axhline(ratio, color=INK, lw=1.2, ls=(0, (5, 2)), label="kinematics")
-    elif of in SCENES:
-        name, colour, hatch = SCENES[of]
+    elif of in SCENE_LOOKS:
+        name, colour, hatch = SCENE_LOOKS[of]
         axes.axhspan(low, high, facecolor=colour, edgecolor=colour, alpha=0.25, lw=0, hatch=hatch)
         axes.axhline(ratio, color=colour, lw=1.4, label=name)
     else:

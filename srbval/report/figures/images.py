@@ -10,32 +10,32 @@ from srbval.report.figures.style import (
     HALF,
     INK,
     ORIGINS,
-    Drawn,
+    PanelData,
     extreme_indices,
     new_axes,
     new_figure,
     panel,
-    plotted,
-    rounded,
-    row_above,
+    round_digits,
+    thin_spectrum,
     title_panel,
+    transform_above_axes,
 )
 from srbval.report.findings.records import RecordView
 from srbval.signal import Scalogram
 
-COLUMNS, ROWS, LEVELS = 320, 110, 64
-CSV_COLUMNS, CSV_ROWS = 180, 40
-SMALL, SMALL_BINS = (3.4, 1.45), 220  # inches of a small picture, stretches of its curves
+IMAGE_COLUMNS, IMAGE_ROWS, COLOUR_LEVELS = 320, 110, 64
+SCALOGRAM_CSV_TIMES, SCALOGRAM_CSV_FREQUENCIES = 180, 40
+THUMBNAIL_INCHES, THUMBNAIL_BINS = (3.4, 1.45), 220  # inches of a small picture, stretches of its curves
 
 
 @panel
-def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> Drawn:
+def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: float, top: float) -> PanelData:
     """A figure in small, model left and rig right on the same axes, without numbers.
 
     Scalograms of `images` if there are any, spectra up to `end_hz` if it is not 0, else signals in time. `top` is the
     end of the axis or of the colours.
     """
-    figure, columns = new_figure(SMALL), list[tuple[str, FloatArray, FloatArray]]()
+    figure, columns = new_figure(THUMBNAIL_INCHES), list[tuple[str, FloatArray, FloatArray]]()
     for place, (axes, record) in enumerate(zip(figure.subplots(1, 2), sides, strict=True)):
         word, colour, light = ORIGINS[record.origin]
         if images:
@@ -43,11 +43,11 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
             axes.imshow(shown, origin="lower", aspect="auto", vmin=0.0, vmax=top, cmap="viridis")
             y = shown.mean(axis=1)
         elif end_hz:
-            x, y = plotted(record.frequency_hz, record.amplitude, end_hz, SMALL_BINS)
+            x, y = thin_spectrum(record.frequency_hz, record.amplitude, end_hz, THUMBNAIL_BINS)
             axes.plot(x, y, color=colour, lw=0.7)
             axes.set(xlim=(0, end_hz), ylim=(0, top))
         else:
-            kept = extreme_indices(record.acceleration, SMALL_BINS)
+            kept = extreme_indices(record.acceleration, THUMBNAIL_BINS)
             x, y = record.time_s[kept], record.envelope[kept]
             axes.plot(x, record.acceleration[kept], color=light, lw=0.5)
             axes.plot(x, y, color=colour, lw=0.9)
@@ -59,14 +59,14 @@ def thumbnail(sides: Sequence[RecordView], images: Sequence[Scalogram], end_hz: 
     return figure, {
         "side": np.repeat([side for side, *_ in columns], [len(x) for _, x, _ in columns]),
         "x": np.concatenate([x for _, x, _ in columns]),
-        "y": rounded(np.concatenate([y for *_, y in columns])),
+        "y": round_digits(np.concatenate([y for *_, y in columns])),
     }
 
 
 @panel
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
-) -> Drawn:
+) -> PanelData:
     """|CWT| of the record's envelope over time and logarithmic frequency, colours from zero to `top`.
 
     The line of `state` is marked; ticks along the top mark the shaft's period if the shaft modulates it. The cones of
@@ -82,7 +82,7 @@ def scalogram_panel(
     figure, axes = new_axes(HALF)
     axes.grid(False)
     extent = (*span, *np.log10(frequency[[0, -1]]))
-    look = {"cmap": colormaps["viridis"].resampled(LEVELS), "interpolation": "none", "aspect": "auto"}
+    look = {"cmap": colormaps["viridis"].resampled(COLOUR_LEVELS), "interpolation": "none", "aspect": "auto"}
     drawn = axes.imshow(shown, origin="lower", extent=extent, vmin=0.0, vmax=top, **look)
     axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
     ticks = [hz for k in range(-1, 6) for m in (1, 2, 5) if frequency[0] <= (hz := m * 10.0**k) <= frequency[-1]]
@@ -100,37 +100,37 @@ def scalogram_panel(
     if state.sidebands:
         turn_ms, look = 1e3 / record.shaft_hz, {"color": INK, "lw": 0.9, "clip_on": False}
         axes.vlines(np.arange(0.0, span[1], turn_ms), 1.012, 1.05, transform=axes.get_xaxis_transform(), **look)
-        place = {"transform": row_above(axes, 8.0), "ha": "right", "va": "baseline"}
+        place = {"transform": transform_above_axes(axes, 8.0), "ha": "right", "va": "baseline"}
         axes.text(1.0, 1.0, f"ticks: 1/fr = {turn_ms:.2f} ms", fontsize=7.5, **place)
     bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
     bar.set_label("|CWT|, std. dev.", fontsize=7.5)
     bar.ax.tick_params(labelsize=7.5)
     title_panel(axes, record.origin, letter, title, pad=20.0)
-    return figure, _columns(shown, frequency, span)
+    return figure, _scalogram_csv(shown, frequency, span)
 
 
 def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rows at equal ratios, low to high, and columns averaged to what the picture can show."""
     order = np.argsort(frequency)
     logs = np.log(frequency[order])
-    wanted = np.linspace(logs[0], logs[-1], min(ROWS, max(len(logs), 2)))
-    columns = block_means(magnitude[order], COLUMNS)
+    wanted = np.linspace(logs[0], logs[-1], min(IMAGE_ROWS, max(len(logs), 2)))
+    columns = average_columns(magnitude[order], IMAGE_COLUMNS)
     above = np.clip(np.searchsorted(logs, wanted), 1, len(logs) - 1)
     weight = ((wanted - logs[above - 1]) / (logs[above] - logs[above - 1]))[:, None]
     return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
 
 
-def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
+def _scalogram_csv(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
     """The picture's values at a coarser grid: one row a time, one column a frequency, named by it [Hz]."""
-    rows = np.linspace(0, len(frequency) - 1, min(CSV_ROWS, len(frequency))).round().astype(int)
-    coarse = block_means(image[rows], CSV_COLUMNS)
+    rows = np.linspace(0, len(frequency) - 1, min(SCALOGRAM_CSV_FREQUENCIES, len(frequency))).round().astype(int)
+    coarse = average_columns(image[rows], SCALOGRAM_CSV_TIMES)
     n = coarse.shape[1]
     time = (np.arange(n) + 0.5) / n * span[1] / 1e3
-    lines = {f"magnitude_at_{f:.4g}_hz": rounded(row) for f, row in zip(frequency[rows], coarse, strict=True)}
+    lines = {f"magnitude_at_{f:.4g}_hz": round_digits(row) for f, row in zip(frequency[rows], coarse, strict=True)}
     return {"time_s": time} | lines
 
 
-def block_means(values: FloatArray, columns: int) -> FloatArray:
+def average_columns(values: FloatArray, columns: int) -> FloatArray:
     """Means over `columns` equal stretches of the last axis; values unchanged when there are no more."""
     n = values.shape[-1]
     if n <= columns:

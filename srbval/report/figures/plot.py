@@ -10,22 +10,23 @@ from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
 from srbval.report.figures import style
-from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITIES, draw_acceleration, draw_spectrum
+from srbval.report.figures.signals import ORDER_LABEL_POINTS, QUANTITY_NAMES, draw_acceleration, draw_spectrum
 from srbval.report.figures.style import BLUE, extreme_indices, figure_style, legend_above, new_figure, title_panel
 from srbval.report.findings.records import (
     OWN_UNITS,
-    highest_of,
+    load_signal,
     marked_line,
-    signal_of,
+    peak_amplitude,
+    record_views,
     spectrum_view,
-    views_of,
 )
+from srbval.report.sections.figures import HEAD_ROOM
 from srbval.report.sections.pair_figures import draw_errors
 from srbval.signal import Spectrum
 from srbval.validation.validate import Validation
 
-HEAD_ROOM, LABEL_ROOM = 1.12, 2.0  # over the highest value: of a signal in time, of a spectrum with labelled lines
-PLOTTED_BINS = 900
+SPECTRUM_LABEL_ROOM = 2.0  # end of the axis over the highest value of a spectrum with labelled lines
+RECORD_BINS = 900
 
 
 def plot(of: Any, ax: Any = None, **options: Any) -> Any:
@@ -51,9 +52,9 @@ def _draw(of: Any, _: Any) -> None:
 
 @_draw.register
 def _signal(of: Recording | Run, axes: Any) -> None:
-    record, samples = signal_of(of)
-    unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, PLOTTED_BINS)
-    quantity = QUANTITIES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
+    record, samples = load_signal(of)
+    unit, kept = OWN_UNITS.get(record.unit, record.unit), extreme_indices(samples, RECORD_BINS)
+    quantity = QUANTITY_NAMES.get(unit, "acceleration") if record.unit in OWN_UNITS else "signal"
     axes.plot(kept / record.fs_hz, samples[kept], color=style.ORIGINS[record.origin][1], lw=0.8)
     axes.set(xlabel="Time, s", ylabel=f"{quantity.capitalize()}, {unit}", xlim=(0.0, record.seconds))
     title_panel(axes, record.origin, "", record.name, pad=6.0)
@@ -61,9 +62,11 @@ def _signal(of: Recording | Run, axes: Any) -> None:
 
 @_draw.register
 def _analysis(of: Analysis, axes: Any, healthy: Analysis | None = None) -> None:
-    record, other = views_of(of, healthy)
+    record, other = record_views(of, healthy)
     view = spectrum_view(record, other, marked_line(of))
-    draw_spectrum(axes, view, LABEL_ROOM * max(highest_of(r, view.end_hz) for r in (record, other) if r is not None))
+    draw_spectrum(
+        axes, view, SPECTRUM_LABEL_ROOM * max(peak_amplitude(r, view.end_hz) for r in (record, other) if r is not None)
+    )
     title_panel(axes, record.origin, "", f"{of.recording.name}, envelope spectrum", pad=9.0)
     legend_above(axes, points=ORDER_LABEL_POINTS)
 
@@ -71,7 +74,7 @@ def _analysis(of: Analysis, axes: Any, healthy: Analysis | None = None) -> None:
 @_draw.register
 def _spectrum(of: Spectrum, axes: Any) -> None:
     end = float(of.frequency_hz[-1])
-    axes.plot(*style.plotted(of.frequency_hz, of.amplitude, end, style.BINS_SHOWN), color=BLUE, lw=0.8)
+    axes.plot(*style.thin_spectrum(of.frequency_hz, of.amplitude, end, style.BINS_SHOWN), color=BLUE, lw=0.8)
     axes.set(xlabel="Frequency, Hz", ylabel="Amplitude", xlim=(0, end))
 
 
@@ -97,7 +100,7 @@ def _validation(of: Validation, axes: Any) -> None:
 
 def analysis_figure(analysis: Analysis, healthy: Analysis | None) -> Any:
     """Figure of the middle of the record with its envelope, above what `plot` draws; in the style that is set."""
-    record, _ = views_of(analysis, healthy)
+    record, _ = record_views(analysis, healthy)
     figure = new_figure((7.6, 5.4))
     upper, lower = figure.subplots(2, 1, height_ratios=(1.0, 1.5))
     draw_acceleration(upper, record, HEAD_ROOM * float(max(abs(record.acceleration).max(), record.envelope.max())))

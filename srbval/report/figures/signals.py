@@ -7,10 +7,10 @@ import numpy as np
 
 from srbval.recordings import Origin
 from srbval.report.figures import style
-from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, Drawn, legend_above, new_axes, panel, plotted
+from srbval.report.figures.style import GREEN, HALF, INK, ORIGINS, WIDE, PanelData, legend_above, new_axes, panel
 from srbval.report.findings.records import NORMALISED, Cursor, RecordView, SpectrumView
 
-PLOTTED_BINS = 700
+SIGNAL_BINS = 700
 HEALTHY_LOOK = {"color": style.HEALTHY, "ls": (0, (3, 1.2))}
 FOUND_LOOK = {"ls": "none", "marker": "v", "ms": 4.5, "mfc": "white", "mec": INK, "mew": 0.9, "zorder": 7}
 UPRIGHT = {"rotation": 90, "va": "bottom", "ha": "center"}
@@ -26,13 +26,13 @@ def acceleration_panel(
     title: str = "",
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
-) -> Drawn:
+) -> PanelData:
     """Acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
 
     `period`, a name and a length [s], is drawn as a bar beside the spacing of the bursts.
     """
     figure, axes = new_axes(inches)
-    kept = style.extreme_indices(record.acceleration, PLOTTED_BINS)
+    kept = style.extreme_indices(record.acceleration, SIGNAL_BINS)
     draw_acceleration(axes, record, limit, kept)
     if period:
         _mark_period(axes, *period)
@@ -40,8 +40,8 @@ def acceleration_panel(
     legend_above(axes)
     return figure, {
         "time_s": record.time_s[kept] - record.window_s[0],
-        "acceleration_std": style.rounded(record.acceleration[kept]),
-        "envelope_std": style.rounded(record.envelope[kept]),
+        "acceleration_std": style.round_digits(record.acceleration[kept]),
+        "envelope_std": style.round_digits(record.envelope[kept]),
     }
 
 
@@ -49,7 +49,7 @@ def draw_acceleration(axes: Any, record: RecordView, limit: float, kept: Any = s
     """Draw acceleration and envelope of the samples `kept` onto given axes."""
     (_, colour, light), (start, stop) = ORIGINS[record.origin], record.window_s
     time_ms = (record.time_s[kept] - start) * 1e3
-    quantity = QUANTITIES.get(record.unit, "acceleration")
+    quantity = QUANTITY_NAMES.get(record.unit, "acceleration")
     axes.plot(time_ms, record.acceleration[kept], color=light, lw=0.6, label=quantity)
     axes.plot(time_ms, record.envelope[kept], color=colour, lw=1.2, label="its envelope")
     axes.set(
@@ -70,7 +70,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 
 
 @panel
-def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> Drawn:
+def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float) -> PanelData:
     """Welch spectra of `records` (name: record), all at the same frequencies; the last one's band is shaded.
 
     A healthy one, whose name begins so, is dashed.
@@ -90,12 +90,12 @@ def band_panel(records: Mapping[str, RecordView], *, limits_db: tuple[float, flo
     axes.set(xlabel="Frequency, kHz", ylabel=f"Power density, dB re {density}", ylim=limits_db, xlim=(0, end_hz / 1e3))
     style.title_panel(axes, origin, "", "spectra before demodulation", pad=9.0)
     legend_above(axes)
-    levels = {name.replace(" ", "_") + "_db": style.rounded(np.asarray(r.power_db)) for name, r in records.items()}
+    levels = {name.replace(" ", "_") + "_db": style.round_digits(np.asarray(r.power_db)) for name, r in records.items()}
     return figure, {"frequency_hz": last.power_hz} | levels
 
 
-QUANTITIES = {"mm/s": "velocity", "µm": "displacement"}
-BRIEF = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
+QUANTITY_NAMES = {"mm/s": "velocity", "µm": "displacement"}
+NARROW_PANEL_INCHES = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
 SPECTRUM_BINS = 600
 LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
@@ -104,25 +104,27 @@ NAMES_FROM = 0.75  # height at which the labels of a narrow picture begin, above
 
 
 @panel
-def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False) -> Drawn:
+def spectrum_panel(
+    view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
+) -> PanelData:
     """An envelope spectrum from zero to `top`, Hz below and shaft orders above.
 
     `brief`: of half the width, for panels side by side, with the lines' names alone and no legend.
     """
     record, healthy = view.record, view.healthy
-    figure, axes = new_axes(BRIEF if brief else WIDE)
+    figure, axes = new_axes(NARROW_PANEL_INCHES if brief else WIDE)
     draw_spectrum(axes, view, top, brief=brief)
     style.title_panel(axes, record.origin, letter, title, pad=9.0)
     if not brief:
         legend_above(axes, points=ORDER_LABEL_POINTS)
-    frequency, height = plotted(record.frequency_hz, record.amplitude, view.end_hz, style.BINS_SHOWN)
+    frequency, height = style.thin_spectrum(record.frequency_hz, record.amplitude, view.end_hz, style.BINS_SHOWN)
     columns = {
         "frequency_hz": frequency,
         "shaft_order": frequency / record.shaft_hz,
-        "amplitude": style.rounded(height),
+        "amplitude": style.round_digits(height),
     }
     if healthy is not None:
-        columns["healthy_amplitude"] = style.rounded(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
+        columns["healthy_amplitude"] = style.round_digits(np.interp(frequency, healthy.frequency_hz, healthy.amplitude))
     return figure, columns
 
 
@@ -132,10 +134,10 @@ def draw_spectrum(axes: Any, view: SpectrumView, top: float, *, brief: bool = Fa
     word, colour, _ = ORIGINS[record.origin]
     label = f"Envelope{' (modulus)' if brief else ''}, {record.unit}"
     axes.set(xlim=(0, end_hz), ylim=(0.0, top), xlabel="Frequency, Hz", ylabel=label)
-    curve = plotted(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS)
+    curve = style.thin_spectrum(record.frequency_hz, record.amplitude, end_hz, SPECTRUM_BINS)
     axes.plot(*curve, color=colour, lw=1.0, label=word.lower(), zorder=4)
     if healthy is not None:
-        curve = plotted(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS)
+        curve = style.thin_spectrum(healthy.frequency_hz, healthy.amplitude, end_hz, SPECTRUM_BINS)
         axes.plot(*curve, **HEALTHY_LOOK, lw=0.8, label="healthy", zorder=5)
     if found := [peak for peak in view.peaks if peak[0] <= end_hz]:
         axes.plot(*zip(*found, strict=True), **FOUND_LOOK, label="found")

@@ -33,7 +33,7 @@ SERIES = tuple(zip("osD^vPX", (SOFT, ORANGE, PURPLE, INK, GREEN, BLUE, VERMILION
 BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
 
 
-Drawn = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
+PanelData = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
 Drawing = Callable[[Path, str], None]  # draws a panel into a folder under a name, see `panel`
 
 
@@ -60,7 +60,7 @@ def _short(path: bytes) -> bytes:
     return re.sub(rb"\s*\n", b" ", re.sub(rb"(\.\d\d)\d+", rb"\1", path))
 
 
-def rounded(values: FloatArray) -> FloatArray:
+def round_digits(values: FloatArray) -> FloatArray:
     """Values to four significant digits, for data that are many and only looked at."""
     with np.errstate(divide="ignore"):
         digits = 3 - np.floor(np.log10(np.abs(values)))
@@ -80,7 +80,9 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
     return np.array(sorted(kept))
 
 
-def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int) -> tuple[FloatArray, FloatArray]:
+def thin_spectrum(
+    frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int
+) -> tuple[FloatArray, FloatArray]:
     """A spectrum above zero up to `end_hz`, thinned by `extreme_indices`."""
     inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
     frequency, height = frequency_hz[inside], amplitude[inside]
@@ -107,7 +109,7 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def panel(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
+def panel(draw: Callable[P, PanelData]) -> Callable[P, Drawing]:
     """Turn a function that returns a figure and its columns into a `Drawing` that writes ``name.svg`` and ``name.csv``.
 
     The data have six significant digits, and nothing for missing numbers. Both files are stored by all that goes into
@@ -171,7 +173,7 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
     axes.set_title(text, color=colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
 
 
-def row_above(axes: Any, points: float) -> Any:
+def transform_above_axes(axes: Any, points: float) -> Any:
     """Transform of a row that lies `points` above the axes: x from 0 to 1 along them, y in their height."""
     from matplotlib.transforms import ScaledTranslation
 
@@ -180,6 +182,6 @@ def row_above(axes: Any, points: float) -> Any:
 
 def legend_above(axes: Any, points: float = 3.0) -> None:
     """Legend in one row above the axes, at the right, where no curve can run into it."""
-    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": row_above(axes, points)}
+    place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "bbox_transform": transform_above_axes(axes, points)}
     spaces = {"borderaxespad": 0, "borderpad": 0, "columnspacing": 1.2, "handletextpad": 0.5}
     axes.legend(**place, **spaces, ncols=6, frameon=False)

@@ -21,14 +21,14 @@ from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.records import envelope_scalogram, record_view
 from srbval.report.findings.rows import compared_rows
-from srbval.report.pages import Page, results_of
+from srbval.report.pages import Page, load_newest_results
 from srbval.storage.content_store import ContentStore, content_sha256
 from srbval.storage.tables import build
 from srbval.validation.validate import PairReading, validate
 
-CAGE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
+CAGE_STORE = ContentStore(kind="cage", computed_by="srbval.comparison.cage_readings")
 
-SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
+MIN_RUN_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 
 
 def gather(
@@ -39,12 +39,12 @@ def gather(
     Raises what simulating and loading raise; a failed run is a `NumericsError` that names it, a state without a
     recording that can be read a `DataError`.
     """
-    if seconds < SHORTEST_S:
+    if seconds < MIN_RUN_S:
         raise ConfigurationError(
-            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
+            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {MIN_RUN_S:g} s "
             "or more."
         )
-    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, "inputs")
+    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), load_newest_results(pages, "inputs")
     with stage(progress, "Look up the registered recordings"):
         register = listing(or_none=True)
         of_rig = rig_recordings(register.recordings)
@@ -70,12 +70,12 @@ def gather(
     sides = {state: sides[state] for state in PAPER_STATES}
     models = {state: model for state, (_, model) in sides.items()}
     with stage(progress, "Read the cage ratio of every record"):
-        records = [load_entry(one) for one in at_drawn_points(of_rig, printed, stored)]
+        records = [load_entry(one) for one in select_drawn_records(of_rig, printed, stored)]
         content = content_sha256(records, bearing)
-        readings = CAGE.load(content, lambda rows: tuple(build(CageReading, row, "reading") for row in rows))
+        readings = CAGE_STORE.load(content, lambda rows: tuple(build(CageReading, row, "reading") for row in rows))
         if readings is None:
             readings = cage_readings(records, bearing)
-            CAGE.save(content, readings)
+            CAGE_STORE.save(content, readings)
     with stage(progress, "Analyse the paper's runs"):
         paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     analyses = {
@@ -118,7 +118,7 @@ def require_states(found: Collection[Fault], failed: Iterable[Row]) -> None:
         )
 
 
-def at_drawn_points(
+def select_drawn_records(
     registered: Iterable[RegisteredRecording], printed: Mapping[Fault, Published], stored: Mapping[str, Any]
 ) -> list[RegisteredRecording]:
     """Recordings at the paper's load without axial load, at a speed of the model's stored draws if there are any."""
@@ -137,7 +137,7 @@ def choose_rig_recordings(
     by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(registered, key=lambda entry: -(entry.seconds or 0)):
         at_load = entry.radial_kn == printed[Fault.OUTER].radial_kn and not entry.axial_kn
-        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= SHORTEST_S:
+        if at_load and entry.nominal_rpm is not None and (entry.seconds or 0) >= MIN_RUN_S:
             by_state = by_speed.setdefault(entry.nominal_rpm, {})
             if entry.state in PAPER_STATES and entry.state is not None:
                 by_state.setdefault(entry.state, entry)

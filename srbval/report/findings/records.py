@@ -23,17 +23,17 @@ WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of 
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 OWN_UNITS, NORMALISED = {"m/s2": "m/s²", "mm/s": "mm/s", "um": "µm"}, "std. dev."  # by the recording's unit
 # The slow trend below this frequency, or this order of a slow shaft, is not part of an envelope spectrum.
-LEAST_HZ, LEAST_ORDER = 1.0, 0.3
+MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER = 1.0, 0.3
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # end of a spectrum: times the marked line, or the inner race's if none is
-LINE_SHARE = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
+BAND_EDGE_FACTOR = 2 ** (1 / 6)  # edges of the third octave about a line, as factors
 
 
-def badge_of(analysis: Analysis) -> Badge:
+def make_badge(analysis: Analysis) -> Badge:
     """Badge of the source of an analysis."""
     return Badge(analysis.recording.origin.value)
 
 
-def side_of(analysis: Analysis) -> str:
+def name_side(analysis: Analysis) -> str:
     """Side of a comparison, in words."""
     return "rig" if analysis.recording.origin is Origin.MEASURED else "model"
 
@@ -97,7 +97,7 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
     )
 
 
-def signal_of(source: Recording | Run) -> tuple[Recording, FloatArray]:
+def load_signal(source: Recording | Run) -> tuple[Recording, FloatArray]:
     """A recording, or that of a run, and its signal to analyse."""
     recording = recording_from_run(source) if isinstance(source, Run) else source
     return recording, one_signal(recording)
@@ -107,7 +107,7 @@ def _decibels(power: FloatArray) -> FloatArray:
     return np.asarray(10 * np.log10(np.maximum(power, np.finfo(float).tiny)))
 
 
-def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
+def record_views(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
     """Views of the middle of a record and of a healthy one, at the record's frequencies; in their common unit."""
     sides = [analysis] if healthy is None else [analysis, healthy]
     own_unit = analysis.recording.unit in OWN_UNITS and len({side.recording.unit for side in sides}) == 1
@@ -143,9 +143,9 @@ class SpectrumView:
     end_hz: float
 
 
-def highest_of(record: RecordView, end_hz: float) -> float:
-    """Highest amplitude of an envelope spectrum from `LEAST_HZ`, or `LEAST_ORDER` of the shaft, to `end_hz`."""
-    least_hz = min(LEAST_HZ, LEAST_ORDER * record.shaft_hz)
+def peak_amplitude(record: RecordView, end_hz: float) -> float:
+    """Largest amplitude of the envelope spectrum up to `end_hz`, without the slow trend below `MIN_SPECTRUM_HZ`."""
+    least_hz = min(MIN_SPECTRUM_HZ, MIN_SPECTRUM_ORDER * record.shaft_hz)
     return float(record.amplitude[(record.frequency_hz > least_hz) & (record.frequency_hz <= end_hz)].max())
 
 
@@ -216,9 +216,9 @@ def envelope_scalogram(shown: RecordView) -> Scalogram:
     return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
 
 
-def line_share(image: Scalogram, line_hz: float) -> float:
+def power_share_near_line(image: Scalogram, line_hz: float) -> float:
     """Share of a scalogram's power in the third octave about a line, 0 outside its range of frequencies."""
     power = (np.asarray(image.amplitude) ** 2).mean(axis=1)
     frequency = np.asarray(image.frequency_hz)
-    near = (frequency >= line_hz / LINE_SHARE) & (frequency <= line_hz * LINE_SHARE)
+    near = (frequency >= line_hz / BAND_EDGE_FACTOR) & (frequency <= line_hz * BAND_EDGE_FACTOR)
     return float(power[near].sum() / power.sum())

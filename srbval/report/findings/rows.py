@@ -25,7 +25,7 @@ from srbval.reading.analyse import Analysis
 from srbval.recordings.manifest import RegisteredRecording
 from srbval.recordings.registry import RegisterListing
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import RecordView, line_share
+from srbval.report.findings.records import RecordView, power_share_near_line
 from srbval.signal import NORMAL_95, Scalogram, kurtosis
 from srbval.sweep.sweep import records
 from srbval.validation.compare import LINES, PAIR_KEYS
@@ -33,7 +33,7 @@ from srbval.validation.compare import LINES, PAIR_KEYS
 if TYPE_CHECKING:
     import pandas as pd
 
-SCHEMA_VERSION = 1
+MAIN_REPORT_SCHEMA_VERSION = 1
 MIDDLE = (0.025, 0.5, 0.975)  # of a distribution: the ends of its 95 % interval and its median
 
 
@@ -45,7 +45,7 @@ def compared_rows(
 ) -> dict[str, Any]:
     """The keys of ``report.json`` that follow from the findings and from the register."""
     printed, bearing, runs = found.printed, found.bearing, found.runs
-    every, pairs = compared(found.validation.comparisons), found.validation.pairs.to_dict("records")
+    every, pairs = select_comparisons(found.validation.comparisons), found.validation.pairs.to_dict("records")
     shown = {rig.recording.file or rig.recording.name for rig in found.analyses["rig"].values()}
     comparisons = every[every["record"].isin(shown)]
     model_runs = {state: side.run for state, side in models.items()}
@@ -55,10 +55,11 @@ def compared_rows(
     lines = [*published_rows(printed, paper, runs), *measured]
     keys = dict.fromkeys(key for one in lines for key in one)
     rows, means = verdicts(found.cage_readings, stored), cage_means(found.cage_readings)
-    ratios, change = list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf)), trend(means, rows)
+    ratios = list(cage_ratio_rows(found.cage_readings, means, stored, bearing.orders.ftf))
+    change = trend_row(means, rows)
     levels, amplitudes = records(comparisons), found.results.content("amplitudes").get("rows", ())
     return {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": MAIN_REPORT_SCHEMA_VERSION,
         "status": "ok",
         "headline": {"holds": holds(rows), "verdicts": rows},
         "verdicts": rows,
@@ -82,7 +83,7 @@ def compared_rows(
         "verdict_power": stored.get("power", []),
         "kept_results": {name: result.origin for name, result in found.results.items()},
         "runs": found.run_facts,
-        "cautions": cautions(pairs),
+        "cautions": list_cautions(pairs),
     }
 
 
@@ -120,7 +121,7 @@ def picture_rows(
             yield about | alike_row(row["quantity"], row["model"], row["rig"], "dB") | {"kind": "spectrum"}
     if state.line:
         first, second = (one.line_of(state).kinematic_hz for one in (model, rig))
-        powers = line_share(images[0], first), line_share(images[1], second)
+        powers = power_share_near_line(images[0], first), power_share_near_line(images[1], second)
         yield about | alike_row(f"share of power at {state.line}", *powers) | {"kind": "scalogram"}
 
 
@@ -162,7 +163,7 @@ def near_level_rows(comparisons: Iterable[Row], amplitudes: Iterable[Row]) -> It
         yield row
 
 
-def compared(rows: Iterable[Row]) -> "pd.DataFrame":
+def select_comparisons(rows: Iterable[Row]) -> "pd.DataFrame":
     """Comparisons of both sides of the records whose fault line is detected, without the line itself.
 
     The cage ratio has the same information in a form whose errors may be averaged over both races.
@@ -183,7 +184,7 @@ def line_deviations(pairs: Iterable[Row], comparisons: Iterable[Row]) -> Iterato
             yield found | {"slip_pct": deviation_pct(row["rig"], row["kinematic"])}
 
 
-def cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
+def list_cautions(pairs: Iterable[Row]) -> list[dict[str, str]]:
     """Cautions on the recordings that this report uses: each file and caution once."""
     once = dict.fromkeys((Path(p["measured"][0]).name, one) for p in pairs for one in p["measured_facts"]["cautions"])
     return [{"file": file, "caution": caution} for file, caution in once]
@@ -196,21 +197,21 @@ def cage_ratio_rows(
     for place, rpm in enumerate(means.rpm):
         for one in (one for one in readings if one.nominal_rpm == rpm):
             half = NORMAL_95 * float(np.hypot(one.reading_u, one.speed_u))
-            yield _row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
-        yield _row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
+            yield _cage_ratio_row("record", rpm, (one.ratio - half, one.ratio, one.ratio + half), one.state.code)
+        yield _cage_ratio_row("mean", rpm, np.quantile(means.draws[:, place], MIDDLE))
         for variant in stored.get("variants", ()):
             own = [one["drawn"] for one in variant["records"] if one["nominal_rpm"] == rpm]
             if own:
-                yield _row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
-        yield _row("kinematics", rpm, (kinematic,) * 3)
+                yield _cage_ratio_row(variant["scene"], rpm, np.quantile(np.mean(own, axis=0), MIDDLE))
+        yield _cage_ratio_row("kinematics", rpm, (kinematic,) * 3)
 
 
-def _row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row:
+def _cage_ratio_row(of: str, rpm: float, interval: Iterable[float], state: str = "") -> Row:
     low, ratio, high = map(float, interval)
     return {"of": of, "state": state, "nominal_rpm": rpm, "ratio": ratio, "low": low, "high": high}
 
 
-def trend(means: CageMeans, rows: Iterable[Row]) -> Row:
+def trend_row(means: CageMeans, rows: Iterable[Row]) -> Row:
     """Change of the cage ratio from the fastest to the slowest speed [%]: of the rig, and of scene ``rig`` if known."""
     rig, ci95 = trend_pct(means)
     name = f"{means.rpm[0]:g} less {means.rpm[-1]:g} rpm"

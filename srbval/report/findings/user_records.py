@@ -23,15 +23,15 @@ from srbval.report.findings.records import (
     first_lines,
     marked_line,
     record_view,
+    record_views,
     spectrum_view,
-    views_of,
 )
 from srbval.scene import load_scene
 from srbval.storage.json_files import to_json
 
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
 OPEN_CAGE = 5e-3  # 95 % of a ball bearing's cage ratio, by contact angles up to 18 degrees and slips that vary together
-HIGHEST_SHARE = 0.45  # of a run's rate: upper end of the band if the record's band reaches beyond it
+MAX_BAND_SHARE_OF_RATE = 0.45  # of a run's rate: upper end of the band if the record's band reaches beyond it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +132,7 @@ def user_record(reading: RecordReading, model: ModelSide | str | None = None) ->
     analysis, verdict, baseline = reading.analysis, reading.verdict, reading.baseline
     line = verdict.part.line if verdict.part is not None else verdict.comparison.line
     marked = marked_line(analysis) if line is None else analysis.line(line)
-    view = spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked)
+    view = spectrum_view(*record_views(analysis, None if baseline is None else baseline.analysis), marked)
     own = {field.name: getattr(reading, field.name) for field in dataclasses.fields(RecordReading)}
     return UserRecord(**own, view=view, marked=marked, model=model)
 
@@ -159,7 +159,7 @@ def _model_side(
         case = SimulationCase(id=f"beside-{recording.name}", purpose="beside the record", state=state, scene=scene)
         run = run_cases([case], jobs=1, progress=progress)[case.id]
         low, high = analysis.processed.band_hz
-        own = (low, min(high, HIGHEST_SHARE * run.scene.output_rate_hz)) if geometry is None else None
+        own = (low, min(high, MAX_BAND_SHARE_OF_RATE * run.scene.output_rate_hz)) if geometry is None else None
         found = analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=own)
     except SrbvalError as error:
         return str(error)

@@ -1,41 +1,40 @@
 """The first screen: the answer, Table 6, the figures in a strip, three tiles, and what is stored."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from srbval import __version__
 from srbval.bearing import Fault
 from srbval.comparison.comparison import TOLERANCE, VERDICT, Verdict
-from srbval.report.blocks import Badge, Callout, Figure, Table, Tone, VerdictBox
+from srbval.report.blocks import Badge, Callout, Figure, ReportRow, ReportTable, Tone, VerdictBox
 from srbval.report.figures.images import thumbnail
 from srbval.report.findings.findings import Findings
-from srbval.report.findings.records import highest_of
+from srbval.report.findings.records import peak_amplitude
 from srbval.report.pages import Page
 from srbval.report.prose import Prose
-from srbval.report.sections.figures import FIGURES, HEAD_ROOM, SPECTRUM_HZ, picture_verdict, scales
+from srbval.report.sections.figures import HEAD_ROOM, PAPER_FIGURES, SPECTRUM_HZ, picture_verdict, shared_limits
 from srbval.storage.stored_result import StoredResult
 from srbval.sweep.scenes import PAPER
 
-TEXTS = Prose("srbval.report", "texts/answer.md")
+ANSWER_TEXTS = Prose("srbval.report", "texts/answer.md")
 # Tones of verdicts with a tolerance, the worst first.
 ANSWER_TONE = {Verdict.MISSED: Tone.BAD, Verdict.NOT_RESOLVED: Tone.NEUTRAL, Verdict.MET: Tone.GOOD}
-SCENES = {"paper": "the paper's scene", "rig": "the rig's scene"}
-SHOWN = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
-PRINTED, OWN = ("published", "measured")
-ROWS = (  # of Table 6: source of the rig's value, source of the row, key of the line and of its half width
-    (PRINTED, Badge.PUBLISHED, "kinematic_hz", ""),
-    (PRINTED, Badge.PUBLISHED, "paper_model_hz", ""),
-    (PRINTED, Badge.PUBLISHED, "paper_rig_hz", ""),
-    (PRINTED, Badge.SIMULATED, "model_cage_hz", ""),
-    (OWN, Badge.SIMULATED, "model_hz", ""),
-    (OWN, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz"),
-    (OWN, Badge.MEASURED, "rig_hz", "rig_ci95_hz"),
+SCENE_NAMES = {"paper": "the paper's scene", "rig": "the rig's scene"}
+STRIP_STATES = {"11c": Fault.OUTER, "12a": Fault.OUTER, "13a": Fault.INNER, "14c": Fault.OUTER}  # panels of the strip
+PAPER_SOURCE, RIG_SOURCE = ("published", "measured")
+TABLE6_SOURCES = (  # of Table 6: source of the rig's value, source of the row, key of the line and of its half width
+    (PAPER_SOURCE, Badge.PUBLISHED, "kinematic_hz", ""),
+    (PAPER_SOURCE, Badge.PUBLISHED, "paper_model_hz", ""),
+    (PAPER_SOURCE, Badge.PUBLISHED, "paper_rig_hz", ""),
+    (PAPER_SOURCE, Badge.SIMULATED, "model_cage_hz", ""),
+    (RIG_SOURCE, Badge.SIMULATED, "model_hz", ""),
+    (RIG_SOURCE, Badge.SIMULATED, "rig_scene_hz", "rig_scene_ci95_hz"),
+    (RIG_SOURCE, Badge.MEASURED, "rig_hz", "rig_ci95_hz"),
 )
-Row = Mapping[str, Any]
 
 
-def verdict_box(findings: Findings, data: Row, pages: Sequence[Page]) -> VerdictBox:
+def verdict_box(findings: Findings, data: ReportRow, pages: Sequence[Page]) -> VerdictBox:
     """The first thing on the page; `data` is the content of ``report.json``, with the keys of the `pages`."""
     stated, tiles = data["verdicts"], [speed_tile(findings.data["runs"])]
     tiles += filter(None, (page.tile(findings.results) for page in pages))
@@ -48,27 +47,27 @@ def verdict_box(findings: Findings, data: Row, pages: Sequence[Page]) -> Verdict
         "records": used_sentence(data["comparisons"], data["cage_readings"]),
     }
     return VerdictBox(
-        tone=tone_of(row["verdict"] for row in stated),
-        kicker=finding(stated),
+        tone=worst_tone(row["verdict"] for row in stated),
+        kicker=finding_sentence(stated),
         headline=f"{near_sentence(data)} {missing_sentence(data)}",
-        blocks=(_table6(data), *tiles, _strip(findings), TEXTS.paragraph("origin", **origin)),
+        blocks=(_table6(data), *tiles, _strip(findings), ANSWER_TEXTS.paragraph("origin", **origin)),
     )
 
 
-def tone_of(answers: Iterable[str]) -> Tone:
+def worst_tone(answers: Iterable[str]) -> Tone:
     """Tone of the worst answer; a warning if there is none."""
     found = set(answers)
     return next((tone for answer, tone in ANSWER_TONE.items() if answer in found), Tone.WARNING)
 
 
-def finding(stated: Sequence[Row]) -> str:
+def finding_sentence(stated: Sequence[ReportRow]) -> str:
     """First line of the report: where a stated tolerance is missed, which is no failure of the program."""
     missed = []
-    for scene, name in SCENES.items():
+    for scene, name in SCENE_NAMES.items():
         own = [row["endpoint"] for row in stated if (row["scene"], row["verdict"]) == (scene, Verdict.MISSED)]
         missed += [f"{name} ({' and '.join(map(endpoint_words, own))})"] if own else []
     name = "finding" if missed else "not-missed" if stated else "not-known"
-    return TEXTS.text(name, limit_pct=TOLERANCE.limit_pct, missed=" and in ".join(missed))
+    return ANSWER_TEXTS.text(name, limit_pct=TOLERANCE.limit_pct, missed=" and in ".join(missed))
 
 
 def endpoint_words(endpoint: str) -> str:
@@ -81,17 +80,17 @@ def endpoint_words(endpoint: str) -> str:
     )
 
 
-def near_sentence(data: Row) -> str:
+def near_sentence(data: ReportRow) -> str:
     """Errors of both lines at the rig's measured speed, and of the cage speed in the rig's scene."""
-    rows = [row for row in data["table6"] if row["rig_source"] == OWN]
+    rows = [row for row in data["table6"] if row["rig_source"] == RIG_SOURCE]
     parts = [
         f"{interval(row['comparison_error_pct'], row['validation_uncertainty_pct'])} "
         f"({Fault(row['defect']).label}, {row['line']}: {row['verdict']})"
         for row in rows
     ]
     rig = next((row for row in data["verdicts"] if row["scene"] == "rig"), None)
-    more = TEXTS.text("near-rig", **rig, error=interval(rig["error_pct"], rig["u_pct"])) if rig else ""
-    return TEXTS.text("near", lines=" and ".join(parts), more=more)
+    more = ANSWER_TEXTS.text("near-rig", **rig, error=interval(rig["error_pct"], rig["u_pct"])) if rig else ""
+    return ANSWER_TEXTS.text("near", lines=" and ".join(parts), more=more)
 
 
 def interval(error: float, u: float | None) -> str:
@@ -99,22 +98,22 @@ def interval(error: float, u: float | None) -> str:
     return f"{error:+.2f} %, uncertainty unknown" if u is None else f"{error:+.2f} ± {u:.2f} %"
 
 
-def missing_sentence(data: Row) -> str:
+def missing_sentence(data: ReportRow) -> str:
     """Name what the model does not reproduce, with numbers: the change with speed, the vibration levels."""
     trend, levels = data["trend"], (data.get("amplitudes") or {}).get("locked")
     found = []
     if trend["verdict"] in (Verdict.MISSED, Verdict.DIFFERS):
-        found.append(TEXTS.text("missing-trend", **trend))
+        found.append(ANSWER_TEXTS.text("missing-trend", **trend))
     if levels and levels["within"] < levels["of"]:
-        found.append(TEXTS.text("missing-levels", **levels, near_db=VERDICT.near_db))
-    return TEXTS.text("missing", found=" and ".join(found)) if found else TEXTS.text("nothing-missing")
+        found.append(ANSWER_TEXTS.text("missing-levels", **levels, near_db=VERDICT.near_db))
+    return ANSWER_TEXTS.text("missing", found=" and ".join(found)) if found else ANSWER_TEXTS.text("nothing-missing")
 
 
-def _table6(data: Row) -> Table:
+def _table6(data: ReportRow) -> ReportTable:
     """The paper's Table 6 with sources as rows; deviations from kinematics beneath."""
     of = {(row["rig_source"], Fault(row["defect"])): row for row in data["table6"]}
     shown = []
-    for name, (source, badge, value, ci95) in zip(TEXTS.items("sources"), ROWS, strict=True):
+    for name, (source, badge, value, ci95) in zip(ANSWER_TEXTS.items("sources"), TABLE6_SOURCES, strict=True):
         speeds = [f"{of[source, fault]['shaft_rpm']:.4g}" for fault in (Fault.OUTER, Fault.INNER)]
         at = f"at {' and '.join(dict.fromkeys(speeds))} rpm"
         found: dict[str, Any] = {"source": name, "source_badge": badge, "source_note": at}
@@ -125,39 +124,39 @@ def _table6(data: Row) -> Table:
                 about = f" ± {100 * half / row['kinematic_hz']:.2f}" if half else ""
                 found[f"{fault}_note"] = f"{100 * (row[value] / row['kinematic_hz'] - 1):+.2f}{about} %"
         shown.append(found)
-    conclusion = shaft_sentence(data["closure"], of[PRINTED, Fault.INNER])
-    return TEXTS.table("table-6-sources", shown, more_notes=[conclusion])
+    conclusion = shaft_sentence(data["closure"], of[PAPER_SOURCE, Fault.INNER])
+    return ANSWER_TEXTS.table("table-6-sources", shown, more_notes=[conclusion])
 
 
-def shaft_sentence(sums: Iterable[Row], inner: Row) -> str:
+def shaft_sentence(sums: Iterable[ReportRow], inner: ReportRow) -> str:
     """Conclusion on the inner race of the paper's rig: slip keeps the sum of both lines, another speed does not."""
     row = next(one for one in sums if one["source"] == "paper's rig")
     as_slip = abs(row["difference_pct"]) < TOLERANCE.limit_pct
     speed = "slower" if row["difference_pct"] < 0 else "faster"
     words = {"speed": speed, "printed_pct": inner["paper_rig_printed_pct"], "limit_pct": TOLERANCE.limit_pct}
-    return TEXTS.text("as-slip" if as_slip else "other-speed", **row, **words)
+    return ANSWER_TEXTS.text("as-slip" if as_slip else "other-speed", **row, **words)
 
 
-def speed_tile(runs: Iterable[Row]) -> Callout:
+def speed_tile(runs: Iterable[ReportRow]) -> Callout:
     """Cost of a simulated second on this machine beside the paper's."""
     run = next(one for one in runs if one["id"] == "paper-outer")
     words = {"steps_per_s": 1 / run["step_s"], "paper_s": PAPER.wall_s / PAPER.simulated_s, "paper": PAPER}
-    return TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
+    return ANSWER_TEXTS.callout("speed-tile", tone=Tone.NEUTRAL, **run, **words)
 
 
 def _strip(findings: Findings) -> Any:
     """Small pictures of Figures 11 to 14, model and rig, alike or not by a number."""
     shown: list[Figure] = []
-    for name, state in SHOWN.items():
-        kind, (sides, images) = FIGURES[name[:2]][0], findings.sides_of(state)
-        spectrum_top = HEAD_ROOM * max(highest_of(one, SPECTRUM_HZ) for one in sides)
-        tops = scales(sides, images) | {"spectrum": spectrum_top}
+    for name, state in STRIP_STATES.items():
+        kind, (sides, images) = PAPER_FIGURES[name[:2]][0], findings.sides_of(state)
+        spectrum_top = HEAD_ROOM * max(peak_amplitude(one, SPECTRUM_HZ) for one in sides)
+        tops = shared_limits(sides, images) | {"spectrum": spectrum_top}
         top = tops[{"acceleration": "limit", "scalogram": "brightest"}.get(kind, kind)]
         plot = thumbnail(sides, images if kind == "scalogram" else [], SPECTRUM_HZ * (kind == "spectrum"), top)
         words: dict[str, Any] = {"number": name[:2], "kind": kind, "state": state.label}
         words["alike"] = picture_verdict(findings.data["pictures"], kind, state)
-        shown.append(TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
-    return TEXTS.grid("strip", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
+        shown.append(ANSWER_TEXTS.figure("thumbnail", plot, id=f"small-{name}", small_of=f"fig{name}", **words))
+    return ANSWER_TEXTS.grid("strip", shown, most=len(shown), pct=VERDICT.share_pct, level_db=VERDICT.level_db)
 
 
 def stored_sentence(results: Iterable[StoredResult]) -> str:
@@ -169,7 +168,7 @@ def stored_sentence(results: Iterable[StoredResult]) -> str:
     return "; ".join(f"{', '.join(sorted(names))} ({where})" for where, names in groups.items()) or "nothing"
 
 
-def used_sentence(comparisons: Iterable[Row], readings: Iterable[Any]) -> str:
+def used_sentence(comparisons: Iterable[ReportRow], readings: Iterable[Any]) -> str:
     """Use of the rig's records: fitted, seen before, blind."""
     every = {Path(one.record).stem for one in readings}
     uses: dict[str, set[str]] = {"fit": set(), "blind": set()}
@@ -178,12 +177,14 @@ def used_sentence(comparisons: Iterable[Row], readings: Iterable[Any]) -> str:
             uses[one["used_for"]].add(Path(one["record"]).stem)
     seen = every - uses["fit"] - uses["blind"]
     parts = [
-        TEXTS.text(f"used-{name}", records=", ".join(sorted(map(short, found)))) if found else TEXTS.text(f"no-{name}")
+        ANSWER_TEXTS.text(f"used-{name}", records=", ".join(sorted(map(record_words, found))))
+        if found
+        else ANSWER_TEXTS.text(f"no-{name}")
         for name, found in uses.items()
     ]
-    return "; ".join([*parts, TEXTS.text("used-withheld", count=len(seen))])
+    return "; ".join([*parts, ANSWER_TEXTS.text("used-withheld", count=len(seen))])
 
 
-def short(record: str) -> str:
+def record_words(record: str) -> str:
     """Name of a record of the rig in words."""
     return record.removesuffix("_sample").removesuffix("rpm").replace("_", " ")

@@ -5,26 +5,28 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.report.blocks import Block, Command, KeyValues, Listing, Report, Section, Tone, Value
+from srbval.report.blocks import Block, CellValue, Command, KeyValues, Listing, Report, Section, Tone
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import Page, joined_data
+from srbval.report.pages import Page, join_data
 from srbval.report.prose import Prose
-from srbval.report.sections.answer import short, verdict_box
+from srbval.report.sections.answer import record_words, verdict_box
 from srbval.report.sections.figures import figures_section
 from srbval.report.sections.table6 import near_section, table6_section
 from srbval.storage.json_files import to_json
 
-RECORDS, LIMITS, COMMAND = (Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "command"))
-MOST_NAMED = 20  # files in a list; report.json has all
+RECORD_TEXTS, LIMIT_TEXTS, COMMAND_TEXTS = (
+    Prose("srbval.report", f"texts/{name}.md") for name in ("records", "limits", "command")
+)
+MAX_LISTED = 20  # files in a list; report.json has all
 SHOWN_FACTS = ("srbval", "git_revision", "python", "machine.system", "seeds")  # of the provenance; report.json has all
-ROWS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
+CSV_KEYS = ("comparisons", "pairs", "bias", "line_deviations", "runs", "pictures", "near")
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
     """Build the report with the `pages` of studies in it; `command` is the one that makes it again."""
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
-    data = joined_data(findings.data, (page.data(findings.results) for page in pages)) | {"provenance": origin}
+    data = join_data(findings.data, (page.data(findings.results) for page in pages)) | {"provenance": origin}
     verdict = verdict_box(findings, data, pages)
     placed = (
         (10, table6_section(findings)),
@@ -41,19 +43,19 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
         verdict=verdict,
         sections=tuple(section for _, section in sorted(placed, key=lambda one: one[0])),
         data=data | {"headline": headline},
-        rows={f"rows-{name.replace('_', '-')}": data[name] for name in ROWS if name in data},
+        rows={f"rows-{name.replace('_', '-')}": data[name] for name in CSV_KEYS if name in data},
     )
 
 
 def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] = ()) -> Iterator[Block]:
     """Problems of the registered data, and one row for each record of the rig."""
     if findings.data["register_unreadable"]:
-        yield RECORDS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
+        yield RECORD_TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
     for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
         if rows:
-            yield RECORDS.callout(name, tone=Tone.WARNING, files=len({row["file"] for row in rows}))
-            shown = [RECORDS.text(f"{name}-row", **row) for row in rows[:MOST_NAMED]]
-            more = [RECORDS.text("more", more=len(rows) - MOST_NAMED)] if len(rows) > MOST_NAMED else []
+            yield RECORD_TEXTS.callout(name, tone=Tone.WARNING, files=len({row["file"] for row in rows}))
+            shown = [RECORD_TEXTS.text(f"{name}-row", **row) for row in rows[:MAX_LISTED]]
+            more = [RECORD_TEXTS.text("more", more=len(rows) - MAX_LISTED)] if len(rows) > MAX_LISTED else []
             yield Listing((*shown, *more))
     used = {(Path(one["record"]).stem, one["used_for"]) for one in comparisons}
     readings = findings.frame("cage_readings")
@@ -62,30 +64,30 @@ def records_blocks(findings: Findings, comparisons: Iterable[Mapping[str, Any]] 
         "levels fitted" if (stem, "fit") in used else "blind" if (stem, "blind") in used else "seen" for stem in stems
     ]
     ci95 = 1.96 * (readings["reading_u"] ** 2 + readings["speed_u"] ** 2) ** 0.5
-    shown = readings.assign(name=[short(stem) for stem in stems], used=uses, ratio_ci95=ci95)
-    yield RECORDS.table("records", shown)
+    shown = readings.assign(name=[record_words(stem) for stem in stems], used=uses, ratio_ci95=ci95)
+    yield RECORD_TEXTS.table("records", shown)
 
 
 def limits_section(findings: Findings, data: Mapping[str, Any]) -> Section:
     """Records, subjects that the report does not cover, the words of the report, and the command that repeats it."""
     axial = any(pair["measured_facts"]["axial_n"] for pair in findings.validation.pairs.to_dict("records"))
     blind = blind_sentence(findings.validation.comparisons, predicted="prediction_outcome" in findings.results)
-    limits = LIMITS.items("limits", axial="V" if axial else "Axial load, v")
-    sources = (COMMAND.text("paper"), *(COMMAND.text("recordings", **vars(one)) for one in findings.datasets))
-    return LIMITS.section(
+    limits = LIMIT_TEXTS.items("limits", axial="V" if axial else "Axial load, v")
+    sources = [COMMAND_TEXTS.text("recordings", **vars(one)) for one in findings.datasets]
+    return LIMIT_TEXTS.section(
         *records_blocks(findings, data["comparisons"]),
-        Listing((blind, *limits, *LIMITS.items("words"))),
-        COMMAND.paragraph("again"),
+        Listing((blind, *limits, *LIMIT_TEXTS.items("words"))),
+        COMMAND_TEXTS.paragraph("again"),
         Command(data["provenance"]["command"]),
-        Listing(sources),
+        Listing((COMMAND_TEXTS.text("paper"), *sources)),
     )
 
 
 def blind_sentence(rows: Iterable[Mapping[str, Any]], *, predicted: bool) -> str:
     """Sentence on the records that were unknown before they were compared, and on the stored predictions."""
     blind = list(dict.fromkeys(Path(row["record"]).name for row in rows if row["used_for"] == "blind"))
-    text = LIMITS.text("blind", records=", ".join(blind)) if blind else LIMITS.text("not-blind")
-    return f"{text} {LIMITS.text('predicted')}" if predicted else text
+    text = LIMIT_TEXTS.text("blind", records=", ".join(blind)) if blind else LIMIT_TEXTS.text("not-blind")
+    return f"{text} {LIMIT_TEXTS.text('predicted')}" if predicted else text
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
@@ -94,12 +96,13 @@ def provenance_section(origin: Mapping[str, Any]) -> Section:
     shown = {key: flat[key] for key in SHOWN_FACTS if flat.get(key)}
     if recordings := ", ".join(origin.get("recordings", ())):
         shown["recordings"] = recordings
-    return COMMAND.section(COMMAND.paragraph("again"), Command(str(flat["command"])), KeyValues(pairs=shown))
+    again = COMMAND_TEXTS.paragraph("again")
+    return COMMAND_TEXTS.section(again, Command(str(flat["command"])), KeyValues(pairs=shown))
 
 
-def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, CellValue]:
     """A nested table with dotted keys."""
-    flat: dict[str, Value] = {}
+    flat: dict[str, CellValue] = {}
     for key, value in table.items():
         flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}
     return flat

@@ -12,19 +12,18 @@ from srbval.report.findings.provenance import provenance
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
-from srbval.report.sections.pair_figures import errors_panel
-from srbval.report.sections.table6 import SPEED, VERDICT_TONE
-from srbval.report.sections.table6 import TEXTS as TABLE6
+from srbval.report.sections.pair_figures import PAIR_TEXTS, errors_panel
+from srbval.report.sections.table6 import SPEED_TEXTS, TABLE6_TEXTS, VERDICT_TONE
 from srbval.validation.case import Case
 from srbval.validation.validate import SIDES, Validation
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TEXTS, PAIRS = (Prose("srbval.report", f"texts/{name}.md") for name in ("case", "pairs"))
-WIDELY_APART = 0.05  # relative difference of shaft speeds above which the operating points differ
-MOST_DRAWN = 40  # pairs whose figures are drawn; all are in the tables
-TONES = {
+CASE_TEXTS = Prose("srbval.report", "texts/case.md")
+MAX_SPEED_DIFFERENCE = 0.05  # relative difference of shaft speeds above which the operating points differ
+MAX_DRAWN_PAIRS = 40  # pairs whose figures are drawn; all are in the tables
+TONES_WORST_FIRST = {
     Verdict.MISSED: Tone.BAD,
     Verdict.DIFFERS: Tone.WARNING,
     Verdict.INSUFFICIENT: Tone.NEUTRAL,
@@ -32,19 +31,18 @@ TONES = {
     Verdict.MET: Tone.GOOD,
     Verdict.AGREES: Tone.GOOD,
 }  # the worst first
-SCHEMA_VERSION = 1
+CASE_SCHEMA_VERSION = 1
 
 
 def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]], *, command: str) -> Report:
     """The report of a validation with the figures of its pairs; `command` is the one that makes it again."""
     case, table = result.case, result.table
     origin = {"command": command, **provenance((), ())}
-    bias = _table("bias", [row for row in result.bias if row["records"] > 1])
+    bias = _table_section("bias", [row for row in result.bias if row["records"] > 1])
     sections = [_frequencies(table), _speed(result), _figures(result, grids), _levels(table), bias, _published(case)]
-    signals = list(_signal_rows(result.pairs.to_dict("records")))
     sections += [
-        _table("signals", signals),
-        TEXTS.section(Listing(tuple(limits_of(result)))),
+        _table_section("signals", list(_signal_rows(result.pairs.to_dict("records")))),
+        CASE_TEXTS.section(Listing(tuple(limits_of(result)))),
         provenance_section(origin),
     ]
     return Report(
@@ -53,7 +51,7 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
         generated_utc=datetime.now(UTC),
         verdict=_verdict(result),
         sections=tuple(section for section in sections if section is not None),
-        data={"schema_version": SCHEMA_VERSION, "status": "incomplete" if result.failed else "ok"}
+        data={"schema_version": CASE_SCHEMA_VERSION, "status": "incomplete" if result.failed else "ok"}
         | result.to_dict()
         | {"provenance": origin},
         rows={"rows-table": table.to_dict("records"), "rows-pairs": result.pairs.to_dict("records")},
@@ -62,29 +60,30 @@ def assemble_case(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]
 
 def _verdict(result: Validation) -> VerdictBox:
     rows = result.errors_pct
-    worst = next((tone for verdict, tone in TONES.items() if verdict in result.verdicts), Tone.WARNING)
+    worst = next((tone for verdict, tone in TONES_WORST_FIRST.items() if verdict in result.verdicts), Tone.WARNING)
     listed = ", ".join(f"{row['quantity']} {row['error']:+.3f} %" for row in rows[:8])
-    figure = TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
+    figure = CASE_TEXTS.figure("errors", errors_panel(rows), wide=False, listed=listed) if rows else None
     points = [f"**{row['state']}**: {_point(row)}" for row in rows if row["quantity"] != "cage ratio"][:6]
     return VerdictBox(tone=worst, headline=literal(result.headline), points=tuple(points), figure=figure)
 
 
 def _point(row: Mapping[str, Any]) -> str:
-    if row["uncertainty"] is None:
-        return TEXTS.text("point-unknown", **row)
-    return TEXTS.text("point", **row)
+    return CASE_TEXTS.text("point-unknown" if row["uncertainty"] is None else "point", **row)
 
 
-def _table(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
+def _table_section(name: str, rows: Sequence[Mapping[str, Any]], *more: Block, open: bool = False) -> Section | None:
     """Section of one table; None without rows."""
-    blocks = (TEXTS.table(name, rows), *more) if rows else ()
-    return Section(id=f"case-{name}", title=TEXTS.text(f"title-{name}"), blocks=blocks, open=open) if rows else None
+    if not rows:
+        return None
+    blocks = (CASE_TEXTS.table(name, rows), *more)
+    return Section(id=f"case-{name}", title=CASE_TEXTS.text(f"title-{name}"), blocks=blocks, open=open)
 
 
 def _frequencies(table: "pd.DataFrame") -> Section | None:
     """Lines and cage ratios in the form of the paper's Table 6."""
     rows = table[table["unit"] != "dB"].to_dict("records")
-    return _table("frequencies", [_with_deviations(row) for row in rows], TABLE6.paragraph("how-to-read"), open=True)
+    how_to_read = TABLE6_TEXTS.paragraph("how-to-read")
+    return _table_section("frequencies", [_with_deviations(row) for row in rows], how_to_read, open=True)
 
 
 def _with_deviations(row: Mapping[str, Any]) -> Row:
@@ -102,43 +101,25 @@ def _speed(result: Validation) -> Section | None:
     if not result.sums:
         return None
     rollers = result.case.known_bearing.rolling_elements
-    rows = [
-        {
-            name: one[name]
-            for name in (
-                "source",
-                "bpfo_order",
-                "bpfi_order",
-                "total",
-                "difference_pct",
-                "stated_rpm",
-                "implied_rpm",
-                "closed",
-            )
-        }
-        | {"source_badge": one["origin"], "total_ci95": one["ci95"]}
-        for one in result.sums
-    ]
-    return SPEED.section(
-        SPEED.paragraph("intro", rollers=rollers),
-        SPEED.table("sum-rule-table", rows, rollers=rollers),
-    )
+    rows = [one | {"source_badge": one["origin"], "total_ci95": one["ci95"]} for one in result.sums]
+    intro = SPEED_TEXTS.paragraph("intro", rollers=rollers)
+    return SPEED_TEXTS.section(intro, SPEED_TEXTS.table("sum-rule-table", rows, rollers=rollers))
 
 
 def _figures(result: Validation, grids: Mapping[int, tuple[FigureGrid, ...]]) -> Section | None:
-    blocks: list[Block] = [PAIRS.paragraph("intro")]
+    blocks: list[Block] = [PAIR_TEXTS.paragraph("intro")]
     for pair in result.pairs.to_dict("records"):
         if pair["pair"] in grids:
             blocks += [Heading(f"Pair {pair['pair']}: {Fault(pair['state']).label}"), *grids[pair["pair"]]]
     if len(grids) < len(result.pairs):
-        blocks.append(PAIRS.paragraph("more", drawn=len(grids), pairs=len(result.pairs)))
-    return PAIRS.section(*blocks) if grids else None
+        blocks.append(PAIR_TEXTS.paragraph("more", drawn=len(grids), pairs=len(result.pairs)))
+    return PAIR_TEXTS.section(*blocks) if grids else None
 
 
 def _levels(table: "pd.DataFrame") -> Section | None:
     levels = table[table["unit"] == "dB"]
     tones = [VERDICT_TONE.get(verdict, Tone.NEUTRAL) for verdict in levels["verdict"]]
-    return _table("levels", levels.assign(verdict_tone=tones).to_dict("records"))
+    return _table_section("levels", levels.assign(verdict_tone=tones).to_dict("records"))
 
 
 def _published(case: Case) -> Section | None:
@@ -148,7 +129,7 @@ def _published(case: Case) -> Section | None:
         | {f"{name}_note": f"{deviation:+.2f} %" for name, deviation in one.deviations_pct().items()}
         for one in case.published
     ]
-    return _table("published", rows)
+    return _table_section("published", rows)
 
 
 def _signal_rows(pairs: Sequence[Mapping[str, Any]]) -> Iterator[Row]:
@@ -174,19 +155,19 @@ def limits_of(result: Validation) -> Iterator[str]:
     """Limits of the report of this case, each with its reason."""
     pairs, verdicts = result.pairs.to_dict("records"), result.verdicts
     if Verdict.INSUFFICIENT in verdicts:
-        yield TEXTS.text("insufficient", count=verdicts[Verdict.INSUFFICIENT])
+        yield CASE_TEXTS.text("insufficient", count=verdicts[Verdict.INSUFFICIENT])
     apart = [p["pair"] for p in pairs if p["compared_in"] == "orders"]
     if apart:
-        yield TEXTS.text("orders", pairs=", ".join(map(str, apart)))
-    if far := [p["pair"] for p in pairs if _apart(p) > WIDELY_APART]:
-        yield TEXTS.text("far-apart", pairs=", ".join(map(str, far)), share_pct=100 * WIDELY_APART)
+        yield CASE_TEXTS.text("orders", pairs=", ".join(map(str, apart)))
+    if far := [p["pair"] for p in pairs if _apart(p) > MAX_SPEED_DIFFERENCE]:
+        yield CASE_TEXTS.text("far-apart", pairs=", ".join(map(str, far)), share_pct=100 * MAX_SPEED_DIFFERENCE)
     for one in result.failed:
-        yield TEXTS.text("failed", pair=one["pair"], reason=one["reason"])
+        yield CASE_TEXTS.text("failed", pair=one["pair"], reason=one["reason"])
     cautions = [c for p in pairs for side in SIDES for c in (p[f"{side}_facts"] or {}).get("cautions", ())]
     yield from map(literal, dict.fromkeys(cautions))
     if result.case.tolerance.cage_pct is None and result.case.tolerance.level_db is None:
-        yield TEXTS.text("no-tolerance")
-    yield TEXTS.text("one-mounting")
+        yield CASE_TEXTS.text("no-tolerance")
+    yield CASE_TEXTS.text("one-mounting")
 
 
 def _apart(pair: Mapping[str, Any]) -> float:

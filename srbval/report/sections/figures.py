@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.report.blocks import Explore, Figure, Section
+from srbval.report.blocks import Explore, Figure, ReportRow, Section
 from srbval.report.figures.images import scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.figures.style import Drawing
@@ -15,29 +15,28 @@ from srbval.report.findings.records import (
     Cursor,
     RecordView,
     SpectrumView,
-    badge_of,
     fault_cursors,
-    highest_of,
-    side_of,
+    make_badge,
+    name_side,
+    peak_amplitude,
 )
 from srbval.report.prose import Prose
 from srbval.signal import Scalogram
 from srbval.signal.spectrum import SCALOGRAM_HZ
 
-TEXTS = Prose("srbval.report", "texts/figures.md")
+FIGURE_TEXTS = Prose("srbval.report", "texts/figures.md")
 
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
-FIGURES = {  # of the paper: kind and states
+PAPER_FIGURES = {  # of the paper: kind and states
     "11": ("acceleration", tuple(LETTERS)),
     "12": ("spectrum", (Fault.OUTER,)),
     "13": ("spectrum", (Fault.INNER,)),
     "14": ("scalogram", (Fault.OUTER, Fault.INNER)),
 }
-SIDES = ("model", "rig")
+FIGURE_SIDES = ("model", "rig")
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
-HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
-Row = Mapping[str, Any]
+HEAD_ROOM, PANEL_LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
 
 
 def figures_section(findings: Findings) -> Section:
@@ -45,31 +44,31 @@ def figures_section(findings: Findings) -> Section:
     pictures = findings.data["pictures"]
     views, images = findings.views, findings.scalograms
     every = (side[state] for side in views.values() for state in side)
-    scale = scales(every, (side[state] for side in images.values() for state in side))
-    panels: dict[str, list[Figure]] = {number: [] for number in FIGURES}
+    scale = shared_limits(every, (side[state] for side in images.values() for state in side))
+    panels: dict[str, list[Figure]] = {number: [] for number in PAPER_FIGURES}
     for state, letters in LETTERS.items():
-        spectra = {side: _spectrum(views[side], state) for side in SIDES}
-        top = LABEL_ROOM * max(highest_of(one.record, SPECTRUM_HZ) for one in spectra.values())
-        for place, side in enumerate(SIDES):
+        spectra = {side: _spectrum(views[side], state) for side in FIGURE_SIDES}
+        top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, SPECTRUM_HZ) for one in spectra.values())
+        for place, side in enumerate(FIGURE_SIDES):
             record, letter = views[side][state], (letters[place], "ab"[place])
             plots = drawings(spectra[side], images[side][state], state, scale | {"top": top}, letter)
-            for number, (kind, states) in FIGURES.items():
+            for number, (kind, states) in PAPER_FIGURES.items():
                 if state not in states and kind != "scalogram":
                     continue
                 label = f"{number}{letter[kind == 'spectrum']}"
-                words = panel_words(f"fig{label}", f"Figure {label}", record, state) | reach(SPECTRUM_HZ)
+                words = panel_words(f"fig{label}", f"Figure {label}", record, state) | axis_ends(SPECTRUM_HZ)
                 if kind == "spectrum":
                     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
                     words["explore"] = explore_spectrum(spectra[side], "Envelope amplitude, std. dev.", curves)
-                panels[number].append(TEXTS.figure(kind, plots[kind], **words, line=state.line))
+                panels[number].append(FIGURE_TEXTS.figure(kind, plots[kind], **words, line=state.line))
     sentences = {"12": fifth_harmonic_sentence(pictures), "13": inner_sidebands_sentence(pictures)}
     grids = []
     for number, figures in panels.items():
         words = {"alike": figure_sentence(pictures, number), "sentence": sentences.get(number, "")}
-        grids.append(TEXTS.grid(f"grid-{number}", figures, f"Figure {number}", **words))
-    bands = {side: views[side][Fault.OUTER].analysis.processed.band_hz for side in SIDES}
+        grids.append(FIGURE_TEXTS.grid(f"grid-{number}", figures, f"Figure {number}", **words))
+    bands = {side: views[side][Fault.OUTER].analysis.processed.band_hz for side in FIGURE_SIDES}
     shown_bands = {f"{side}_band": f"{low:g} to {high:g}" for side, (low, high) in bands.items()}
-    return TEXTS.section(TEXTS.paragraph("intro", **shown_bands), *grids)
+    return FIGURE_TEXTS.section(FIGURE_TEXTS.paragraph("intro", **shown_bands), *grids)
 
 
 def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
@@ -83,7 +82,7 @@ def _spectrum(side: Mapping[Fault, RecordView], state: Fault) -> SpectrumView:
     return SpectrumView(record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=found, end_hz=SPECTRUM_HZ)
 
 
-def scales(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
+def shared_limits(views: Iterable[RecordView], images: Iterable[Scalogram]) -> dict[str, float]:
     """Ends of the shared axes: `limit` of signals in time, `brightest` of the colours of scalograms."""
     highest = max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for one in views)
     pixels = np.concatenate([one.amplitude.ravel() for one in images])
@@ -106,36 +105,36 @@ def drawings(
     }
 
 
-def figure_sentence(pictures: Iterable[Row], number: str) -> str:
+def figure_sentence(pictures: Iterable[ReportRow], number: str) -> str:
     """Sentence on a figure: for each of its states whether both sides are alike."""
-    kind, of = FIGURES[number]
+    kind, of = PAPER_FIGURES[number]
     return "; ".join(f"**{state.label}**: {picture_verdict(pictures, kind, state)}" for state in of)
 
 
-def picture_verdict(pictures: Iterable[Row], kind: str, state: Fault) -> str:
+def picture_verdict(pictures: Iterable[ReportRow], kind: str, state: Fault) -> str:
     """Say if both sides of a picture are alike, by the number that is farthest apart relative to its limit."""
     rows = [one for one in pictures if (one["kind"], one["state"]) == (kind, state)]
     found = max(rows, key=lambda one: abs(one["model"] - one["rig"]) / one["limit"], default=None)
     if found is None:
-        return TEXTS.text("not-compared")
+        return FIGURE_TEXTS.text("not-compared")
     unit = f" {found['unit']}" if found["unit"] else ""
-    return TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
+    return FIGURE_TEXTS.text("alike" if found["alike"] else "differs", **{**found, "unit": unit})
 
 
-def fifth_harmonic_sentence(pictures: Iterable[Row]) -> str:
+def fifth_harmonic_sentence(pictures: Iterable[ReportRow]) -> str:
     """Conclusion on the fifth harmonic of BPFO, which the paper's model lacks."""
     row = next((one for one in pictures if one["what"] == "5xBPFO"), None)
     if row is None:
-        return TEXTS.text("fifth-unread")
-    return TEXTS.text("fifth-weak" if row["model"] < row["rig"] - row["limit"] else "fifth-there", **row)
+        return FIGURE_TEXTS.text("fifth-unread")
+    return FIGURE_TEXTS.text("fifth-weak" if row["model"] < row["rig"] - row["limit"] else "fifth-there", **row)
 
 
-def inner_sidebands_sentence(pictures: Iterable[Row]) -> str:
+def inner_sidebands_sentence(pictures: Iterable[ReportRow]) -> str:
     """Conclusion on the modulation of the inner race's line once a turn of the shaft."""
     row = next((one for one in pictures if one["what"] == "BPFI sidebands"), None)
     if row is None:
-        return TEXTS.text("sidebands-unread")
-    return TEXTS.text("sidebands-weak" if row["model"] < row["rig"] - row["limit"] else "sidebands-there", **row)
+        return FIGURE_TEXTS.text("sidebands-unread")
+    return FIGURE_TEXTS.text("sidebands-weak" if row["model"] < row["rig"] - row["limit"] else "sidebands-there", **row)
 
 
 def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
@@ -150,12 +149,12 @@ def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]
     )
 
 
-def reach(end_hz: float) -> dict[str, float]:
+def axis_ends(end_hz: float) -> dict[str, float]:
     """Ends of the axes that the texts of panels name."""
     return dict(zip(("low_hz", "high_hz", "end_hz"), (*SCALOGRAM_HZ, end_hz), strict=True))
 
 
 def panel_words(name: str, label: str, record: RecordView, state: Fault) -> dict[str, Any]:
     """Id, badge and the words of a panel's caption and alt text."""
-    who = f"{side_of(record.analysis)}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
-    return {"id": name, "label": label, "badge": badge_of(record.analysis), "who": who}
+    who = f"{name_side(record.analysis)}, {state.label}, {60 * record.shaft_hz:.2f} rpm"
+    return {"id": name, "label": label, "badge": make_badge(record.analysis), "who": who}

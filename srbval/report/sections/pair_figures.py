@@ -12,26 +12,33 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.figures import style
-from srbval.report.figures.style import Drawing, Drawn, new_axes, panel
+from srbval.report.figures.style import Drawing, PanelData, new_axes, panel
 from srbval.report.findings.records import (
     WINDOW_TURNS,
     RecordView,
     SpectrumView,
     envelope_scalogram,
-    highest_of,
+    peak_amplitude,
     record_view,
     spectrum_end_hz,
     spectrum_view,
 )
 from srbval.report.findings.rows import picture_rows
 from srbval.report.prose import Prose
-from srbval.report.sections.figures import LABEL_ROOM, drawings, panel_words, picture_verdict, reach, scales
-from srbval.report.sections.figures import TEXTS as FIGURES
+from srbval.report.sections.figures import (
+    FIGURE_TEXTS,
+    PANEL_LABEL_ROOM,
+    axis_ends,
+    drawings,
+    panel_words,
+    picture_verdict,
+    shared_limits,
+)
 from srbval.validation.sides import SideReading
 from srbval.validation.validate import SIDES, PairReading
 
-TEXTS = Prose("srbval.report", "texts/pairs.md")
-BARS = 40  # rows in the picture of errors
+PAIR_TEXTS = Prose("srbval.report", "texts/pairs.md")
+MAX_ERROR_BARS = 40  # rows in the picture of errors
 VERDICT_LOOK = {
     "differs": (style.VERMILION, "s"),
     "missed": (style.VERMILION, "X"),
@@ -42,7 +49,7 @@ VERDICT_LOOK = {
 }
 
 
-def drawn_now(draw: Drawing, folder: Path, name: str) -> Drawing:
+def draw_now(draw: Drawing, folder: Path, name: str) -> Drawing:
     """Draw a panel into `folder` now, and return a drawing that copies its files."""
     draw(folder, name)
 
@@ -58,21 +65,21 @@ def pair_figures(one: PairReading, folder: Path) -> tuple[FigureGrid, ...]:
     """The three rows of panels of a pair, drawn into `folder`; panels of the sides that there are."""
     state, views = one.state, [_view(one.sides[side]) for side in SIDES if side in one.sides]
     images, spectra = [envelope_scalogram(view) for view in views], _spectra(views, state)
-    top = LABEL_ROOM * max(highest_of(one.record, one.end_hz) for one in spectra)
+    top = PANEL_LABEL_ROOM * max(peak_amplitude(one.record, one.end_hz) for one in spectra)
     kinds = dict[str, list[Figure]](acceleration=[], spectrum=[], scalogram=[])
-    scale = scales(views, images) | {"top": top}
+    scale = shared_limits(views, images) | {"top": top}
     for view, image, spectrum in zip(views, images, spectra, strict=True):
         for kind, plot in drawings(spectrum, image, state, scale).items():
             name = f"pair-{one.number}-{kind}-{view.origin.value}"
             words = panel_words(name, f"Pair {one.number}", view, state) | {"line": state.line or "no line"}
-            more: dict[str, Any] = reach(spectrum.end_hz)
-            kinds[kind].append(FIGURES.figure(kind, drawn_now(plot, folder, name), **words, **more))
+            more: dict[str, Any] = axis_ends(spectrum.end_hz)
+            kinds[kind].append(FIGURE_TEXTS.figure(kind, draw_now(plot, folder, name), **words, **more))
     if len(views) < 2:
-        alike = dict.fromkeys(kinds, TEXTS.text("one-side"))
+        alike = dict.fromkeys(kinds, PAIR_TEXTS.text("one-side"))
     else:
         rows = list(picture_rows(state, views, images, one.rows))
         alike = {kind: picture_verdict(rows, kind, state) for kind in kinds}
-    return tuple(TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
+    return tuple(PAIR_TEXTS.grid(f"grid-{kind}", figures, alike=alike[kind]) for kind, figures in kinds.items())
 
 
 def _view(side: SideReading) -> RecordView:
@@ -90,16 +97,16 @@ def _spectra(views: Sequence[RecordView], state: Fault) -> list[SpectrumView]:
     return [spectrum_view(v, None, line, order * v.shaft_hz) for v, line in zip(views, lines, strict=True)]
 
 
-def errors_figure(rows: Sequence[Mapping[str, Any]]) -> Drawn:
-    """Error of each line and cage ratio with its uncertainty, a mark for each verdict; at most `BARS` rows."""
-    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:BARS])))
+def errors_figure(rows: Sequence[Mapping[str, Any]]) -> PanelData:
+    """Draw the error and uncertainty of each row [%], at most `MAX_ERROR_BARS`; the verdict chooses mark and colour."""
+    figure, axes = new_axes((6.4, 1.1 + 0.24 * len(rows[:MAX_ERROR_BARS])))
     shown = draw_errors(axes, rows)
     return figure, {key: [row[key] for row in shown] for key in ("pair", "quantity", "error", "uncertainty", "verdict")}
 
 
 def draw_errors(axes: Any, rows: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
     """Draw what `errors_figure` shows onto given axes; returns the rows drawn."""
-    shown = rows[:BARS]
+    shown = rows[:MAX_ERROR_BARS]
     axes.axvline(0.0, color=style.INK, lw=0.8)
     for place, row in enumerate(shown):
         colour, mark = VERDICT_LOOK[row["verdict"]]

@@ -8,10 +8,12 @@ from srbval.comparison.comparison import TOLERANCE, VERDICT
 from srbval.report.blocks import Badge, Section, Tone
 from srbval.report.figures.comparison import cage_ratio_plot
 from srbval.report.findings.findings import Findings
-from srbval.report.pages import first_line
+from srbval.report.pages import origin_line
 from srbval.report.prose import Prose
 
-TEXTS, SPEED, NEAR = (Prose("srbval.report", f"texts/{name}.md") for name in ("table6", "speed_or_slip", "near"))
+TABLE6_TEXTS, SPEED_TEXTS, NEAR_TEXTS = (
+    Prose("srbval.report", f"texts/{name}.md") for name in ("table6", "speed_or_slip", "near")
+)
 VERDICT_TONE = {"differs": Tone.WARNING, "agrees": Tone.GOOD, "met": Tone.GOOD, "missed": Tone.BAD}  # else neutral
 
 
@@ -28,21 +30,21 @@ def table6_section(findings: Findings) -> Section:
     )
     rollers = findings.bearing.rolling_elements
     shown = sums.assign(
-        source_badge=sums["origin"], total_ci95=sums["ci95"], closed=[closed(c) for c in sums["closed"]]
+        source_badge=sums["origin"], total_ci95=sums["ci95"], closed=[closure_word(c) for c in sums["closed"]]
     )
     difference = sums.loc[sums["origin"] == "simulated", "slip_difference"].iloc[0]
-    return TEXTS.section(
-        first_line(findings.results, "inputs"),
-        TEXTS.table("table-6-rig-speed", at_rig, more_notes=[parts_sentence(measured.to_dict("records"))]),
-        TEXTS.paragraph("how-to-read"),
-        SPEED.paragraph("intro", rollers=rollers),
-        SPEED.table(
-            "sum-rule-table", shown, rollers=rollers, more_notes=[SPEED.text("own", slip_difference=difference)]
+    return TABLE6_TEXTS.section(
+        origin_line(findings.results, "inputs"),
+        TABLE6_TEXTS.table("table-6-rig-speed", at_rig, more_notes=[parts_sentence(measured.to_dict("records"))]),
+        TABLE6_TEXTS.paragraph("how-to-read"),
+        SPEED_TEXTS.paragraph("intro", rollers=rollers),
+        SPEED_TEXTS.table(
+            "sum-rule-table", shown, rollers=rollers, more_notes=[SPEED_TEXTS.text("own", slip_difference=difference)]
         ),
     )
 
 
-def closed(value: Any) -> str:
+def closure_word(value: Any) -> str:
     """Say in words if a sum is the number of rollers within its interval."""
     return "no interval" if value is None or value != value else "yes" if value else "no"
 
@@ -54,7 +56,7 @@ def parts_sentence(rows: list[Mapping[str, Any]]) -> str:
         + ", ".join(f"{name.split(':')[0]} {pct:.3f}" for name, pct in row["uncertainty_parts_pct"].items())
         for row in rows
     )
-    return TEXTS.text("parts", parts="; ".join(parts))
+    return TABLE6_TEXTS.text("parts", parts="; ".join(parts))
 
 
 def near_section(findings: Findings) -> Section:
@@ -63,11 +65,11 @@ def near_section(findings: Findings) -> Section:
     summaries = ratios[ratios["of"] != "record"].to_dict("records")
     values = ", ".join(f"{row['of']} {row['ratio']:.4f} at {row['nominal_rpm']:g} rpm" for row in summaries)
     low, high = data["trend"]["between_records_ci95_pct"]
-    return NEAR.section(
-        first_line(findings.results, "inputs"),
-        NEAR.table("near-table", list(_near_rows(data["near"])), **vars(TOLERANCE), level_db=VERDICT.level_db),
-        NEAR.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), wide=False, values=values),
-        NEAR.paragraph("trend", trend=trend_sentence(data["trend"]), low_pct=low, high_pct=high, **data["trend"]),
+    return NEAR_TEXTS.section(
+        origin_line(findings.results, "inputs"),
+        NEAR_TEXTS.table("near-table", list(_near_rows(data["near"])), **vars(TOLERANCE), level_db=VERDICT.level_db),
+        NEAR_TEXTS.figure("cage-ratios", cage_ratio_plot(data["cage_ratios"]), wide=False, values=values),
+        NEAR_TEXTS.paragraph("trend", trend=trend_sentence(data["trend"]), low_pct=low, high_pct=high, **data["trend"]),
     )
 
 
@@ -88,7 +90,7 @@ def _near_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
 def trend_sentence(trend: Mapping[str, Any]) -> str:
     """Conclusion on the change of the cage ratio with speed: of the rig, and of the model if it is known."""
     if trend["model_pct"] is None:
-        return NEAR.text("trend-rig", **trend)
-    return NEAR.text(
+        return NEAR_TEXTS.text("trend-rig", **trend)
+    return NEAR_TEXTS.text(
         "trend-differs" if abs(trend["rig_pct"] - trend["model_pct"]) > trend["u_pct"] else "trend-alike", **trend
     )

@@ -8,14 +8,14 @@ import numpy as np
 
 from srbval.diagnosis.trend import RMS, ChannelTrend, Trend
 from srbval.report.blocks import MISSING, Block, Figure, Report, Section, Tone, VerdictBox
-from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, Drawn, new_figure, panel
+from srbval.report.figures.style import BLUE, INK, ORANGE, PURPLE, SOFT, VERMILION, PanelData, new_figure, panel
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.tables import Title
 
-TEXTS = Prose("srbval.report", "texts/trend.md")
-COLOURS, MARKS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
+TREND_TEXTS = Prose("srbval.report", "texts/trend.md")
+COLOURS, LINE_MARKERS = (BLUE, VERMILION, PURPLE, ORANGE), "osD^"
 MOST_MARKED = 60  # points, up to which each has its marker
 
 
@@ -28,8 +28,8 @@ def assemble_trend(trend: Trend, *, command: str, provenance: Mapping[str, Any])
     sections = map(_section, trend.channels, range(1, len(places) + 1), places)
     points, headline = tuple(trend_points(trend)), literal(trend.answer)
     return Report(
-        title=TEXTS.section(records=len(trend.channels[0].points)).title,
-        subtitle=TEXTS.text("subtitle", time_from=trend.time_from),
+        title=TREND_TEXTS.section(records=len(trend.channels[0].points)).title,
+        subtitle=TREND_TEXTS.text("subtitle", time_from=trend.time_from),
         generated_utc=datetime.now(UTC),
         verdict=VerdictBox(tone=tone, headline=headline, points=points, figure=pictures[first]),
         sections=(*sections, provenance_section({"command": command, **provenance})),
@@ -41,10 +41,12 @@ def trend_points(trend: Trend) -> Iterator[str]:
     """Certainty of the answer, reasons for missing zones, and the meaning of a level."""
     if trend.comparisons:
         each, all_pct = trend.false_alarm / trend.comparisons, 100 * trend.false_alarm
-        yield TEXTS.text("how-sure", comparisons=trend.comparisons, baseline=trend.baseline, each=each, all_pct=all_pct)
+        yield TREND_TEXTS.text(
+            "how-sure", comparisons=trend.comparisons, baseline=trend.baseline, each=each, all_pct=all_pct
+        )
     if reasons := dict.fromkeys(one.velocity_missing for one in trend.channels if one.velocity_missing):
-        yield TEXTS.text("no-zone", reasons="; ".join(reasons))
-    yield TEXTS.text("level")
+        yield TREND_TEXTS.text("no-zone", reasons="; ".join(reasons))
+    yield TREND_TEXTS.text("level")
 
 
 def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
@@ -59,7 +61,7 @@ def _levels(trend: Trend, one: ChannelTrend, name: str) -> Figure:
         "baseline": trend.baseline,
         "records": len(one.points),
     }
-    return TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **words)
+    return TREND_TEXTS.figure("levels", levels_panel(one), id=name, marks="".join(marks), **words)
 
 
 def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Section:
@@ -87,20 +89,20 @@ def _section(one: ChannelTrend, number: int, pictures: tuple[Block, ...]) -> Sec
         "zone": "Zone",
         "rpm": ("Shaft", "rpm", ".1f"),
     }
-    table = TEXTS.table("records", rows, columns, id=f"records-{number}")
+    table = TREND_TEXTS.table("records", rows, columns, id=f"records-{number}")
     title = f"Channel {one.channel}" if one.channel else "The records"
     return Section(id=f"channel-{number}", title=title, blocks=(*pictures, table))
 
 
 @panel
-def levels_panel(one: ChannelTrend) -> Drawn:
+def levels_panel(one: ChannelTrend) -> PanelData:
     """Rises of the lines' levels with their 95 % intervals and limits above, RMS or velocity below, in time."""
     figure = new_figure((5.4, 4.3), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1.0))
     times = [point["time"] for point in one.points]
     marked = len(times) <= MOST_MARKED
     columns: dict[str, Any] = {"time": [one.time_text(point) for point in one.points]}
-    for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, MARKS, strict=False):
+    for name, colour, mark in zip((x for x in one.reference if x != RMS), COLOURS, LINE_MARKERS, strict=False):
         rises = np.array([one.rise_db(point["levels"], name) for point in one.points], dtype=float)  # None: NaN
         half = np.array([point["ci95_db"].get(name) for point in one.points], dtype=float)
         look = {"color": colour, "marker": mark if marked else None, "ms": 3.5, "lw": 0.9, "elinewidth": 0.5}

@@ -14,23 +14,23 @@ from srbval.diagnosis.fault_verdict import Finding
 from srbval.diagnosis.records import FailedFile
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import USABLE_SHARE
-from srbval.report.blocks import Block, Figure, Heading, Listing, Report, Section, Table, Tone, VerdictBox
+from srbval.report.blocks import Block, Figure, Heading, Listing, Report, ReportTable, Section, Tone, VerdictBox
 from srbval.report.figures.comparison import probabilities_plot
-from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
+from srbval.report.figures.plot import HEAD_ROOM, SPECTRUM_LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import HALF, WIDE
-from srbval.report.findings.records import SEGMENT_HZ, badge_of, detected_peaks, first_lines, highest_of
+from srbval.report.findings.records import SEGMENT_HZ, detected_peaks, first_lines, make_badge, peak_amplitude
 from srbval.report.findings.user_records import ModelSide, UserRecord
 from srbval.report.plain import literal
 from srbval.report.sections import user_texts
 from srbval.report.sections.assemble import provenance_section
 from srbval.report.sections.figures import explore_spectrum
-from srbval.report.sections.user_texts import TEXTS
+from srbval.report.sections.user_texts import USER_TEXTS
 from srbval.signal import LEAST_SNR
 
-SCHEMA_VERSION = 1
-BRIEF = ("answer", "lines")
-HEALTHY = " Dashed grey: the healthy record."
+USER_REPORT_SCHEMA_VERSION = 1
+BRIEF_SECTIONS = ("answer", "lines")
+HEALTHY_CURVE_NOTE = " Dashed grey: the healthy record."
 SPEED_WORDS = {
     "tachometer": "from the tachometer",
     "stated": "as stated",
@@ -38,9 +38,9 @@ SPEED_WORDS = {
     "nominal": "nominal, not measured",
     "prescribed": "prescribed",
 }
-MOST_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
+MAX_PROBABILITY_BARS = 12  # recordings in the picture of all, which leaves room for the points on the first screen
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
-TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, None: Tone.NEUTRAL, Finding.NOTHING_FOUND: Tone.GOOD}
+FINDING_TONES = {Finding.NAMED: Tone.BAD, Finding.UNDECIDED: Tone.WARNING, Finding.NOTHING_FOUND: Tone.GOOD}
 ALARM_TONES = {"yes": Tone.BAD, "check": Tone.WARNING, "-": Tone.NEUTRAL, "no": Tone.GOOD}  # the worst first
 
 
@@ -70,7 +70,7 @@ def assemble_user_report(
         frame = pd.DataFrame(summaries).assign(recording=names)
         percent, tones = 100 * frame["probability"].astype(float), frame["alarm"].map(ALARM_TONES)
         shown = frame.assign(probability=percent, state_tone=tones)
-        sections = [_section("overview", TEXTS.table("overview-table", shown, sections=len(records)), open=True)]
+        sections = [_section("overview", USER_TEXTS.table("overview-table", shown, sections=len(records)), open=True)]
         for number, (record, name, row) in enumerate(zip(records, names, summaries, strict=False), start=1):
             parts = [block for one in _sections(record, f"-{number}") for block in (Heading(one.title), *one.blocks)]
             blocks = (_spectrum(record, f"-{number}"), *parts)
@@ -78,8 +78,10 @@ def assemble_user_report(
     else:
         points, of_one = tuple(user_texts.points_of_one(records[0])), records[0].verdict
         headline, figure = literal(of_one.headline), _spectrum(records[0], "")
-        verdict = VerdictBox(tone=TONES[of_one.finding], headline=headline, points=points, figure=figure)
-        sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF]
+        verdict = VerdictBox(
+            tone=FINDING_TONES.get(of_one.finding, Tone.NEUTRAL), headline=headline, points=points, figure=figure
+        )
+        sections = [one for one in _sections(records[0], "") if not brief or one.id in BRIEF_SECTIONS]
     if failed:
         reasons = [str(one.error) if one.file in str(one.error) else f"{one.file}: {one.error}" for one in failed]
         sections.insert(1, _section("failed", Listing(tuple(map(literal, reasons))), open=True))
@@ -94,7 +96,7 @@ def assemble_user_report(
         verdict=verdict,
         sections=tuple(sections),
         data={
-            "schema_version": SCHEMA_VERSION,
+            "schema_version": USER_REPORT_SCHEMA_VERSION,
             "status": "incomplete" if failed else "ok",
             "headline": {"text": " ".join(verdict.headline.replace("**", "").split())},
             "bearing": first.bearing,
@@ -110,7 +112,7 @@ def _verdict_of_all(
     summaries: Sequence[Mapping[str, Any]], bars: Sequence[tuple[str, Mapping[str, float]]], failed: int
 ) -> VerdictBox:
     """The verdict on all `summaries`; `bars` are names and probabilities of the measured records."""
-    alarms, shown = {row["alarm"] for row in summaries}, bars[:MOST_BARS]
+    alarms, shown = {row["alarm"] for row in summaries}, bars[:MAX_PROBABILITY_BARS]
     highest = [(name, max(shares.items(), key=lambda one: one[1])) for name, shares in shown]
     words: dict[str, Any] = {
         "first": f": the first {len(shown)} of {len(bars)}" if len(bars) > len(shown) else "",
@@ -120,12 +122,12 @@ def _verdict_of_all(
         tone=next(tone for alarm, tone in ALARM_TONES.items() if alarm in alarms),
         headline=user_texts.headline_of_all(summaries),
         points=tuple(user_texts.points_of_all(summaries, failed)),
-        figure=TEXTS.figure("probabilities", probabilities_plot(shown), **words) if shown else None,
+        figure=USER_TEXTS.figure("probabilities", probabilities_plot(shown), **words) if shown else None,
     )
 
 
 def _section(about: str, *blocks: Block, open: bool = False) -> Section:
-    return Section(id=about, title=TEXTS.text(f"title-{about}"), blocks=blocks, open=open)
+    return Section(id=about, title=USER_TEXTS.text(f"title-{about}"), blocks=blocks, open=open)
 
 
 def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
@@ -140,13 +142,13 @@ def _sections(record: UserRecord, suffix: str) -> Iterator[Section]:
     given |= {"low_hz": low_hz, "high_hz": high_hz, "why": analysis.band.why, "search": analysis.search}
     reasons = (" ".join(verdict.reasons), verdict.beside(recording.state))
     shown = Listing(tuple(literal(reason) for reason in reasons if reason))
-    yield _section("answer", shown, TEXTS.listing("facts", **given))
-    yield _section("lines", _lines(record, suffix), *_not_detected(record))
+    yield _section("answer", shown, USER_TEXTS.listing("facts", **given))
+    yield _section("lines", _lines_table(record, suffix), *_not_detected(record))
     yield _section("signal", _band(record, suffix), _times(record, suffix))
     if record.baseline is not None:
         yield _section("baseline", Listing(tuple(user_texts.baseline_items(record, record.baseline))))
     if isinstance(record.model, str):
-        yield _section("model", TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
+        yield _section("model", USER_TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model))
     elif record.model is not None:
         yield _section("model", *_model(record, record.model, suffix))
 
@@ -155,30 +157,30 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     """The envelope spectrum with every line expected in it, a healthy record's dashed."""
     view = record.view
     sides = [side for side in (view.record, view.healthy) if side is not None]
-    top = LABEL_ROOM * max(highest_of(side, view.end_hz) for side in sides)
+    top = SPECTRUM_LABEL_ROOM * max(peak_amplitude(side, view.end_hz) for side in sides)
     plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
     marked = record.marked
     sidebands = " and sidebands" if marked and marked.name != "BPFO" else ""
     words: dict[str, Any] = {
         "id": f"spectrum-figure{suffix}",
-        "badge": badge_of(record.analysis),
+        "badge": make_badge(record.analysis),
         "marked": f", with harmonics{sidebands} of {marked.name}" if marked else "",
-        "healthy": HEALTHY if view.healthy else "",
+        "healthy": HEALTHY_CURVE_NOTE if view.healthy else "",
         "end_hz": view.end_hz,
         "detected": ", ".join(dict.fromkeys(name for name, *_ in view.record.peaks)) or "none",
     }
     explore = explore_spectrum(view, f"Envelope, {view.record.unit}", curves)
-    return TEXTS.figure("spectrum", plot, explore=explore, **words)
+    return USER_TEXTS.figure("spectrum", plot, explore=explore, **words)
 
 
-def _lines(record: UserRecord, suffix: str) -> Table:
+def _lines_table(record: UserRecord, suffix: str) -> ReportTable:
     before = record.baseline and {x.name: x for x in record.baseline.analysis.lines if x.harmonic == 1}
     rows = [_line_row(line, before.get(line.name) if before else None) for line in first_lines(record.analysis)]
-    columns = TEXTS.columns("lines-table")
+    columns = USER_TEXTS.columns("lines-table")
     if before is None:
         del columns["healthy_pct"]
-    return TEXTS.table("lines-table", rows, columns, id=f"lines-table{suffix}")
+    return USER_TEXTS.table("lines-table", rows, columns, id=f"lines-table{suffix}")
 
 
 def _line_row(line: Line, healthy: Line | None) -> dict[str, Any]:
@@ -201,9 +203,9 @@ def _not_detected(record: UserRecord) -> Iterator[Block]:
     if unseen := [line for line in first_lines(record.analysis) if not line.detected]:
         low, high = record.analysis.processed.band_hz
         limits = {"reach_hz": USABLE_SHARE * (high - low), "least_snr": LEAST_SNR}
-        yield TEXTS.paragraph("unseen-intro")
+        yield USER_TEXTS.paragraph("unseen-intro")
         yield Listing(
-            tuple(TEXTS.text("unseen", line=line, why=user_texts.unseen_reason(line, **limits)) for line in unseen)
+            tuple(USER_TEXTS.text("unseen", line=line, why=user_texts.unseen_reason(line, **limits)) for line in unseen)
         )
 
 
@@ -214,8 +216,8 @@ def _band(record: UserRecord, suffix: str) -> Figure:
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
     plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "resolution_hz": SEGMENT_HZ}
-    words |= {"id": f"band-figure{suffix}", "badge": badge_of(record.analysis)}
-    return TEXTS.figure("band", plot, healthy=HEALTHY if view.healthy else "", **words)
+    words |= {"id": f"band-figure{suffix}", "badge": make_badge(record.analysis)}
+    return USER_TEXTS.figure("band", plot, healthy=HEALTHY_CURVE_NOTE if view.healthy else "", **words)
 
 
 def _times(record: UserRecord, suffix: str) -> Block:
@@ -230,36 +232,36 @@ def _times(record: UserRecord, suffix: str) -> Block:
     panels = []
     for title, key, one in sides:
         plot = acceleration_panel(one, limit=limit, title=title, inches=inches, period=period)
-        words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": badge_of(one.analysis), "title": title}
-        panels.append(TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
+        words: dict[str, Any] = {"id": f"time-figure{key}{suffix}", "badge": make_badge(one.analysis), "title": title}
+        panels.append(USER_TEXTS.figure("time", plot, wide=False, heading=title.capitalize(), **words))
     start, stop = view.record.window_s
     same_axes = ", on the same axes" if view.healthy else ""
-    bar = f" {TEXTS.text('period', name=marked.name)}" if marked else ""
-    return TEXTS.grid("grid-time", panels, window_ms=1e3 * (stop - start), axes=same_axes, period=bar)
+    bar = f" {USER_TEXTS.text('period', name=marked.name)}" if marked else ""
+    return USER_TEXTS.grid("grid-time", panels, window_ms=1e3 * (stop - start), axes=same_axes, period=bar)
 
 
 def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]:
     """The places of the model's lines beside the record's, and its envelope spectrum."""
     lines, end_hz, (low_hz, high_hz) = model.lines, record.view.end_hz, model.view.analysis.processed.band_hz
-    rows = [_beside(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
+    rows = [_model_row(line, *lines[line.name]) for line in first_lines(record.analysis) if line.name in lines]
     of_dimensions, opened, scene = "", "", f", scene `{model.base}`"
     if model.open_cage:
         of_dimensions, scene = ", with what the bearing's dimensions leave open of it", ""
-        opened = f"{TEXTS.text('open-cage', percent=100 * model.open_cage)} "
+        opened = f"{USER_TEXTS.text('open-cage', percent=100 * model.open_cage)} "
     defect = f"a defect of the {model.state.label}" if model.state.line else "no defect"
     load = " and load" if model.stated_load else "; the record states no load, so the scene's own was taken"
     of_model = {"model": model.run.scene.model, "scene": scene, "defect": defect}
-    yield TEXTS.paragraph("model", load=load, open_cage=opened, **of_model)
+    yield USER_TEXTS.paragraph("model", load=load, open_cage=opened, **of_model)
     shaft_hz, name = model.view.shaft_hz, f"model-table{suffix}"
-    yield TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
+    yield USER_TEXTS.table("model-table", rows, id=name, shaft_hz=shaft_hz, open_cage=of_dimensions)
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
-    title, top = f"{model.state.label}, envelope spectrum", LABEL_ROOM * highest_of(model.view, end_hz)
+    title, top = f"{model.state.label}, envelope spectrum", SPECTRUM_LABEL_ROOM * peak_amplitude(model.view, end_hz)
     words: dict[str, Any] = {"low_hz": low_hz, "high_hz": high_hz, "state": model.state.label}
-    words |= {"id": f"model-figure{suffix}", "badge": badge_of(model.view.analysis)}
-    yield TEXTS.figure("model-figure", spectrum_panel(view, top=top, title=title), **words)
+    words |= {"id": f"model-figure{suffix}", "badge": make_badge(model.view.analysis)}
+    yield USER_TEXTS.figure("model-figure", spectrum_panel(view, top=top, title=title), **words)
 
 
-def _beside(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
+def _model_row(line: Line, model_hz: float, model_ci95_pct: float) -> dict[str, Any]:
     """A line of the record beside the model's [Hz], with the 95 % half width of the model's [%]."""
     found_hz = line.found_hz if line.detected else None
     return vars(line) | {

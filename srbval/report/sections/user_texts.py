@@ -1,41 +1,41 @@
 """Sentences of the report on a user's recordings that depend on what was found."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_posterior import LABELS
 from srbval.reading.lines import Line, NotDetected
 from srbval.recordings import SpeedSource
+from srbval.report.blocks import ReportRow
 from srbval.report.findings.user_records import UserRecord
 from srbval.report.plain import literal
 from srbval.report.prose import Prose
 
-TEXTS = Prose("srbval.report", "texts/user_report.md")
-LEAST_SHARE = 0.005  # probabilities below this one are not listed
-MOST_NAMED = 6  # recordings that a point lists by name
-Row = Mapping[str, Any]
+USER_TEXTS = Prose("srbval.report", "texts/user_report.md")
+MIN_PROBABILITY = 0.005  # probabilities below this one are not listed
+MAX_NAMES = 6  # recordings that a point lists by name
 
 
-def headline_of_all(summaries: Sequence[Row]) -> str:
+def headline_of_all(summaries: Sequence[ReportRow]) -> str:
     """The worst finding of several recordings, with its number."""
     named, undecided, clear = (sum(row["alarm"] == alarm for row in summaries) for alarm in ("yes", "check", "no"))
     counts = {"records": len(summaries), "named": named, "undecided": undecided, "clear": clear}
     if named:
-        return TEXTS.text("headline-named", **counts) + (f"; {undecided} undecided" if undecided else "")
-    return TEXTS.text("headline-check" if undecided else "headline-nothing" if clear else "headline-none", **counts)
+        return USER_TEXTS.text("headline-named", **counts) + (f"; {undecided} undecided" if undecided else "")
+    name = "check" if undecided else "nothing" if clear else "none"
+    return USER_TEXTS.text(f"headline-{name}", **counts)
 
 
-def points_of_all(summaries: Sequence[Row], failed: int) -> Iterator[str]:
+def points_of_all(summaries: Sequence[ReportRow], failed: int) -> Iterator[str]:
     """The recordings with a named fault, the undecided ones, and the number of files that are not in the report."""
     for title, alarm in (("Named", "yes"), ("Undecided", "check")):
         rows = [row for row in summaries if row["alarm"] == alarm]
-        shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MOST_NAMED]]
-        more = f" and {len(rows) - MOST_NAMED} more" if len(rows) > MOST_NAMED else ""
+        shown = [literal(row["name"]) + (f" ({row['state']})" if alarm == "yes" else "") for row in rows[:MAX_NAMES]]
+        more = f" and {len(rows) - MAX_NAMES} more" if len(rows) > MAX_NAMES else ""
         if rows:
             yield f"**{title}:** {', '.join(shown)}{more}."
     if failed:
-        yield TEXTS.text("not-in-report", failed=f"{failed} file{'s' if failed > 1 else ''}")
+        yield USER_TEXTS.text("not-in-report", failed=f"{failed} file{'s' if failed > 1 else ''}")
 
 
 def points_of_one(record: UserRecord) -> Iterator[str]:
@@ -48,10 +48,10 @@ def points_of_one(record: UserRecord) -> Iterator[str]:
     listed = [
         f"{LABELS[name]} {100 * share:.0f} %"
         for name, share in sorted(shares.items(), key=lambda one: -one[1])
-        if share >= LEAST_SHARE
+        if share >= MIN_PROBABILITY
     ]
     parts = [f"Probabilities: {', '.join(listed)}."] if listed else []
-    parts += [TEXTS.text("caution", caution=caution) for caution in analysis.recording.cautions]
+    parts += [USER_TEXTS.text("caution", caution=caution) for caution in analysis.recording.cautions]
     if parts:
         yield " ".join(parts)
 
@@ -62,28 +62,28 @@ def unseen_reason(line: Line, **limits: float) -> str:
     name = "flank" if why is NotDetected.OWN else why.name.lower().replace("_", "-")
     if why is NotDetected.HIDDEN and line.snr:
         name += "-snr"
-    return TEXTS.text(name, line=line, **limits)
+    return USER_TEXTS.text(name, line=line, **limits)
 
 
 def baseline_items(record: UserRecord, baseline: Baseline) -> Iterator[str]:
     """The healthy record, what it shows, and what makes the comparison doubtful."""
-    yield TEXTS.text("healthy", name=baseline.analysis.recording.name)
+    yield USER_TEXTS.text("healthy", name=baseline.analysis.recording.name)
     if record.verdict.comparison.sentence:
         yield literal(record.verdict.comparison.sentence)
     if not baseline.conditions:
-        yield TEXTS.text("same-conditions")
+        yield USER_TEXTS.text("same-conditions")
     if baseline.remarks:
         yield literal(" ".join(f"{remark[0].upper()}{remark[1:]}." for remark in baseline.remarks))
     if cautions := baseline.analysis.recording.cautions:
-        yield " ".join(TEXTS.text("caution", caution=caution) for caution in cautions)
+        yield " ".join(USER_TEXTS.text("caution", caution=caution) for caution in cautions)
 
 
 def limit_items(records: Sequence[UserRecord]) -> Iterator[str]:
     """Limits of the report that apply to these records."""
-    yield from TEXTS.items("limits")
+    yield from USER_TEXTS.items("limits")
     if not any(record.baseline for record in records):
-        yield TEXTS.text("no-healthy")
+        yield USER_TEXTS.text("no-healthy")
     if any(record.analysis.band.trials > 1 for record in records):
-        yield TEXTS.text("band-chosen")
+        yield USER_TEXTS.text("band-chosen")
     if any(record.analysis.speed.source is SpeedSource.NOMINAL for record in records):
-        yield TEXTS.text("speed-nominal")
+        yield USER_TEXTS.text("speed-nominal")

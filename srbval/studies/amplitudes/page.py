@@ -8,7 +8,7 @@ import pandas as pd
 
 from srbval.comparison.comparison import VERDICT
 from srbval.report.blocks import Block
-from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, Drawn, legend_above, new_axes, panel
+from srbval.report.figures.style import BLUE, SOFT, VERMILION, WIDE, PanelData, legend_above, new_axes, panel
 from srbval.report.pages import StoredResults, study_page
 from srbval.report.prose import Prose
 
@@ -35,7 +35,7 @@ def short(record: str) -> str:
 
 
 @panel
-def draw_errors(rows: Rows) -> Drawn:
+def draw_errors(rows: Rows) -> PanelData:
     """Errors of the locked third octaves with their U, for each record."""
     figure, ax = new_axes(WIDE)
     table = pd.DataFrame(rows).assign(band_hz=[float(one["quantity"].split()[1]) for one in rows])

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.report.blocks import Badge, Block
-from srbval.report.figures.style import INK, SERIES, VERMILION, Drawn, new_figure, panel
+from srbval.report.figures.style import INK, SERIES, VERMILION, PanelData, new_figure, panel
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 from srbval.sweep.scenes import PAPER
@@ -20,7 +20,7 @@ ERRORS = {"level_db": "Error of the level, dB", "line_pct": "Error of BPFO, %"}
 LEAST = 1e-6  # smaller errors are drawn there
 
 
-def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> Drawn:
+def chart(runs: pd.DataFrame, paper_s: float = PAPER.wall_s / PAPER.simulated_s) -> PanelData:
     """Errors over cost by scene: hollow if not ok, a cross at the dear end for a run without them, a ring the default.
 
     Rows may have a name of their own, `series`, in place of the solver's.

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from srbval.report.blocks import Badge, Block, Callout, Listing, Tone
-from srbval.report.figures.style import SERIES, Drawn, new_figure, panel
+from srbval.report.figures.style import SERIES, PanelData, new_figure, panel
 from srbval.report.pages import study_page
 from srbval.report.prose import Prose
 
@@ -21,7 +21,7 @@ SCENES = {
 RPM, DEFAULT, PAPERS = 710.0, "imex2", "ode4"  # of the tile: the paper's speed, the default solver, the paper's
 
 
-def chart(limits: pd.DataFrame) -> Drawn:
+def chart(limits: pd.DataFrame) -> PanelData:
     """Largest stable step over speed by scene, a cross at the top if none is; dashed: predicted without friction.
 
     Rows may have a name of their own, `series`, in place of the solver's.
