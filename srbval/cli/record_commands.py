@@ -130,7 +130,8 @@ def _run_many(options: argparse.Namespace) -> int:
     except DataError:
         if not options.one_machine:
             raise
-        one = records.pooled(records.requests_for(options.files, request_of(options)))  # each too short by itself
+        requests = records.requests_for(options.files, request_of(options))
+        one = records.diagnose_pooled(requests)  # each record is too short by itself
         found = {"machine": one, "records": [], "summary": [], "failed": [], "left_out": []}
         return answer(options, found, str(one["sentence"]))
     machine = {"machine": records.machine_of(documents)} if options.one_machine else {}
@@ -166,7 +167,7 @@ def read_many(options: argparse.Namespace) -> tuple[list[dict[str, Any]], list[F
     requests = records.requests_for(options.files, request_of(options))
     with ProgressDisplay() as progress:
         documents, failed = records.read_records(requests, jobs=options.jobs, progress=progress)
-    return documents, *records.without_other_files(failed, options.files, documents)
+    return documents, *records.separate_other_files(failed, options.files, documents)
 
 
 def report_failed(failed: Sequence[FailedFile], other: Sequence[str]) -> int:

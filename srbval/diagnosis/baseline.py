@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.diagnosis.long_records import read
+from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line, NotDetected, detected_fault_lines
@@ -27,8 +27,9 @@ from srbval.scene.parts import STANDARD_GRAVITY_M_S2
 from srbval.signal import LEAST_SNR, NORMAL_95
 
 SAME_SHARE = 0.03  # largest difference of speeds and loads of one operating point: a motor slips under load
-COMPARED = 2**22  # samples of two records that are compared with each other, from the first on
-UNIT_TOLERANCE, QUIET, SEGMENT = 0.1, 0.25, 1024  # quantile of the spectra's ratio that a fault leaves, and samples
+COMPARED_SAMPLES = 2**22  # largest number of samples of two records that are compared with each other
+# The units of two records are compared by this quantile of the ratio of their spectra, which a fault does not change.
+UNIT_TOLERANCE, QUIET_QUANTILE, SEGMENT_SAMPLES = 0.1, 0.25, 1024
 RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes one: 6 dB, the usual alarm step
 
 
@@ -85,14 +86,14 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
         return None
     healthy = load_registered(entry.file, RecordingSettings(channel=analysis.recording.channel))
     missing = healthy.scale_missing or analysis.recording.scale_missing
-    return None if missing or _is_same(healthy, analysis.recording) else healthy
+    return None if missing or _is_same_signal(healthy, analysis.recording) else healthy
 
 
-def _is_same(one: Recording, other: Recording) -> bool:
+def _is_same_signal(one: Recording, other: Recording) -> bool:
     """True if two files contain the same signal in single precision."""
     if None not in (one.sha256, other.sha256) and one.sha256 == other.sha256:
         return True
-    (a, b), same = (one_signal(x.part(0, COMPARED)) for x in (one, other)), one.samples == other.samples
+    (a, b), same = (one_signal(x.part(0, COMPARED_SAMPLES)) for x in (one, other)), one.samples == other.samples
     return same and a.size == b.size and bool(np.allclose(a, b, rtol=0, atol=1e-6 * float(np.abs(a).max())))
 
 
@@ -130,7 +131,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
     """
     ours, processed = analysis.recording, analysis.processed
-    if _is_same(healthy, ours):
+    if _is_same_signal(healthy, ours):
         raise ConfigurationError(f"{healthy.name}: the healthy record is the record itself; give another, or none.")
     if processed.band_hz[1] >= healthy.fs_hz / 2:
         raise ConfigurationError(
@@ -143,7 +144,7 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
             "State what full scale (or 1) is in the unit given: --scale F for the record, --healthy-scale F for the "
             "healthy one. With --unit unknown only shares of the mean are compared."
         )
-    found = read(healthy, analysis.bearing, band_hz=processed.band_hz)
+    found = analyse_by_parts(healthy, analysis.bearing, band_hz=processed.band_hz)
     compared = (
         ("{:.0f} rpm instead of {:.0f} rpm", 60 * found.speed.value_hz, 60 * analysis.speed.value_hz, 1.0),
         ("radial load {:.4g} kN instead of {:.4g} kN", healthy.radial_n, ours.radial_n, N_PER_KN),
@@ -171,15 +172,15 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
     """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ as g and m/s2 do."""
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
-    long_enough = min(ours.samples, healthy.samples) >= SEGMENT
+    long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
         return
     spectra = []
     for one in (ours, healthy):
-        signal = one_signal(one.part(0, COMPARED))
-        segments = signal[: signal.size // SEGMENT * SEGMENT].reshape(-1, SEGMENT)
-        spectra.append(np.mean(np.abs(np.fft.rfft(segments * np.hanning(SEGMENT)))[:, 2:] ** 2, axis=0))
-    ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET))
+        signal = one_signal(one.part(0, COMPARED_SAMPLES))
+        segments = signal[: signal.size // SEGMENT_SAMPLES * SEGMENT_SAMPLES].reshape(-1, SEGMENT_SAMPLES)
+        spectra.append(np.mean(np.abs(np.fft.rfft(segments * np.hanning(SEGMENT_SAMPLES)))[:, 2:] ** 2, axis=0))
+    ratio = float(np.quantile(np.sqrt(spectra[0] / np.maximum(spectra[1], np.finfo(float).tiny)), QUIET_QUANTILE))
     if ratio > 0 and abs(max(ratio, 1 / ratio) / STANDARD_GRAVITY_M_S2 - 1) < UNIT_TOLERANCE:
         raise ConfigurationError(
             f"{healthy.name}: the background of the record is {ratio:.3g} times that of the healthy record, as if they "
@@ -210,7 +211,7 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
             "or loads are not comparable, so it neither shows nor excludes a fault."
         )
     lines = [x for x in analysis.lines if x.is_first and (x.detected or x.stands_out)]
-    ratios = {x.name: found for x in lines if (found := _ratio(analysis, x, healthy))}
+    ratios = {x.name: found for x in lines if (found := _modulation_ratio(analysis, x, healthy))}
     high = {name for name, (ratio, ci95) in ratios.items() if ratio >= RISEN_RATIO and ci95[0] > 1}
     risen = [x for x in detected_fault_lines(lines) if x.name in high]
     compared = BaselineComparison(
@@ -243,7 +244,7 @@ def short_ratio(ratio: float) -> str:
     return f"{float(f'{ratio:.3g}'):,g}"
 
 
-def _ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
+def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
     """Modulation of `line` over the baseline's with its 95 % interval; None if the baseline's is out of reach.
 
     If the baseline's peak is another line, its own line is taken at the highest level that is not detected.

@@ -29,26 +29,26 @@ from srbval.recordings import ShaftSpeed
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import APART
 
-OTHER = "other"
+OTHER_CAUSE = "other"
 LOWEST_ORDER = 0.25  # of the shaft, from which combs are scored: those of a quarter of a line are among them
 # Depth at which a first line is as probable with a fault as without. In the 77 records at hand those of faults that are
 # named are from 0.21 deep, race lines of healthy bearings and of sound races beside a fault up to 0.15 (UESTC's).
-DEPTH = 0.125
+EVEN_ODDS_DEPTH = 0.125
 MAINS_HZ = (50.0, 60.0)
 UNDECIDED, OPEN = "undecided", "open"
 PAIRS = {frozenset(pair): "+".join(pair) for pair in itertools.combinations((one.value for one in DEFECTS), 2)}
-ONE = (*(fault.value for fault in DEFECTS), OTHER)
-CLASSES = (Fault.HEALTHY.value, *ONE, OPEN, *PAIRS.values())
+SINGLE_CAUSES = (*(fault.value for fault in DEFECTS), OTHER_CAUSE)
+CLASSES = (Fault.HEALTHY.value, *SINGLE_CAUSES, OPEN, *PAIRS.values())
 # Share of the records in which a second cause of strong lines is present, such as a neighbouring bearing. A line that
 # stands out in the table is as much more probable with a fault than without as this share is below one: 43 of the 47
 # faulty records at hand have such a line, 4 of the 30 healthy ones. A line risen over a healthy record's counts twice.
-BESIDE = 0.1
+SECOND_CAUSE_SHARE = 0.1
 # Healthy is as probable beforehand as single faults, something else and a fault that hides together, which 9 of 47 do:
 # 0.83 if nothing stands out; of 30 such records at hand 26 are. Two faults at once are as probable as either. Stated.
-PRIOR = {name: BESIDE * (1 if name != Fault.HEALTHY else 1 + len(ONE)) for name in CLASSES}
-LEAST_NAMED = 1 - 1 / 3.0  # probability from which a fault is named: a wrong call costs three times as much as none
-MOST = 0.97  # (n + 1/2) / (n + 1) after n = 15 of 15 bearings of a class, the most at hand (Jeffreys' prior)
-SHARED = 0.5  # correlation of two records of one bearing: 0.36 in 84 of healthy ones, 0.73 in 53 of faulty races
+CLASS_PRIOR = {name: SECOND_CAUSE_SHARE * (1 if name != Fault.HEALTHY else 1 + len(SINGLE_CAUSES)) for name in CLASSES}
+MIN_NAMED_PROBABILITY = 1 - 1 / 3.0  # naming a wrong fault costs three times as much as naming no fault
+MAX_PROBABILITY = 0.97  # (n + 1/2) / (n + 1) after n = 15 of 15 bearings of a class, the most at hand (Jeffreys' prior)
+RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy records, 0.73 in 53 with a faulty race
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +72,13 @@ class Comb:
         """
         if self.explained_by or not self.depth:
             return -ONSET
-        by_depth = SLOPE * 2 * HARMONICS * math.log(self.depth / DEPTH)
+        by_depth = SLOPE * 2 * HARMONICS * math.log(self.depth / EVEN_ODDS_DEPTH)
         return -float(np.logaddexp(ONSET - SLOPE * self.excess, -by_depth))
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultScores:
-    """The combs of all faults and the strongest unexplained one, `OTHER`, by the name of the fault.
+    """The combs of all faults and the strongest unexplained one, `OTHER_CAUSE`, by the name of the fault.
 
     `second` are the combs without the lines of the `strongest`, empty if none is evidence. `cage` is the comb at the
     cage's frequency, which names no fault.
@@ -93,7 +93,7 @@ class FaultScores:
     @property
     def unexplained_order(self) -> float | None:
         """Order of the strongest unexplained comb; None without one."""
-        found_hz = self.first[OTHER].found_hz
+        found_hz = self.first[OTHER_CAUSE].found_hz
         return None if found_hz is None else found_hz / self.shaft_hz
 
 
@@ -142,7 +142,7 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
         found[fault.value] = _comb(spectrum, at, typical, explained_by)
     foreign = is_placebo_order(spectrum.frequency_hz, relative / APART, families, speed)
     best = int(np.argmax(np.where(foreign, spectrum.score, -np.inf))) if foreign.any() else None
-    return found | {OTHER: _comb(spectrum, best, typical)}
+    return found | {OTHER_CAUSE: _comb(spectrum, best, typical)}
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
@@ -179,18 +179,18 @@ def log_likelihood(
     `stands` something in the table stands out, whatever its part. If the combs `elsewhere`, at a speed outside the
     stated tolerance, are those of another part, the part is open.
     """
-    found = [_of_combs(view, lines) for view in views]
+    found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
     together = dict(zip(CLASSES, mean.tolist(), strict=True))
     for name in CLASSES:
         reasons = int(stands) if name == OPEN else max(lines.get(part, 0) for part in name.split("+"))
-        together[name] -= math.log(BESIDE) * reasons
-    if elsewhere is not None and elsewhere.strongest != max(ONE, key=lambda name: together[name]):
+        together[name] -= math.log(SECOND_CAUSE_SHARE) * reasons
+    if elsewhere is not None and elsewhere.strongest != max(SINGLE_CAUSES, key=lambda name: together[name]):
         together[OPEN] = max(together[OPEN], elsewhere.first[elsewhere.strongest].log_ratio)
     return together
 
 
-def _of_combs(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
+def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
     """Log likelihood ratios by the combs of one view.
 
     The strongest comb has a second one beside it, or none; a comb of another machine part is no evidence against a
@@ -200,38 +200,39 @@ def _of_combs(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
     def ratio(name: str, comb: Comb) -> float:
         return max(comb.log_ratio, 0.0) if lines.get(name, 0) > 1 else comb.log_ratio
 
-    ratios = {name: ratio(name, view.first[name]) for name in ONE} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
+    ratios = {name: ratio(name, view.first[name]) for name in SINGLE_CAUSES} | {Fault.HEALTHY.value: 0.0, OPEN: 0.0}
     ratios |= dict.fromkeys(PAIRS.values(), 2 * Comb().log_ratio)
     for name, second in view.second.items():
         both = ratios[view.strongest] + ratio(name, second)
-        if OTHER in (name, view.strongest):
-            part = name if view.strongest == OTHER else view.strongest
-            ratios[part] = float(np.logaddexp(ratios[part], math.log(BESIDE) + both))
+        if OTHER_CAUSE in (name, view.strongest):
+            part = name if view.strongest == OTHER_CAUSE else view.strongest
+            ratios[part] = float(np.logaddexp(ratios[part], math.log(SECOND_CAUSE_SHARE) + both))
         else:
             ratios[PAIRS[frozenset((name, view.strongest))]] = both
     return ratios
 
 
 def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
-    """Posterior probability of each class, at most `MOST`."""
-    log = np.array([math.log(PRIOR[name]) + log_likelihood[name] for name in CLASSES])
+    """Posterior probability of each class, at most `MAX_PROBABILITY`."""
+    log = np.array([math.log(CLASS_PRIOR[name]) + log_likelihood[name] for name in CLASSES])
     shares = np.exp(log - np.logaddexp.reduce(log))
     best = int(np.argmax(shares))
-    if shares[best] > MOST:
+    if shares[best] > MAX_PROBABILITY:
         rest = np.delete(shares, best)
-        shares *= (1 - MOST) / rest.sum() if rest.sum() else 0.0
-        shares[best] = MOST
+        shares *= (1 - MAX_PROBABILITY) / rest.sum() if rest.sum() else 0.0
+        shares[best] = MAX_PROBABILITY
     return dict(zip(CLASSES, shares.tolist(), strict=True))
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Log likelihood ratios of n records of one bearing together: their sum over 1 + (n - 1) `SHARED`.
+    """Log likelihood ratios of n records of one bearing together: their sum over 1 + (n - 1) `RECORD_CORRELATION`.
 
     The design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). A line that one record shows is open
     for the machine.
     """
     count = len(log_likelihoods)
-    together = {name: sum(one[name] for one in log_likelihoods) / (1 + (count - 1) * SHARED) for name in CLASSES}
+    effect = 1 + (count - 1) * RECORD_CORRELATION
+    together = {name: sum(one[name] for one in log_likelihoods) / effect for name in CLASSES}
     return together | {OPEN: max(one[OPEN] for one in log_likelihoods)}
 
 
@@ -241,9 +242,9 @@ def most_probable(probabilities: Mapping[str, float]) -> str:
 
 
 def share_of(state: str, probabilities: Mapping[str, float]) -> float:
-    """Probability of a class or, if it has parts, that all of them are faulty, whatever else is; at most `MOST`."""
+    """Probability that all parts of a class are faulty, alone or with others; at most `MAX_PROBABILITY`."""
     parts = set(state.split("+"))
-    return min(MOST, sum(share for name, share in probabilities.items() if parts <= set(name.split("+"))))
+    return min(MAX_PROBABILITY, sum(share for name, share in probabilities.items() if parts <= set(name.split("+"))))
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
@@ -252,13 +253,13 @@ def decide(probabilities: Mapping[str, float]) -> str:
     A part may be faulty alone or beside another; two parts are called if both are.
     """
     best = most_probable(probabilities)
-    least = 1 / 2 if best == Fault.HEALTHY else LEAST_NAMED
+    least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
     return best if share_of(best, probabilities) >= least else UNDECIDED
 
 
 def stands_out(excess: float) -> bool:
-    """True for a comb that is 1 / `BESIDE` times as probable with a cause as without."""
-    return SLOPE * excess - ONSET >= -math.log(BESIDE)
+    """True for a comb that is 1 / `SECOND_CAUSE_SHARE` times as probable with a cause as without."""
+    return SLOPE * excess - ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 def faults_of(name: str) -> tuple[Fault, ...]:
@@ -267,5 +268,5 @@ def faults_of(name: str) -> tuple[Fault, ...]:
 
 
 LABELS = {name: " and ".join(fault.label for fault in faults_of(name)) for name in CLASSES}
-LABELS |= {Fault.HEALTHY.value: Fault.HEALTHY.label, OTHER: "something else", OPEN: "faulty, part open"}
+LABELS |= {Fault.HEALTHY.value: Fault.HEALTHY.label, OTHER_CAUSE: "something else", OPEN: "faulty, part open"}
 """Names of the classes in words."""

@@ -25,10 +25,10 @@ from srbval.diagnosis.baseline import (
     short_ratio,
 )
 from srbval.diagnosis.fault_posterior import (
-    BESIDE,
     LABELS,
-    LEAST_NAMED,
-    OTHER,
+    MIN_NAMED_PROBABILITY,
+    OTHER_CAUSE,
+    SECOND_CAUSE_SHARE,
     FaultScores,
     decide,
     fault_scores,
@@ -49,13 +49,13 @@ from srbval.recordings.registry import RecordSource, recording_of
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM
 
-RIGS = 7  # whose records of known state the numbers of the method were set on
+CALIBRATION_RIGS = 7  # whose records of known state the numbers of the method were set on
 # A defect struck once a period modulates the squared envelope by about its mean; healthy bearings by less than half.
 SHALLOW_DEPTH = 0.5
 STRUCK_DEPTH = 1.0  # modulation of the squared envelope by a defect that is struck once a period
 # A line of this power over the noise is read above `LEAST_SNR` in 95 of 100 records: its amplitude scatters by the part
 # of the noise in phase with it, half of the noise's power (Rice 1945).
-SEEN_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
+DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ class Diagnosis(Shown):
     @property
     def shown_probabilities(self) -> dict[str, float]:
         """Probabilities by class in words, of two faults at once if it is not small."""
-        return {LABELS[name]: x for name, x in self.probabilities.items() if "+" not in name or x >= BESIDE}
+        return {LABELS[name]: x for name, x in self.probabilities.items() if "+" not in name or x >= SECOND_CAUSE_SHARE}
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
         """The probabilities, for a notebook."""
@@ -90,11 +90,11 @@ class Diagnosis(Shown):
         if faults_of(self.state):
             answer = f"named: {LABELS[self.state]}"
         said = [
-            f"By combs and lines, beside records of known state of {RIGS} rigs and with a healthy bearing as probable "
-            f"beforehand as all else together: {shares}; {answer}."
+            f"By combs and lines, compared with records of known state of {CALIBRATION_RIGS} rigs, and with a healthy "
+            f"bearing as probable beforehand as all else together: {shares}; {answer}."
         ]
         if (order := self.scores.unexplained_order) is not None:
-            excess = self.scores.first[OTHER].excess
+            excess = self.scores.first[OTHER_CAUSE].excess
             said.append(f"Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}.")
         if self.channel is not None:
             said.append(f"Channel {self.channel} shows it best.")
@@ -115,16 +115,16 @@ def diagnose(
     With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
     stated speed within its tolerance is a further view: the estimate may belong to another shaft.
     """
-    return weigh(views_of(analysis, all_channels=all_channels), analysis, comparison)
+    return weigh_evidence(score_views(analysis, all_channels=all_channels), analysis, comparison)
 
 
-def weigh(
+def weigh_evidence(
     views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
 ) -> Diagnosis:
     """Diagnosis from channel and scores of each view, the table of lines, and the comparison."""
-    standing, elsewhere = tuple(_standing(analysis, comparison)), None
+    standing, elsewhere = tuple(_describe_standing(analysis, comparison)), None
     lines = {
-        part.value: 2 if x.name == comparison.line else int(_stands(x, comparison))  # risen, or unexplained
+        part.value: 2 if x.name == comparison.line else int(_is_unexplained(x, comparison))  # risen, or unexplained
         for x in analysis.lines
         if x.is_first and x.detected and (part := Fault.of_line(x.name))
     }
@@ -145,7 +145,7 @@ def weigh(
     )
 
 
-def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
+def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
     """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
@@ -160,7 +160,7 @@ def views_of(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None
     return [(name, fault_scores(view)) for name, view in views]
 
 
-def _stands(line: Line, comparison: BaselineComparison) -> bool:
+def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
     """True if a first line stands out and is not as in a comparable healthy record; of the cage, only a deep line."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
@@ -168,12 +168,12 @@ def _stands(line: Line, comparison: BaselineComparison) -> bool:
     return stands and (is_deep or ratio >= RISEN_RATIO)
 
 
-def _standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
+def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
     """All in the table that stands out, in a few words each: risen lines first, then the highest."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
-        if _stands(line, comparison):
+        if _is_unexplained(line, comparison):
             if line.name != comparison.line:
                 yield f"{line.name} {line.snr:,.0f} times the noise"
         elif (
@@ -218,7 +218,7 @@ class FaultVerdict:
             return self.sentence
         name = most_probable(self.diagnosis.probabilities)
         share = f"{LABELS[name]} {100 * share_of(name, self.diagnosis.probabilities):.0f} %"
-        return f"{self.headline} ({share}, against records of known state of {RIGS} rigs)."
+        return f"{self.headline} ({share}, against records of known state of {CALIBRATION_RIGS} rigs)."
 
     @property
     def part(self) -> Fault | None:
@@ -247,7 +247,7 @@ class FaultVerdict:
             "headline": self.headline,
             "reasons": self.reasons,
             "state": named and named.state,
-            "against": named and (compared.baseline or f"records of known state of {RIGS} rigs"),
+            "against": named and (compared.baseline or f"records of known state of {CALIBRATION_RIGS} rigs"),
             "probabilities": named.probabilities if named else {},
             "log_likelihood": named.log_likelihood if named else {},
             "unexplained_order": named and named.scores.unexplained_order,
@@ -280,7 +280,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     """Verdict on a measured record, which follows from the probabilities of its diagnosis."""
     first, shares = diagnosis.scores.first, diagnosis.probabilities
     parts = tuple(sorted(faults_of(diagnosis.state), key=lambda part: -first[part].excess))
-    unseen = [name for name in RACE_LINES if smallest_seen(analysis.line(name), comparison) >= STRUCK_DEPTH]
+    unseen = [name for name in RACE_LINES if smallest_detectable_depth(analysis.line(name), comparison) >= STRUCK_DEPTH]
     limits = advice = ""
     if parts:
         finding, line = Finding.NAMED, analysis.line_of(parts[0])
@@ -309,7 +309,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         if not advice and part is not None:
             advice = (
                 f"Not named: once tones and all that repeats exactly are taken out, {part.label} has "
-                f"{100 * share_of(part, shares):.0f} %; {100 * LEAST_NAMED:.0f} % is needed. Impacts of "
+                f"{100 * share_of(part, shares):.0f} %; {100 * MIN_NAMED_PROBABILITY:.0f} % is needed. Impacts of "
                 "rolling elements scatter by slip, those of a gear or a synthetic signal do not. A healthy record of "
                 "the machine can decide: --healthy FILE."
             )
@@ -319,7 +319,7 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
         headline = f"Undecided: {lines} could not have been detected in this record at any fault size"
     else:
         finding = Finding.NOTHING_FOUND
-        seen = {f: smallest_seen(analysis.line_of(f), comparison) for f in DEFECTS}
+        seen = {f: smallest_detectable_depth(analysis.line_of(f), comparison) for f in DEFECTS}
         least = max(limit for limit in seen.values() if limit < STRUCK_DEPTH)
         steady = "" if analysis.processed.tracking.used else " at a steady speed"
         headline = (
@@ -343,15 +343,15 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
     )
 
 
-def smallest_seen(line: Line, comparison: BaselineComparison) -> float:
+def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
     """Depth from which a line at the frequency of `line` stands out in 95 of 100 records; infinite if it cannot.
 
-    It is that of `SEEN_SNR` times the noise or, at a line of the healthy bearing, `RISEN_RATIO` times its depth, for a
-    line with the harmonics of impacts.
+    Such a line has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has a line there too,
+    `RISEN_RATIO` times its depth; it has the harmonics of impacts.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf
-    return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(SEEN_SNR / line.snr))
+    return line.depth * (RISEN_RATIO if line.name in comparison.ratios else math.sqrt(DETECTABLE_SNR / line.snr))
 
 
 def _strong_combs(diagnosis: Diagnosis) -> Iterator[str]:
@@ -360,4 +360,4 @@ def _strong_combs(diagnosis: Diagnosis) -> Iterator[str]:
         if comb.log_ratio > 0 and comb.found_hz:
             order = comb.found_hz / diagnosis.scores.shaft_hz
             other = f"a comb at {order:.3f} times the shaft speed"
-            yield other if name == OTHER else f"the {LABELS[name]}'s comb in the whole band"
+            yield other if name == OTHER_CAUSE else f"the {LABELS[name]}'s comb in the whole band"

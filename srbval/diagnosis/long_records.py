@@ -60,7 +60,7 @@ class LongAnalysis(Analysis):
 
 
 @one_thread()
-def read(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
+def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
     """Analyse a record as `analyse` does with its `options`, and in parts if it is long.
 
     With `all_channels` the other channels of a long record are views too. Parts without a vibration, or in which the

@@ -32,7 +32,7 @@ from srbval.diagnosis.fault_posterior import (
     stands_out,
 )
 from srbval.diagnosis.fault_verdict import FaultVerdict, Finding, fault_verdict
-from srbval.diagnosis.long_records import read
+from srbval.diagnosis.long_records import analyse_by_parts
 from srbval.errors import ConfigurationError, DataError, NoRecordingError, SrbvalError
 from srbval.processes.pool import in_processes
 from srbval.progress import Progress, silent
@@ -60,9 +60,9 @@ from srbval.storage.json_files import to_json
 if TYPE_CHECKING:
     import pandas
 
-LEAST_POOLED = 2.0  # turns of a record that is pooled with others, for its noise to be read between the lines
+MIN_POOLED_TURNS = 2.0  # turns of a record that is pooled with others, for its noise to be read between the lines
 SUMMARY_FEATURES = ("unit", "rms", "peak", "crest", "kurtosis", "velocity_rms_mm_s")
-LEVELS = ("rms", "peak", "band_rms")  # of a row of features, in the unit of the record
+LEVEL_FEATURES = ("rms", "peak", "band_rms")  # of a row of features, in the unit of the record
 STORE = ContentStore(kind="record", computed_by="srbval.diagnosis.records")
 ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUND: "no", None: "-"}  # worst first
 
@@ -122,7 +122,7 @@ class FailedFile:
         return {"file": self.file, "reason": str(self.error)}
 
 
-def request_of(asked: Mapping[str, Any]) -> RecordRequest:
+def build_request(asked: Mapping[str, Any]) -> RecordRequest:
     """Request from the keywords of a call: its own fields, and those of the settings."""
     own = {field.name for field in fields(RecordRequest)}
     of_request = {key: value for key, value in asked.items() if key in own}
@@ -161,7 +161,7 @@ def read_record(request: RecordRequest) -> RecordReading:
     bearing = bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
     if overload := bearing.overload(recording.radial_n, recording.axial_n):
         recording = replace(recording, cautions=(*recording.cautions, overload))
-    analysis = read(
+    analysis = analyse_by_parts(
         recording,
         bearing,
         all_channels=all_channels,
@@ -208,20 +208,20 @@ def answers_of(
     A file without a stated channel has one document for each channel. Raises the error of the files if all fail.
     """
     register = repr(listing(or_none=True).recordings)
-    contents = {request: _content(request, register) for request in requests}
+    contents = {request: _dependencies(request, register) for request in requests}
     answers: dict[RecordRequest, list[dict[str, Any]] | FailedFile] = {
         request: found for request, content in contents.items() if content and (found := STORE.load(content, list))
     }
     task = f"Analyse {len(requests)} files"
     progress(task, len(answers) / max(1, len(requests)))
-    for request, answer in in_processes(_answer, [one for one in contents if one not in answers], jobs=jobs):
+    for request, answer in in_processes(_read_channels, [one for one in contents if one not in answers], jobs=jobs):
         answers[request] = answer
         if isinstance(answer, list):
             STORE.save(contents[request], answer)
         progress(task, len(answers) / len(requests))
     failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
     if failed and len(failed) == len(answers):
-        raise only_error(failed)
+        raise common_error(failed)
     return answers
 
 
@@ -239,7 +239,7 @@ def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
     return max(found, key=lambda line: (line["name"] == called, line["snr"]), default=None)
 
 
-def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
+def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
     """The error that all these files have in common, or an error that lists theirs."""
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
@@ -247,7 +247,7 @@ def only_error(failed: Sequence[FailedFile]) -> SrbvalError:
     return DataError("none of the recordings can be reported: " + "; ".join(f"{o.file}: {o.error}" for o in failed))
 
 
-def without_other_files(
+def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
     """The failed files, and separately the files of a folder that are no recordings, such as a licence.
@@ -316,17 +316,17 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return entry | _of_machine(together, [fault["cage_excess"] for fault in faults], f"{len(faults)} records together")
 
 
-def pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
+def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
     """Entry of JSON documents for records of one bearing, each too short to be read by itself: their mean spectra.
 
-    Raises what loading them raises, and `DataError` if one has fewer than `LEAST_POOLED` turns or all have fewer than
-    `LEAST_REVOLUTIONS` together.
+    Raises what loading raises, and `DataError` if a record has fewer than `MIN_POOLED_TURNS` turns or all records
+    together fewer than `LEAST_REVOLUTIONS`.
     """
     found = [read_short(*_loaded(request)) for request in requests]
     own = [one.processed.seconds * one.speed.value_hz for one in found]
-    if (few := min(own)) < LEAST_POOLED:
+    if (few := min(own)) < MIN_POOLED_TURNS:
         name = found[own.index(few)].recording.name
-        raise DataError(f"{name}: {few:.2g} turns of the shaft; {LEAST_POOLED:g} are needed to pool it.")
+        raise DataError(f"{name}: {few:.2g} turns of the shaft; {MIN_POOLED_TURNS:g} are needed to pool it.")
     if len({one.bearing.name for one in found}) > 1 or len({one.processed.fs_hz for one in found}) > 1:
         raise ConfigurationError(
             "--one-machine: the records are of several bearings or sampling rates; give those of one."
@@ -380,12 +380,12 @@ def record_features(
     import pandas
 
     given = [sources] if isinstance(sources, RecordSource) else list(sources)
-    asked = request or request_of(stated)
+    asked = request or build_request(stated)
     requests = requests_for(given, replace(asked, one_band=not asked.auto_band))
     answers = answers_of(requests, jobs=jobs, progress=progress)
     failed = [answer for answer in answers.values() if isinstance(answer, FailedFile)]
     read = [document for answer in answers.values() if isinstance(answer, list) for document in answer]
-    shown, _ = without_other_files(failed, [str(source) for source in given], read)
+    shown, _ = separate_other_files(failed, [str(source) for source in given], read)
     rows: list[Mapping[str, Any]] = []
     for answer in (answers[one] for one in requests):
         if isinstance(answer, list):
@@ -411,7 +411,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     row |= {"band_low_hz": low_hz, "band_high_hz": high_hz}
     for kind in (ACCELERATION, unit):
         word = re.sub(r"\W", "_", kind) if kind != UNKNOWN else "unknown_unit"
-        row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVELS}
+        row |= {f"{name}_{word}": found[name] if kind == unit else None for name in LEVEL_FEATURES}
     row |= {"crest_factor": found["crest"]} | {key: found[key] for key in ("kurtosis", "velocity_rms_mm_s")}
     for line in document["lines"]:
         name = line["name"].lower().replace("-", "_minus_").replace("+", "_plus_")  # of sidebands, as BPFI-fr
@@ -423,7 +423,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
     return row | {"reason": "; ".join(filter(None, missing))}
 
 
-def _answer(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
+def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
     """The documents of a file, one for each channel if none is stated; or its error."""
     try:
         settings = registered_settings(request.file, request.settings, request.band_hz)
@@ -452,7 +452,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
     return recording, bearing_of(recording, request.bearing, largest_slip_pct=request.largest_slip_pct)
 
 
-def _content(request: RecordRequest, register: str) -> str:
+def _dependencies(request: RecordRequest, register: str) -> str:
     """All that the documents of a file depend on; empty if the file cannot be read, or there is none."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""

@@ -26,7 +26,7 @@ from scipy.special import stdtrit
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import SAME_SHARE
 from srbval.errors import ConfigurationError, DataError, UnknownNameError
-from srbval.reading.features import pooled
+from srbval.reading.features import pool_snapshots
 from srbval.signal import NORMAL_95
 from srbval.storage.files import read_limited
 from srbval.storage.tables import read_toml
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 ALPHA = 0.05
 LEAST_BASELINE, MOST_BASELINE, BASELINE_SHARE = 5, 20, 1 / 3  # records: fewer do not show the scatter
-LEAST_POOLED = 12  # groups of snapshots: a baseline, and as many more to compare
+MIN_POOLED_GROUPS = 12  # groups of snapshots: a baseline, and as many more to compare
 RMS = "RMS"
 DATE = re.compile(r"(\d{4})\D?(\d\d)\D?(\d\d)(?:\D?(\d\d)\D?(\d\d)(?:\D?(\d\d))?)?(?!\d)")
 DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
@@ -225,7 +225,7 @@ def trend_of(
     for one in sorted(documents, key=lambda one: (one["channel"] or "", times[one["file"]])):
         by_channel.setdefault(one["channel"], []).append(one)
     if all(one.get("snapshot") for one in documents):
-        by_channel = {channel: [*pooled(own, LEAST_POOLED)] for channel, own in by_channel.items()}
+        by_channel = {channel: [*pool_snapshots(own, MIN_POOLED_GROUPS)] for channel, own in by_channel.items()}
         time_from += f"; {len(documents)} snapshots, pooled for lines"
     share = round(BASELINE_SHARE * max(map(len, by_channel.values())))
     count = baseline or max(LEAST_BASELINE, min(MOST_BASELINE, share))

@@ -23,10 +23,10 @@ from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, powe
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
-SEGMENT_S, BLOCKS = 0.25, 8
+SEGMENT_S, KURTOSIS_BLOCKS = 0.25, 8
 SCATTERS_DB = np.linspace(0.02, 12.0, 600)  # between mountings, tried
-HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
-NEAR_BINS, NOISE_BINS = 1.5, 40
+PATTERN_HARMONICS, SIDEBAND_SPACINGS = range(2, 7), (1, 2)
+PEAK_REACH_BINS, NOISE_REACH_BINS = 1.5, 40
 DB_OF_SHARE = 10 / math.log(10)  # a small relative change of a power, in dB
 TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise repeats exactly
 
@@ -125,13 +125,13 @@ def pattern(
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
     square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
     spacing_hz = fault.sideband_order(bearing.orders) * speed.value_hz
-    first, first_snr = _line(square, rate, line_hz)
-    places: dict[str, tuple[float, ...]] = {f"harmonic {h}": (h * line_hz,) for h in HARMONICS}
+    first, first_snr = _line_power(square, rate, line_hz)
+    places: dict[str, tuple[float, ...]] = {f"harmonic {h}": (h * line_hz,) for h in PATTERN_HARMONICS}
     if spacing_hz:
-        places |= {f"sidebands {n}": (line_hz - n * spacing_hz, line_hz + n * spacing_hz) for n in SIDEBANDS}
+        places |= {f"sidebands {n}": (line_hz - n * spacing_hz, line_hz + n * spacing_hz) for n in SIDEBAND_SPACINGS}
     found = {}
     for name, at in places.items():
-        read = [_line(square, rate, one) for one in at]
+        read = [_line_power(square, rate, one) for one in at]
         power = float(np.mean([p for p, _ in read]))
         spread = math.hypot(1 / math.sqrt(2 * first_snr), *(1 / math.sqrt(2 * s) / len(at) for _, s in read))
         found[name] = Amplitude(
@@ -150,9 +150,9 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
         passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
-        parts = np.array_split(passed, BLOCKS)
-        without = np.array([kurtosis(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(BLOCKS)])
-        u = math.sqrt((BLOCKS - 1) * float(np.mean((without - without.mean()) ** 2)))
+        parts = np.array_split(passed, KURTOSIS_BLOCKS)
+        without = np.array([kurtosis(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(KURTOSIS_BLOCKS)])
+        u = math.sqrt((KURTOSIS_BLOCKS - 1) * float(np.mean((without - without.mean()) ** 2)))
         found[name] = Amplitude(value=kurtosis(passed), ci95=NORMAL_95 * u)
     return found
 
@@ -192,13 +192,13 @@ def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: flo
     return {"scatter_db": mean, **interval, "quieter": len(quieter), "bands": len(off)}
 
 
-def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
-    """Power of a line within `NEAR_BINS`, and its ratio to the local noise."""
+def _line_power(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
+    """Power of a line within `PEAK_REACH_BINS`, and its ratio to the local noise."""
     length = 8 * square.size
     power = np.abs(scipy.fft.rfft(square - square.mean(), n=length)) ** 2 / square.size**2
-    step = rate / length
-    near = power[max(round(line_hz / step - 8 * NEAR_BINS), 0) : round(line_hz / step + 8 * NEAR_BINS) + 1]
-    around = power[max(round(line_hz / step - 8 * NOISE_BINS), 16) : round(line_hz / step + 8 * NOISE_BINS) : 8]
+    place, wide, reach = line_hz / (rate / length), 8 * PEAK_REACH_BINS, 8 * NOISE_REACH_BINS
+    near = power[max(round(place - wide), 0) : round(place + wide) + 1]
+    around = power[max(round(place - reach), 16) : round(place + reach) : 8]
     noise = float(np.median(around)) / math.log(2)
     peak = float(near.max())
     return peak, max(peak / noise, 0.5)

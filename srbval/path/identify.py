@@ -23,7 +23,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import Run
 from srbval.models.sensor import SensorFilter
 from srbval.models.simulate import Step, stored_run
-from srbval.path.amplitudes import DB_OF_SHARE, SIDEBANDS, WHOLE_HZ, decibels, pattern, third_octaves
+from srbval.path.amplitudes import DB_OF_SHARE, SIDEBAND_SPACINGS, WHOLE_HZ, decibels, pattern, third_octaves
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.locked import SPACINGS, locked_powers
@@ -34,13 +34,14 @@ from srbval.signal import NORMAL_95
 from srbval.signal.locked import LockedMean
 
 BAND_HZ = WHOLE_HZ  # the drives of the paper's rig have tones near 4 and 8 kHz; below 400 Hz its frame answers
-RATIOS = (0.1, 30.0)  # range of cross over load in which the ratio is searched
-WIDEST_DB = 20 * math.log10(RATIOS[1] / RATIOS[0]) / math.sqrt(12)  # deviation of a ratio anywhere in that range
+CROSS_RATIO_RANGE = (0.1, 30.0)  # range of cross over load in which the ratio is searched
+# Standard deviation of a ratio that may be anywhere in the range.
+WIDEST_DB = 20 * math.log10(CROSS_RATIO_RANGE[1] / CROSS_RATIO_RANGE[0]) / math.sqrt(12)
 RATIO_STEP = 0.1  # of the logarithm of the ratio, for the slope of the sidebands
-CHOSEN = "chosen, where the models were compared with measurements"
-CHANCE = 0.025  # that noise alone is taken for power in any of the bands
+BAND_REASON = "chosen, where the models were compared with measurements"
+NO_POWER_CHANCE = 0.025  # that noise alone is taken for power in any of the bands
 ROUNDS = 3  # corrections of the gains for the edges of bands and filters
-WITHIN = 0.999  # of the highest middle of a third octave that records hold
+HELD_SHARE = 0.999  # of the highest middle of a third octave that records hold
 Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowest middle [Hz]
 
 
@@ -93,7 +94,7 @@ def identify(
         band_hz, why = held_band([one for one in (pair.record, recording_from_run(pair.run), healthy) if one])
     bands, powers = record_powers(pair.record, bearing, band_hz, healthy)
     value, u, blocks = np.array([(one.value, one.u, one.blocks) for one in powers.values()]).reshape(-1, 3).T
-    if not np.any(value > u * stdtrit(blocks - 1, 1 - CHANCE / max(value.size, 1))):
+    if not np.any(value > u * stdtrit(blocks - 1, 1 - NO_POWER_CHANCE / max(value.size, 1))):
         raise DataError(
             f"{pair.record.name}: no third octave between {band_hz[0]:g} and {band_hz[1]:g} Hz shows power that is "
             "locked to the fault. Widen --band, or use a longer record."
@@ -102,7 +103,7 @@ def identify(
     reach = slice(shown[0], shown[-1] + 1)
     bands = {lowest: bands[lowest] for lowest in list(powers)[reach]}
     power = np.where(value > u, value, np.nan)[reach]
-    levels, u_db = 10 * np.log10(power), _filled(DB_OF_SHARE * u[reach] / power)
+    levels, u_db = 10 * np.log10(power), _interpolate_missing(DB_OF_SHARE * u[reach] / power)
     order = line_order(pair.run, bearing)
     parts = parts_along_sensor(pair.run.acceleration_m_s2, pair.run.scene.load.direction_rad).T
     of_parts = [recording_from_run(replace(pair.run, sensor_m_s2=np.ascontiguousarray(part))) for part in parts]
@@ -120,15 +121,15 @@ def identify(
 
     def gains(ratio: float) -> FloatArray:
         excited = 10 ** (ring[0] / 10) + ratio**2 * 10 ** (ring[1] / 10)
-        return 10 ** (_filled(levels - 10 * np.log10(excited)) / 20)
+        return 10 ** (_interpolate_missing(levels - 10 * np.log10(excited)) / 20)
 
     ratio, cross_u_db, sidebands = 1.0, 0.0, None
     if turning:
-        ratio, cross_u_db, sidebands = _ratio(turning, bearing, lambda tried: path_of(gains(tried), tried))
+        ratio, cross_u_db, sidebands = _fit_cross_ratio(turning, bearing, lambda tried: path_of(gains(tried), tried))
     gain = gains(ratio)
     for _ in range(ROUNDS):
         shown_db = locked_db(behind(pair.run, path_of(gain, ratio)), bearing, bands, order)
-        gain = gain * 10 ** (_filled(levels - shown_db) / 20)
+        gain = gain * 10 ** (_interpolate_missing(levels - shown_db) / 20)
     scatter = float(np.std(20 * np.log10(gain), ddof=min(1, gain.size - 1)))
     u_db = np.hypot(u_db, scatter * (np.bincount(place) > 1))
     path = replace(path_of(gain, ratio), cross_u_db=cross_u_db)
@@ -140,8 +141,8 @@ def identify(
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
     """Band in which a path is identified if none is given, as far as all records hold it, and its reason."""
     low, high = BAND_HZ
-    held_hz = WITHIN * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
-    return (low, min(high, held_hz)), CHOSEN + (", as far as record and run hold it" if held_hz < high else "")
+    held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
+    return (low, min(high, held_hz)), BAND_REASON + (", as far as record and run hold it" if held_hz < high else "")
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
@@ -173,7 +174,7 @@ def behind(run: Run, path: SensorPath | None) -> Recording:
     return recording_from_run(replace(run, sensor_m_s2=sensor.add(run.acceleration_m_s2)))
 
 
-def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
+def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
     """Join third octaves downwards until each band is `least_hz` wide or more; a narrow rest at the end is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
@@ -186,7 +187,7 @@ def joined(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of `joined` third octaves, and power locked to the fault less a `healthy` record's [(m/s2)^2], by band."""
+    """Edges of joined third octaves, and power locked to the fault less a `healthy` record's [(m/s2)^2], by band."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit, or --scale too.")
@@ -197,7 +198,7 @@ def record_powers(
             f"{limit_hz:.0f} Hz, for the rate of {record.name}."
         )
     order = found_order(record, bearing, band_hz)
-    bands = joined(bands, SPACINGS * order * _fault_and_speed(record)[1])
+    bands = join_bands(bands, SPACINGS * order * _fault_and_speed(record)[1])
     found = locked_powers(record, bearing, order, bands)
     other = {} if healthy is None else locked_powers(healthy, bearing, order, bands)
     for lowest, less in other.items():
@@ -219,13 +220,15 @@ def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> F
     return np.array([decibels(one.value) for one in locked_powers(run, bearing, order, bands).values()])
 
 
-def _filled(values: FloatArray) -> FloatArray:
+def _interpolate_missing(values: FloatArray) -> FloatArray:
     """Values with those missing between two known ones interpolated; both ends are known."""
     known = np.flatnonzero(np.isfinite(values))
     return np.interp(np.arange(values.size), known, values[known])
 
 
-def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]) -> tuple[float, float, FloatArray]:
+def _fit_cross_ratio(
+    pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath]
+) -> tuple[float, float, FloatArray]:
     """Ratio of cross to load, its deviation [dB], and the sidebands of record and run behind the path [dB], [2, 2]."""
     from scipy.optimize import minimize_scalar
 
@@ -234,7 +237,7 @@ def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath
 
     def sidebands(record: Recording, order: float) -> FloatArray:
         read = pattern(record, bearing, Fault.INNER, order, band_hz)
-        found = [read[f"sidebands {n}"] for n in SIDEBANDS]
+        found = [read[f"sidebands {n}"] for n in SIDEBAND_SPACINGS]
         return np.array([(one.value, one.ci95 / NORMAL_95, one.present) for one in found]).T
 
     wanted, u, present = sidebands(pair.record, found_order(pair.record, bearing, band_hz))
@@ -251,7 +254,7 @@ def _ratio(pair: Pair, bearing: Bearing, path_with: Callable[[float], SensorPath
     def misfit(log_ratio: float) -> float:
         return float(np.sum(((behind_ratio(log_ratio) - wanted) / u) ** 2))
 
-    best = minimize_scalar(misfit, bounds=np.log(RATIOS), method="bounded", options={"xatol": 0.01}).x
+    best = minimize_scalar(misfit, bounds=np.log(CROSS_RATIO_RANGE), method="bounded", options={"xatol": 0.01}).x
     slope = (behind_ratio(best + RATIO_STEP) - behind_ratio(best - RATIO_STEP)) / (2 * RATIO_STEP)
     least = 2 * DB_OF_SHARE / WIDEST_DB  # sidebands may hardly move
     u_db = 2 * DB_OF_SHARE / max(math.sqrt(float(np.sum((slope / u) ** 2))), least)

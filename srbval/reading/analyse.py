@@ -167,7 +167,7 @@ def analyse(
     `healthy` record to compare with contains it too; with `whole_band` the whole band is taken if none is stated. A set
     point is replaced by a more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the
     mean speed. Of several parts of a record, one was chosen for this by so many `trials`: the record itself is read as
-    a whole, however long (`diagnosis.long_records.read` reads it in parts). Raises `ConfigurationError` for a missing
+    a whole, however long (see `analyse_by_parts`). Raises `ConfigurationError` for a missing
     speed or bearing or an impossible band, `DataError` for a constant or short record, and what `load_recording`
     raises.
     """

@@ -17,7 +17,7 @@ HARMONICS = 5
 OWN_SIDEBANDS = 3  # sidebands that belong to a found line when a weaker line is read
 PLACEBO_REACH = 2.0  # placebos are drawn up to this factor from a family's frequency, an octave to either side
 # A weaker line at one of these ratios of a stronger line's frequency is taken as part of it.
-RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
+SIMPLE_RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
 # Scale and degrees of freedom of Student's t for the relative deviation of a line from kinematics by slip. Stated, not
 # estimated. A normal prior would pass only the strongest lines of cages that slip by half a per cent; fewer degrees of
 # freedom would pass strong lines of other sources at the window's edge, six scales off (the rig's H 877).
@@ -89,7 +89,7 @@ def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
     """True for each fundamental [n] whose window is clear of shaft harmonics, families and their simple ratios."""
-    ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in RATIOS])
+    ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in SIMPLE_RATIOS])
     sides = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
     meant = np.sort(scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0])))

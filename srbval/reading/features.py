@@ -23,7 +23,7 @@ from srbval.signal.envelope import END_PERIODS
 VELOCITIES = {ACCELERATION: (-1, 1.0), VELOCITY: (0, 1e-3), DISPLACEMENT: (1, 1e-6)}
 HIGHEST_HZ = 1000.0
 SLOW_RPM, SLOW_HZ, FAST_HZ = 600.0, 2.0, 10.0  # ISO 20816-3: from 2 Hz for machines slower than 600 rpm, else 10 Hz
-BESIDE = (-2.0, -1.5, 1.5, 2.0)  # places of the neighbourhood of a snapshot's line, in widths of a line
+NOISE_OFFSETS = (-2.0, -1.5, 1.5, 2.0)  # places of the neighbourhood of a snapshot's line, in widths of a line
 POOLED_REVOLUTIONS = 30.0
 LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude to mean something
 
@@ -96,7 +96,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
     modulation, lines = window * (done.squared / done.squared.mean() - 1), []
     for fault in DEFECTS:
-        at_hz = fault.line_order(read.bearing.orders) * shaft_hz + 2 / done.seconds * np.array((0.0, *BESIDE))
+        at_hz = fault.line_order(read.bearing.orders) * shaft_hz + 2 / done.seconds * np.array((0.0, *NOISE_OFFSETS))
         waves = np.exp(-2j * math.pi * np.outer(at_hz, time_s))
         power, *beside = np.abs(2 * waves @ modulation / window.sum()) ** 2
         depth, snr = math.sqrt(power), float(power / np.mean(beside))
@@ -114,7 +114,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
     }
 
 
-def pooled(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
+def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
     """Snapshots in their order, as one document for each of at least `groups` groups of `POOLED_REVOLUTIONS`.
 
     Powers are averaged; a group has the file and the time of its last snapshot.

@@ -17,7 +17,7 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.reading.families import (
     HARMONICS,
     OWN_SIDEBANDS,
-    RATIOS,
+    SIMPLE_RATIOS,
     Family,
     families_of,
     half_window_hz,
@@ -178,7 +178,7 @@ def read_lines(
             rank = rank_among_placebos(within, centre, half_hz, harmonics, placebo_hz, combs=combs)
         if rank is not None:
             reading = replace(reading, placebo_false_alarm=rank.false_alarm, comb_false_alarm=rank.whole_false_alarm)
-        first = _measured(lines[family.name][0], reading, speed)
+        first = _with_reading(lines[family.name][0], reading, speed)
         explained, identity = None, None
         if reading.detected:
             explained = _explained_by(first, stronger, within.bin_hz)
@@ -203,7 +203,7 @@ def read_lines(
         waiting.remove(strongest)
         reading = read.pop(strongest)
         if add(strongest, reading, record, stronger):
-            record = _without(record, strongest, reading)
+            record = _mask_family(record, strongest, reading)
             if settles:
                 scale, settles = reading.found_hz / strongest.kinematic_hz, False
             read = _readings(record, waiting, speed, scale, share)
@@ -253,7 +253,7 @@ def _with_cover(
 
 def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None:
     """Ratio of this line's frequency to a stronger line's, such as ``3/2 BPFO``; None without such a line."""
-    for other, (up, down) in itertools.product(stronger, RATIOS):
+    for other, (up, down) in itertools.product(stronger, SIMPLE_RATIOS):
         expected, wide = ((value or 0.0) * up / down for value in (other.found_hz, other.ci95_hz))
         margin = bin_hz + math.hypot(line.ci95_hz or 0.0, wide)
         if abs((line.found_hz or 0.0) - expected) <= margin:
@@ -261,7 +261,7 @@ def _explained_by(line: Line, stronger: list[Line], bin_hz: float) -> str | None
     return None
 
 
-def _without(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
+def _mask_family(record: Periodogram, family: Family, reading: LineReading) -> Periodogram:
     number = np.arange(1, math.floor(record.limit_hz / reading.found_hz) + 1)[:, None]
     side = np.arange(-OWN_SIDEBANDS, OWN_SIDEBANDS + 1)[None, :] * (family.sideband_hz > 0)
     centre = number * reading.found_hz + side * family.sideband_hz
@@ -299,7 +299,7 @@ def _lines_of(
         found = read_comb(record, centre, within, harmonics=1, period_s=None)
         if found is None:
             return line
-        return _measured(line, replace(found, ci95_hz=min(math.hypot(found.ci95_hz, slip_hz), within)), speed)
+        return _with_reading(line, replace(found, ci95_hz=min(math.hypot(found.ci95_hz, slip_hz), within)), speed)
 
     harmonics = [read_one(family.name, number) for number in range(2, len(reading.snr) + 1)]
     sides = [
@@ -314,7 +314,7 @@ def _without_own_line(line: Line) -> Line:
     return replace(line, detected=False, explained_by=NotDetected.OWN) if line.detected else line
 
 
-def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
+def _with_reading(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
     relative = math.hypot(reading.ci95_hz / reading.found_hz, speed.ci95_hz / speed.value_hz)
     return replace(
         line,

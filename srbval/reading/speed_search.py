@@ -122,9 +122,9 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
     """
     if stated.source is not SpeedSource.NOMINAL:
-        lines = _read(processed, bearing, stated)
+        lines = _read_lines_at(processed, bearing, stated)
         found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=stated)
-        return replace(found, outside=_outside_family(found)[0])
+        return replace(found, outside=_find_outside_family(found)[0])
 
     def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
         return estimate_speed(periodogram_of(processed, bearing, at), lines, stated)
@@ -136,27 +136,27 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 
     fits = estimate(stated, ()) or speed_by_comb(whitened_bands(processed, bearing, stated, most=1)[0], stated)
     if is_within(fits):
-        lines = _read(processed, bearing, fits)
+        lines = _read_lines_at(processed, bearing, fits)
         found = SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=fits)
     else:
-        found = _at_trial_speeds(processed, bearing, stated)
+        found = _search_trial_speeds(processed, bearing, stated)
     # Trials made before a speed was read from the record still count.
     lines, outside = sidak_corrected(found.lines, found.tried), None
     if not detected_fault_lines(lines):
-        outside, lines = _outside_family(found)
+        outside, lines = _find_outside_family(found)
     refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
     if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) >= bearing.largest_slip:
         # The sidebands belong to another shaft, or the line to another family than its frequency suggests.
         outside, refined = (outside, None) if is_within(refined) else (None, refined)
     if is_within(refined):
         outside = None
-        found = replace(found, lines=_read(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
+        found = replace(found, lines=_read_lines_at(processed, bearing, refined), speed=refined, span=(1.0, 1.0))
     fits = refined or fits
     if fits is None or abs(fits.value_hz - stated.value_hz) <= stated.ci95_hz + fits.ci95_hz:
         return replace(found, outside=outside)
     if found.speed is not stated:  # two speeds contradict each other: neither is certain
-        found = _at_trial_speeds(processed, bearing, stated)
-        outside = _outside_family(found)[0]
+        found = _search_trial_speeds(processed, bearing, stated)
+        outside = _find_outside_family(found)[0]
     beyond = OutsideSpeed(
         value_hz=fits.value_hz,
         ci95_hz=fits.ci95_hz,
@@ -166,7 +166,7 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
     return replace(found, outside=outside, outside_speed=beyond)
 
 
-def _read(
+def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
     """Read the lines at `scale` times the speed; deviations refer to the speed, masks to the scaled speed."""
@@ -175,23 +175,23 @@ def _read(
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 
-def _at_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
+def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
     """Lines at the trial speed of a set point at which the deepest fault line is detected, or else stands out."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
     def depths(scale: float) -> tuple[float, float]:
-        lines = sidak_corrected(_read(processed, bearing, stated, scale, brief=True, tried=tried), tried)
+        lines = sidak_corrected(_read_lines_at(processed, bearing, stated, scale, brief=True, tried=tried), tried)
         faults = [(x.detected, x.stands_out, x.depth or 0.0) for x in lines if Fault.of_line(x.name)]
         return max(d * depth for d, _, depth in faults), max(s * depth for _, s, depth in faults)
 
     best = max(scales, key=depths) if tried > 1 else 1.0
-    lines = _read(processed, bearing, stated, best, tried=tried)
+    lines = _read_lines_at(processed, bearing, stated, best, tried=tried)
     span = min(scales), max(scales)
     return SpeedSearch(processed=processed, bearing=bearing, lines=lines, speed=stated, tried=tried, span=span)
 
 
-def _outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
+def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
     """The strongest family beyond its window, and all lines at its scale, if no fault line was detected.
 
     It must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
@@ -208,7 +208,7 @@ def _outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Lin
             readings.append((family, reading))
     for family, reading in sorted(readings, key=lambda pair: -pair[1].snr[0]):
         scale = reading.found_hz / family.kinematic_hz
-        there = _read(found.processed, found.bearing, found.speed, scale, brief=True)
+        there = _read_lines_at(found.processed, found.bearing, found.speed, scale, brief=True)
         if any(x.detected for x in there if (x.name, x.harmonic) == (family.name, 1)):
             return OutsideFamily(
                 name=family.name,

@@ -13,11 +13,11 @@ from srbval.diagnosis.records import (
     RecordReading,
     RecordRequest,
     answers_of,
+    build_request,
     read_records,
-    request_of,
     requests_for,
+    separate_other_files,
     summary_of,
-    without_other_files,
 )
 from srbval.diagnosis.trend import Trend, record_times, trend_of
 from srbval.errors import ConfigurationError
@@ -91,7 +91,7 @@ def report(
     if not sources:
         return make_report(Path(folder), **written, **asked)[1]
     model = asked.pop("model", True)
-    return report_sources(sources, Path(folder), request_of(asked), model=model, **written)[1]
+    return report_sources(sources, Path(folder), build_request(asked), model=model, **written)[1]
 
 
 def report_sources(
@@ -118,7 +118,7 @@ def report_sources(
     others, failed = list[dict[str, Any]](), list[FailedFile]()
     if [one.file for one in requests] != named or len(named) > MAX_RECORD_SECTIONS:
         others, failed = read_records(requests, jobs=jobs, progress=progress)
-        failed, _ = without_other_files(failed, named, others)
+        failed, _ = separate_other_files(failed, named, others)
         alarms = sum(summary_of(one)["alarm"] in ("yes", "check") for one in others)
         is_open = len({one["file"] for one in others}) < len(others)  # a document a channel
         count, requests = max(1, min(alarms, MAX_RECORD_SECTIONS)), []
@@ -155,7 +155,7 @@ def trend(
 
     `asked`: fields of a `RecordRequest` and of `RecordingSettings`. Files that cannot be read are warned about.
     """
-    requests = requests_for(sources, replace(request_of(asked), one_band=True))  # levels are compared
+    requests = requests_for(sources, replace(build_request(asked), one_band=True))  # levels are compared
     answers, documents = answers_of(requests, jobs=jobs, progress=progress), list[dict[str, Any]]()
     for number, answer in enumerate((answers[one] for one in requests), start=1):
         if isinstance(answer, FailedFile):

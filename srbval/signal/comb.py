@@ -13,7 +13,7 @@ from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
 from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import NORMAL_95, frequency_error_hz, track_slip
 
-HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
+FITTED_HARMONICS = 5  # harmonics fitted together, if they are below the limit of the record
 # A line is detected if noise shows it less often than this, at most this share of the record's placebos is as strong,
 # and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates the
 # records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the others.
@@ -65,7 +65,7 @@ def read_comb(
     expected_hz: float,
     half_window_hz: float,
     *,
-    harmonics: int = HARMONICS,
+    harmonics: int = FITTED_HARMONICS,
     sideband_hz: float = 0.0,
     period_s: float | None = 0.0,
 ) -> LineReading | None:

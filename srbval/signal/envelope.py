@@ -8,13 +8,13 @@ import scipy.fft
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError, DataError
 
-ORDER = 4  # of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
+FILTER_ORDER = 4  # of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state it.
 # The record's ends spoil the envelope for this time and this many periods of the bandwidth: the slowest pole decays
 # at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
 _CONSTANT = 1e-12  # a standard deviation below this share of the signal's largest value is rounding, not vibration
 _LEAST_GAIN = 1e-5  # the closed-form gain is cut off where it has fallen to this value
-FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {ORDER}, forward and backward (closed form)"
+FILTER, FILTER_IN_WORDS = "butterworth", f"Butterworth of order {FILTER_ORDER}, forward and backward (closed form)"
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
@@ -114,7 +114,7 @@ def _band_lines(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float])
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)
     first_edge, last_edge = _warped_edges(band_hz, fs_hz)
-    half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER)) * (last_edge - first_edge) / 2
+    half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * FILTER_ORDER)) * (last_edge - first_edge) / 2
     root = math.sqrt(half**2 + first_edge * last_edge)
     low, high = (math.atan(root + side * half) * fs_hz / math.pi for side in (-1, 1))
     first, last = math.ceil(low * length / fs_hz), min(math.floor(high * length / fs_hz), lines.size - 1)

@@ -2,8 +2,8 @@
 
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
 times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
-comb is also ranked among placebos: combs whose lines come from `ORDERS` fundamentals that are no line of the bearing,
-each harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as
+comb is also ranked among placebos: combs whose lines come from two fundamentals that are no line of the bearing, each
+harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as
 strong as the comb of another bearing in the window; `joint_false_alarm` weighs the ranks among both.
 """
 
@@ -18,8 +18,8 @@ from srbval.arrays import FloatArray
 from srbval.signal.periodogram import NOISE_BINS, Periodogram
 
 COMBS = 1000  # least number of placebos: their least rank, times nine trials, stays below `comb.PLACEBO_FALSE_ALARM`
-ORDERS = 2  # number of fundamentals of the lines of one placebo
-GRID = 8  # fundamentals per half window
+FUNDAMENTALS_PER_PLACEBO = 2  # number of fundamentals of the lines of one placebo
+GRID_PER_HALF_WINDOW = 8  # fundamentals per half window
 LEAST_WINDOWS = 4  # least number of whole windows among the placebos' fundamentals
 # Assumed share of records with a comb of another source. Stated.
 FOREIGN_COMB = 0.1
@@ -127,8 +127,8 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [n] evenly over the logarithm, `GRID` per half window of a comb (`relative`, a share of it)."""
-    return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID)))
+    """Frequencies [Hz], [n], of equal ratio, `GRID_PER_HALF_WINDOW` in a half window of the share `relative`."""
+    return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
 def rank_among_placebos(
@@ -147,7 +147,7 @@ def rank_among_placebos(
     than `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
-    if placebo_hz.size < 2 * GRID * LEAST_WINDOWS:
+    if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:
         return None
     lowest = min(float(placebo_hz[0]), expected_hz) * (1 - APART * relative)
     step = 1 / (_OVERSAMPLING * record.seconds * record.limit_hz)
@@ -179,16 +179,16 @@ def rank_among_placebos(
     score = float(_highest(np.where(seen, own, np.float32(1.0)).sum(axis=0)[None])[0])
     rng = np.random.default_rng(0)
     near = fundamentals(expected_hz * math.exp(-APART * relative), expected_hz * math.exp(APART * relative), relative)
-    choice = rng.choice(placebo_hz, (ORDERS, combs))
+    choice = rng.choice(placebo_hz, (FUNDAMENTALS_PER_PLACEBO, combs))
     # The first of its fundamentals may be near the comb's own, but not all lines come from it.
     choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
-    group = rng.integers(0, ORDERS, (harmonics, combs))
-    group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, ORDERS, combs)
+    group = rng.integers(0, FUNDAMENTALS_PER_PLACEBO, (harmonics, combs))
+    group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, FUNDAMENTALS_PER_PLACEBO, combs)
     drawn_hz = np.take_along_axis(choice, group, axis=0)
     blocks = [drawn_hz[:, first : first + BLOCK] for first in range(0, combs, BLOCK)]
     placebos = np.concatenate([scores_of(block) for block in blocks])
     stronger = float(np.mean(scores_of(np.tile(placebo_hz, (harmonics, 1))) >= score))
-    apart = placebo_hz.size / (2 * GRID)
+    apart = placebo_hz.size / (2 * GRID_PER_HALF_WINDOW)
     return PlaceboRank(
         rank(score, placebos), math.exp(-neg_log_rank(score, placebos)), (1 + apart * stronger) / (apart + 1)
     )

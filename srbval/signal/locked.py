@@ -14,9 +14,9 @@ from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
 CELLS, QUIET_CELLS = 48, 12
-PADDING = 16  # of a tone's spectrum: between two lines the phase is wrong by at most 0.1
-LEAST_BLOCKS = 4
-LEAST_PASSAGES = 4 * LEAST_BLOCKS  # two in each block of either half
+TONE_PADDING = 16  # of a tone's spectrum: between two lines the phase is wrong by at most 0.1
+MIN_JACKKNIFE_BLOCKS = 4
+LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,14 +39,14 @@ class LockedMean:
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
     """Locked mean of `samples` [n], none negative, at the phase `periods` of a passage [n, rising].
 
-    The `blocks` (at least `LEAST_BLOCKS`) count as independent. `DataError` for fewer than `LEAST_PASSAGES`.
+    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) count as independent. `DataError` for fewer than `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
             f"{periods[-1] - periods[0]:.3g} passages in the record; a mean over their phase needs {LEAST_PASSAGES}. "
             "Use a longer recording."
         )
-    count = max(blocks, LEAST_BLOCKS)
+    count = max(blocks, MIN_JACKKNIFE_BLOCKS)
     parts = np.array_split(np.arange(samples.size), count)
     without = np.array([_less_quiet(np.delete(samples, part), np.delete(periods, part)) for part in parts])
     u = math.sqrt((count - 1) * float(np.var(without)))
@@ -62,7 +62,7 @@ def steady_tone(
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)
-    slips, found = np.linspace(-slip, slip, 2 * math.ceil(PADDING * slip) + 1), []
+    slips, found = np.linspace(-slip, slip, 2 * math.ceil(TONE_PADDING * slip) + 1), []
     for start in range(0, CELLS, QUIET_CELLS // 4) if periods is not None else (0,):
         quarter = (cells - start) % CELLS < QUIET_CELLS
         inside, count = np.where(quarter, turned, 0.0), np.count_nonzero(quarter)

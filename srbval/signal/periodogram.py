@@ -17,8 +17,8 @@ from scipy.ndimage import median_filter
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 
-BLOCKS = 96  # of a record for sums: a line within a bin of its frequency loses less than 2e-4 of its power
-PADDING = 8  # points per independent bin of the padded transform
+PHASOR_BLOCKS = 96  # of a record for sums: a line within a bin of its frequency loses less than 2e-4 of its power
+POINTS_PER_BIN = 8  # points per independent bin of the padded transform
 NOISE_BINS, LEAST_NOISE_BINS = 65, 9  # independent bins for the estimate of the local noise; odd for the median
 MASK_BINS = 1.5  # half width of the masked zone about a shaft harmonic, in independent bins
 _RATE = 4.0  # reduced sampling rate in units of the highest frequency of interest: flat to there after the filter
@@ -39,7 +39,7 @@ class Phasors:
     seconds: float
 
     @classmethod
-    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = BLOCKS) -> Phasors:
+    def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = PHASOR_BLOCKS) -> Phasors:
         """Demodulate `samples` [n]; a record with fewer samples than `blocks` has one block per sample."""
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
@@ -83,7 +83,7 @@ class Noise(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Periodogram:
-    """Power |sum x exp(-i w t)|^2 of a record [n], without a window, on a grid `PADDING` times finer than its bins.
+    """Power |sum x exp(-i w t)|^2 of a record [n], without a window, with `POINTS_PER_BIN` points per bin.
 
     `samples` and `fs_hz` are the record at the rate that `limit_hz` needs, with its `mean` removed. `masks_hz`, [m, 2],
     are zones that are neither line nor noise, such as the shaft's harmonics.
@@ -105,9 +105,9 @@ class Periodogram:
         down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
         mean = float(samples.mean())
         centred = samples - mean
-        reduced = decimated(centred, down) if down > 1 else centred
+        reduced = decimate(centred, down) if down > 1 else centred
         rate = fs_hz / down
-        length = PADDING * scipy.fft.next_fast_len(reduced.size, real=True)
+        length = POINTS_PER_BIN * scipy.fft.next_fast_len(reduced.size, real=True)
         power, none = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2, np.empty((0, 2))
         grid = {"step_hz": rate / length, "limit_hz": limit_hz}
         bare = cls(samples=reduced, fs_hz=rate, mean=mean, power=power, masks_hz=none, **grid)
@@ -165,8 +165,8 @@ class Periodogram:
 
         Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
-        spacing = PADDING * self.step_hz
-        last = min(math.floor(self.power.size / PADDING), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
+        spacing = POINTS_PER_BIN * self.step_hz
+        last = min(math.floor(self.power.size / POINTS_PER_BIN), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
         reach = half_window_hz / spacing + 2 * NOISE_BINS
         while True:
             low, high = max(2, math.floor(centre_hz / spacing - reach)), math.ceil(centre_hz / spacing + reach)
@@ -182,24 +182,24 @@ class Periodogram:
         nearest = bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
         if nearest.size < LEAST_NOISE_BINS:
             raise DataError(f"too few bins near {centre_hz:.4g} Hz to estimate the noise; use a longer record.")
-        power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * PADDING]
+        power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * POINTS_PER_BIN]
         mean = float(np.median(power)) / math.log(2)
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
         """Power over a running median of unmasked bins over ln 2, which ends at the record's limit with `to_limit`."""
-        spacing = PADDING * self.step_hz
-        last = self.power.size // PADDING
+        spacing = POINTS_PER_BIN * self.step_hz
+        last = self.power.size // POINTS_PER_BIN
         bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)
         bins = bins[~self.masked(np.asarray(bins * spacing, dtype=np.float64))]
         if bins.size == 0:
             return np.zeros(frequency_hz.shape)
-        noise = median_filter(self.power[bins * PADDING], NOISE_BINS, mode="nearest") / math.log(2)
+        noise = median_filter(self.power[bins * POINTS_PER_BIN], NOISE_BINS, mode="nearest") / math.log(2)
         local = np.maximum(np.interp(frequency_hz, bins * spacing, noise), np.finfo(float).tiny)
         return self.power_at(frequency_hz) / local
 
 
-def decimated(samples: FloatArray, down: int) -> FloatArray:
+def decimate(samples: FloatArray, down: int) -> FloatArray:
     """Every sample number `down` behind a low pass: `scipy.signal.resample_poly`, quicker to load."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)

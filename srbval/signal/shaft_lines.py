@@ -9,13 +9,13 @@ import scipy.special
 from srbval.signal.periodogram import Periodogram
 from srbval.signal.slip import frequency_error_hz
 
-SIDEBANDS = 3  # shaft orders to either side of each
+SIDEBANDS_PER_SIDE = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 RIVAL_SHARE = 0.5  # largest rise of the next best peak of the score above the median, as a share of the best peak's
 SAME_BINS = 2.0  # two speeds closer than this, in bins of the highest shaft order, are one
 LARGEST_NEG_LOG_P = 30.0  # largest -log p of one term: one strong line of another source must not outweigh all others
-NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
-FALSE_ALARM = 1e-3
+EFFECTIVE_NOISE_BINS = 30.0  # effective number of averaged bins of the local noise estimate, a median of some 65 bins
+SHAFT_FALSE_ALARM = 1e-3
 SHOWN_SNR, LEAST_TERMS = 12.0, 4  # least power over noise of a term, and least number of shaft terms, for a fit
 LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a parabola, and speeds are not constant
 
@@ -40,17 +40,17 @@ def shaft_by_lines(
             continue
         noise = record.noise_near(harmonic * line_hz + order * nominal_hz, abs(order) * half_hz)
         snr = record.power_at(frequencies) / noise.mean_power
-        score += np.minimum(NOISE_BINS * np.log1p(snr / NOISE_BINS), LARGEST_NEG_LOG_P)
+        score += np.minimum(EFFECTIVE_NOISE_BINS * np.log1p(snr / EFFECTIVE_NOISE_BINS), LARGEST_NEG_LOG_P)
         used += 1
     if not used:
         return None
     best = int(np.argmax(score))
-    trials = max(1.0, 2 * half_hz / bin_hz * SIDEBANDS)  # independent speeds
+    trials = max(1.0, 2 * half_hz / bin_hz * SIDEBANDS_PER_SIDE)  # independent speeds
     rival = np.max(score, where=np.abs(speeds - speeds[best]) > SAME_BINS * bin_hz, initial=-np.inf)
     usual = float(np.median(score))
     if rival - usual > RIVAL_SHARE * (score[best] - usual):
         return None
-    if trials * scipy.special.gammaincc(used, float(score[best])) >= FALSE_ALARM:
+    if trials * scipy.special.gammaincc(used, float(score[best])) >= SHAFT_FALSE_ALARM:
         return None
     found = _fit(record, line_hz, float(speeds[best]), harmonics)
     return None if found is None or abs(found[0] - nominal_hz) > half_hz else found
@@ -58,7 +58,7 @@ def shaft_by_lines(
 
 def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
     """Terms (h, k), lines at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
-    orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
+    orders = [k for k in range(-SIDEBANDS_PER_SIDE, SIDEBANDS_PER_SIDE + 1) if k]
     sides = itertools.product(range(1, harmonics + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
 

@@ -77,12 +77,12 @@ def weak_factor(steady: float, wide: float) -> float:
 BLOCK_NUMBERS, FEW_BLOCKS = (96, 48, 32, 24, 16, 12, 8, 6, 5, 4), 8
 # Information of all harmonics about the phase, sum h^2 rho, below which all paths are weighted at once
 # (`phase_posterior`), and power over noise of the strongest harmonic below which slip is not estimated.
-WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
+WEAK_INFORMATION, MIN_SLIP_SNR = 1000.0, 8.0
 WEAK_BLOCKS = 32
 BLOCK_SNR = 1.0  # least power over noise of the strongest harmonic in a block for tracking its phase
 LARGEST_JITTER = 0.035  # largest relative jitter of the spacing of impacts that is tracked
-RATIOS = np.geomspace(0.05, 1e10, 93)  # of walk to noise, in the variance of the slope
-WEIGHTS = (1 + RATIOS) ** -0.5  # prior weights of the ratios
+WALK_RATIOS = np.geomspace(0.05, 1e10, 93)  # of walk to noise, in the variance of the slope
+WALK_RATIO_PRIOR = (1 + WALK_RATIOS) ** -0.5  # prior weights of the ratios
 STEP_SHARES = (1.0, 0.03)  # variances of the steps at the start of a track, relative to that of the largest jitter
 # Noise at the line over the noise about it; any but the first must be likelier by this log likelihood.
 EXCESSES, EXCESS_MARGIN = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
@@ -102,7 +102,7 @@ def track_slip(
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
-    if float(np.max(phasors.power() / noise_power)) < LEAST_SNR:
+    if float(np.max(phasors.power() / noise_power)) < MIN_SLIP_SNR:
         return None
     weak = weak_sums(phasors, number, noise_power, period_s=period_s)
     if weak is not None:
@@ -161,7 +161,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     """Log evidence over no line, phase per block and its 95 % half width [rad] of the track refined from `path_rad`."""
     blocks = sums.shape[1]
     modes = modes_of(blocks)
-    ratios, spread = RATIOS[:, None], 1 + RATIOS[:, None] * modes.share
+    ratios, spread = WALK_RATIOS[:, None], 1 + WALK_RATIOS[:, None] * modes.share
     for _ in range(4):
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
@@ -170,7 +170,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
         path_rad = phase - modes.contrasts.T @ (weight @ (1 / spread) * residual)  # less each residual's share of noise
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
-    log_spread = float(weight @ np.log1p(RATIOS))
+    log_spread = float(weight @ np.log1p(WALK_RATIOS))
     # Without a walk the frequency of highest power needs no correction, and is better for weak lines.
     carried = weight @ (ratios * modes.with_slope / spread)  # share of each residual that a walk adds to the slope
     slope = float(modes.slope @ phase - carried @ residual) * walk_share(log_spread)
@@ -180,10 +180,10 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at the line over the noise about it, if residuals clearly show more, with the result of `weigh`."""
+    """Noise at the line over noise about it, one unless the residuals need more; with `weigh_walk_ratios`' result."""
     tried = []
     for excess in EXCESSES:
-        weight, log_likelihood = weigh(residual / math.sqrt(excess * variance), share)
+        weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
         tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
     best = max(tried, key=lambda one: one[2])
     return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
@@ -204,13 +204,13 @@ class Modes:
     slope_variance: float
 
 
-def weigh(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
-    """Posterior weight of each of `RATIOS` given `modes` of variance 1 + ratio `share`; log of the weights' sum."""
-    spread = 1 + RATIOS[:, None] * share
+def weigh_walk_ratios(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
+    """Posterior weight of each of `WALK_RATIOS` for `modes` of variance 1 + ratio `share`; log of the weights' sum."""
+    spread = 1 + WALK_RATIOS[:, None] * share
     likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
-    weight = WEIGHTS * np.exp(likelihood - likelihood.max())
+    weight = WALK_RATIO_PRIOR * np.exp(likelihood - likelihood.max())
     total = float(weight.sum())
-    return weight / total, math.log(total / float(WEIGHTS.sum())) + float(likelihood.max())
+    return weight / total, math.log(total / float(WALK_RATIO_PRIOR.sum())) + float(likelihood.max())
 
 
 @functools.cache

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 from srbval.cli import arguments, main, output
-from srbval.diagnosis.records import _answer
+from srbval.diagnosis.records import _read_channels
 from srbval.errors import NumericsError, SrbvalError
 from srbval.models.hierarchy import LEVELS
 from srbval.models.run import USABLE, RunStatus
@@ -195,7 +195,8 @@ def said(tmp_path_factory):
 
         patch.setattr("srbval.cli.installation_commands.cache_use", lambda: cache)
         patch.setattr(
-            "srbval.diagnosis.records.in_processes", lambda _, asked, **__: ((one, _answer(one)) for one in asked)
+            "srbval.diagnosis.records.in_processes",
+            lambda _, asked, **__: ((one, _read_channels(one)) for one in asked),
         )
         for path in Path(arguments.__file__).parent.glob("*_command*.py"):
             patch.setattr(f"srbval.cli.{path.stem}.answer", functools.partial(answer_twice, text))

@@ -10,7 +10,7 @@ import scipy.signal
 from srbval import ConfigurationError, Recording, ShaftSpeed, SpeedSource, analyse, diagnose, fault_verdict
 from srbval.bearing import Fault, load_bearing
 from srbval.diagnosis.baseline import baseline_of, compare_with_baseline, require_one_unit
-from srbval.diagnosis.fault_posterior import OTHER, fault_scores, most_probable
+from srbval.diagnosis.fault_posterior import OTHER_CAUSE, fault_scores, most_probable
 from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading import pipeline
 from srbval.reading.pipeline import process
@@ -87,9 +87,9 @@ def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order():
     right = fault_scores(analysis)
     speed = analysis.speed
     wrong = fault_scores(dataclasses.replace(analysis, speed=dataclasses.replace(speed, value_hz=1.2 * speed.value_hz)))
-    assert wrong.first[OTHER].excess > right.first[OTHER].excess + 2
+    assert wrong.first[OTHER_CAUSE].excess > right.first[OTHER_CAUSE].excess + 2
     assert wrong.unexplained_order == pytest.approx(BEARING.orders.bpfi / 1.2, rel=0.01)
-    assert (right.strongest, wrong.strongest) == ("inner", OTHER)
+    assert (right.strongest, wrong.strongest) == ("inner", OTHER_CAUSE)
 
 
 def test_a_fault_that_only_another_channel_shows_is_named_with_it():
@@ -113,8 +113,8 @@ def test_another_machine_s_impacts_beside_a_fault_do_not_hide_it_and_are_none_th
         both = dataclasses.replace(one, channels={"x": one.channels["x"] + foreign})
         speed = dataclasses.replace(one.speed, value_hz=25.0, ci95_hz=0.01)
         found.append(diagnose(analyse(both, bearing=BEARING, speed=speed)))
-    assert [most_probable(one.probabilities) for one in found] == [OTHER, "inner"]
-    assert found[0].state == OTHER
+    assert [most_probable(one.probabilities) for one in found] == [OTHER_CAUSE, "inner"]
+    assert found[0].state == OTHER_CAUSE
     assert [one.scores.unexplained_order for one in found] == pytest.approx([52.6 / 25] * 2, rel=0.01)
 
 
@@ -178,7 +178,7 @@ def test_random_knocks_form_no_comb_because_the_envelope_is_clipped(monkeypatch)
             channels = {"x": impulsive(np.random.default_rng([1, number]))}
             processed = process(dataclasses.replace(plain, channels=channels), band_hz=(500.0, 5500.0))
             first = fault_scores(dataclasses.replace(base, processed=processed)).first
-            excesses += [one.excess for name, one in first.items() if name != OTHER]
+            excesses += [one.excess for name, one in first.items() if name != OTHER_CAUSE]
         return max(excesses)
 
     assert highest(pipeline.CLIP) + 1 < highest(1e9)

@@ -6,16 +6,16 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.diagnosis.fault_posterior import (
-    BESIDE,
+    CLASS_PRIOR,
     CLASSES,
-    DEPTH,
+    EVEN_ODDS_DEPTH,
     LABELS,
-    MOST,
+    MAX_PROBABILITY,
     ONSET,
     OPEN,
-    OTHER,
-    PRIOR,
-    SHARED,
+    OTHER_CAUSE,
+    RECORD_CORRELATION,
+    SECOND_CAUSE_SHARE,
     SLOPE,
     UNDECIDED,
     Comb,
@@ -32,7 +32,7 @@ DEEP = 0.7
 
 def scores(second: dict[str, float] | None = None, depth: float = DEEP, **excess: float) -> FaultScores:
     """Scores with combs of these excesses, all of one depth; with `second` the strongest is masked."""
-    names = ("outer", "inner", "roller", OTHER)
+    names = ("outer", "inner", "roller", OTHER_CAUSE)
     first = {name: Comb(excess=excess.get(name, -1.0), found_hz=100.0, depth=depth) for name in names}
     strongest = max(first, key=lambda name: first[name].log_ratio)
     rest = {name: Comb(excess=e, found_hz=80.0, depth=depth) for name, e in (second or {}).items()}
@@ -49,20 +49,20 @@ def said(*views: FaultScores, lines: dict[str, int] | None = None, stands: bool 
         (scores(outer=12.0), "outer"),
         (scores(inner=11.0, outer=4.0), "inner"),
         (scores(roller=9.0), "roller"),
-        (scores(other=9.0), OTHER),
+        (scores(other=9.0), OTHER_CAUSE),
         (scores(), "healthy"),
         (scores(outer=20.0, depth=0.1), "healthy"),  # a shallow line of a healthy bearing, in a long record
         (scores(outer=12.0, inner=12.0), UNDECIDED),  # of the same lines: no second comb beside the first
         (scores(outer=20.0, inner=12.0, second={"inner": 11.0}), "outer+inner"),
         (scores(outer=20.0, inner=12.0, second={"inner": 1.0}), "outer"),
         (scores(outer=12.0, other=20.0, second={"outer": 11.0}), "outer"),  # beside another machine's comb
-        (scores(outer=9.0, other=20.0, second={"outer": 1.0}), OTHER),
+        (scores(outer=9.0, other=20.0, second={"outer": 1.0}), OTHER_CAUSE),
     ],
 )
 def test_clear_records_are_called(given, state):
     shares = said(given)
     assert sum(shares.values()) == pytest.approx(1)
-    assert max(shares.values()) <= MOST
+    assert max(shares.values()) <= MAX_PROBABILITY
     assert decide(shares) == state
     assert all(fault.label in LABELS[state] for fault in faults_of(state))
 
@@ -71,8 +71,8 @@ def test_the_log_ratio_is_the_equation_s():
     """1 / (exp(onset - slope x) + (depth / limit)^-(10 slope)): limited by what is smaller, excess or depth."""
     high, deep = SLOPE * 8 - ONSET, 10 * SLOPE * math.log(2)
     assert Comb(excess=8, found_hz=1.0, depth=1e6).log_ratio == pytest.approx(high)
-    assert Comb(excess=99, found_hz=1.0, depth=2 * DEPTH).log_ratio == pytest.approx(deep)
-    both = Comb(excess=8, found_hz=1.0, depth=2 * DEPTH).log_ratio
+    assert Comb(excess=99, found_hz=1.0, depth=2 * EVEN_ODDS_DEPTH).log_ratio == pytest.approx(deep)
+    both = Comb(excess=8, found_hz=1.0, depth=2 * EVEN_ODDS_DEPTH).log_ratio
     assert both == pytest.approx(-math.log(math.exp(-high) + math.exp(-deep)))
     assert Comb(excess=99, found_hz=1.0, depth=1.0, explained_by="the mains").log_ratio == -ONSET
 
@@ -80,7 +80,7 @@ def test_the_log_ratio_is_the_equation_s():
 def test_lines_of_the_table_and_combs_are_one_evidence():
     """A line opens the question, a comb of the same part answers it, and a risen line names it even without a comb."""
     weak, silent = scores(outer=4.6), scores()
-    assert said(silent)["healthy"] == pytest.approx(0.5 / (0.5 + PRIOR[OPEN]), abs=0.01)
+    assert said(silent)["healthy"] == pytest.approx(0.5 / (0.5 + CLASS_PRIOR[OPEN]), abs=0.01)
     shown = said(silent, lines={"outer": 1})
     assert shown["healthy"] < 0.5 < shown[OPEN]
     assert decide(said(weak)) == UNDECIDED
@@ -107,9 +107,9 @@ def test_records_of_one_machine_say_more_than_one_and_less_than_as_many():
     four, many = of_one_machine([faint] * 4), of_one_machine([faint] * 1000)
     assert decide(probabilities(four)) == "inner"
     for name in (*Fault,)[1:]:
-        assert four[name] == pytest.approx(4 / (1 + 3 * SHARED) * faint[name])
-        assert abs(many[name]) <= abs(faint[name]) / SHARED
+        assert four[name] == pytest.approx(4 / (1 + 3 * RECORD_CORRELATION) * faint[name])
+        assert abs(many[name]) <= abs(faint[name]) / RECORD_CORRELATION
     lined = log_likelihood([scores()], {"outer": 1}, stands=True)
     assert probabilities(of_one_machine([lined] + 3 * [log_likelihood([scores()], {}, stands=False)]))["healthy"] < 0.5
-    assert lined[OPEN] == pytest.approx(-math.log(BESIDE))
+    assert lined[OPEN] == pytest.approx(-math.log(SECOND_CAUSE_SHARE))
     assert set(lined) == set(CLASSES)

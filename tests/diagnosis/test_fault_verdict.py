@@ -15,15 +15,15 @@ import pytest
 from srbval import Analysis, Origin, Recording, ShaftSpeed, SpeedSource, analyse
 from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.baseline import RISEN_RATIO, Baseline, BaselineComparison, compare_with_baseline
-from srbval.diagnosis.fault_posterior import LABELS, OTHER
+from srbval.diagnosis.fault_posterior import LABELS, OTHER_CAUSE
 from srbval.diagnosis.fault_verdict import (
     SHALLOW_DEPTH,
     FaultVerdict,
     Finding,
     fault_verdict,
-    smallest_seen,
+    smallest_detectable_depth,
     verdict_of,
-    weigh,
+    weigh_evidence,
 )
 from srbval.reading.lines import Line, NotDetected, detected_fault_lines, read_lines
 from srbval.recordings.speed import nominal_speed, stated_speed
@@ -94,7 +94,7 @@ HEIGHTS = {
 
 COMBS = {
     "healthy": scores(),
-    **{name: scores(**{name: 14.0}) for name in ("outer", "inner", "roller", OTHER)},
+    **{name: scores(**{name: 14.0}) for name in ("outer", "inner", "roller", OTHER_CAUSE)},
     "undecided": scores(inner=4.6),
     "outer+inner": scores(outer=20.0, inner=12.0, second={"inner": 11.0}),
 }
@@ -111,9 +111,9 @@ def test_no_combination_of_evidence_contradicts_itself():
             compared = dataclasses.replace(
                 compared, risen=Fault.of_line(name), line=name, ratio=ratio, ratio_ci95=(28.0, 32.0)
             )
-        verdict = verdict_of(analysis, compared, weigh([(None, COMBS[state])], analysis, compared))
+        verdict = verdict_of(analysis, compared, weigh_evidence([(None, COMBS[state])], analysis, compared))
         assert_no_contradiction(analysis, verdict)
-        if state == OTHER or (height in ("explained", "covered") and ratio != 1.1):
+        if state == OTHER_CAUSE or (height in ("explained", "covered") and ratio != 1.1):
             assert verdict.finding is not Finding.NOTHING_FOUND
         if ratio == 30.0 and state == "healthy" and height in ("shallow", "deep"):
             assert verdict.part is Fault.of_line(name)
@@ -127,7 +127,7 @@ def test_a_healthy_record_of_another_speed_is_no_reassurance():
     same = dataclasses.replace(NOTHING, ratios={"BPFO": (1.1, (0.9, 1.3))})
 
     def judged(compared: BaselineComparison) -> FaultVerdict:
-        return verdict_of(analysis, compared, weigh([(None, scores())], analysis, compared))
+        return verdict_of(analysis, compared, weigh_evidence([(None, scores())], analysis, compared))
 
     assert judged(same).finding is Finding.NOTHING_FOUND
     compared = compare_with_baseline(analysis, UNLIKE)
@@ -177,7 +177,7 @@ def test_what_would_have_been_seen_is_seen():
         )
         return next(x for x in lines if (x.name, x.harmonic) == ("BPFI", 1))
 
-    limits = [smallest_seen(bpfi(0.0, seed), NOTHING) for seed in range(25)]
+    limits = [smallest_detectable_depth(bpfi(0.0, seed), NOTHING) for seed in range(25)]
     whole, half = (sum(bpfi(share * limit, n).stands_out for n, limit in enumerate(limits)) for share in (1.0, 0.5))
     assert whole >= 22  # of 25 at 95 %: fewer in 3 of 100 draws
     assert half <= 4

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.diagnosis.long_records import LongAnalysis, read
+from srbval.diagnosis.long_records import LongAnalysis, analyse_by_parts
 from srbval.diagnosis.records import RecordRequest, read_record
 from srbval.reading.analyse import analyse
 from srbval.reading.features import features_of
@@ -60,8 +60,10 @@ def test_headline_lines_and_probabilities_of_a_long_record_agree(state, within):
 
 def test_a_short_record_is_read_as_a_whole_and_features_of_parts_are_those_of_the_whole():
     short, long = record(25.0), record(60.0)
-    assert to_json(read(short, BEARING)) == to_json(analyse(short, bearing=BEARING))
-    found, whole = (features_of(one) for one in (read(long, BEARING), analyse(long, bearing=BEARING, whole_band=True)))
+    assert to_json(analyse_by_parts(short, BEARING)) == to_json(analyse(short, bearing=BEARING))
+    found, whole = (
+        features_of(one) for one in (analyse_by_parts(long, BEARING), analyse(long, bearing=BEARING, whole_band=True))
+    )
     names = ("rms", "peak", "kurtosis")
     assert [found[name] for name in names] == pytest.approx([whole[name] for name in names], rel=1e-3)
 
@@ -81,7 +83,7 @@ def test_memory_does_not_grow_with_the_record():
         own = record(seconds)
         own = replace(own, channels={"x": own.channels["x"].astype(np.float32)})
         tracemalloc.start()
-        read(own, BEARING)
+        analyse_by_parts(own, BEARING)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < peaks[0]

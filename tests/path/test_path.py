@@ -13,7 +13,7 @@ from srbval.bearing import Fault
 from srbval.path import amplitudes
 from srbval.path import identify as module
 from srbval.path.amplitudes import LEVEL_BANDS, level_and_pattern, levels, mounting_scatter, pattern
-from srbval.path.identify import Pair, held_band, identify, joined, third_octaves
+from srbval.path.identify import Pair, held_band, identify, join_bands, third_octaves
 from srbval.recordings.registry import load_registered
 from tests.path.simulated_rig import (
     BEARING,
@@ -60,20 +60,20 @@ def test_a_known_path_is_found_in_both_directions(found):
 
 def test_the_run_behind_the_path_has_the_records_power_in_every_band(rig, found):
     order = module.line_order(rig.outer.run, BEARING)
-    bands = joined(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
+    bands = join_bands(third_octaves(BAND_HZ), 2 * order * rig.outer.run.scene.shaft_speed_rad_s / (2 * np.pi))
     shown = module.locked_db(module.behind(rig.outer.run, found.path), BEARING, bands, order)
     assert shown == pytest.approx(found.bands.record_db.iloc[[0, 2, 4, 5, 6, 7, 8]].tolist(), abs=0.05)
 
 
 def test_third_octaves_are_joined_downwards_until_they_hold_two_spacings():
     """Edges by hand: 10^2.65 = 446.7, 10^2.85 = 707.9, 10^3.05 = 1122 Hz; 261 and 414 Hz are wide enough, 92 is not."""
-    bands = joined(third_octaves(BAND_HZ), 234.0)
+    bands = join_bands(third_octaves(BAND_HZ), 234.0)
     assert [edge for low_high in list(bands.values())[:3] for edge in low_high] == pytest.approx(
         [446.7, 707.9, 707.9, 1122.0, 1122.0, 1412.5], abs=0.1
     )
     assert list(bands)[:3] == pytest.approx([501.2, 794.3, 1258.9], abs=0.1)
-    assert joined(third_octaves(BAND_HZ), 90.0) == third_octaves(BAND_HZ)
-    assert joined(third_octaves(BAND_HZ), 4000.0) == {}
+    assert join_bands(third_octaves(BAND_HZ), 90.0) == third_octaves(BAND_HZ)
+    assert join_bands(third_octaves(BAND_HZ), 4000.0) == {}
 
 
 def test_sidebands_of_the_inner_race_alone_determine_the_ratio(rig):

@@ -9,7 +9,7 @@ import pytest
 from srbval import ConfigurationError, DataError, Scene, load_scene, paper_scene, recording_from_run
 from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import Step, simulate
-from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, LEVEL_BANDS, RMS_BANDS, SIDEBANDS
+from srbval.path.amplitudes import KURTOSIS_BANDS, LEVEL_BANDS, PATTERN_HARMONICS, RMS_BANDS, SIDEBAND_SPACINGS
 from srbval.plan.measured import LEAST_SCENES, MeasuredErrors, read_errors, scene_values, table_about
 from srbval.plan.measures import noise_floor, smooth_mean
 from srbval.plan.plan import Candidate, Plan, make_plan
@@ -226,7 +226,7 @@ def test_lines_stand_where_the_cage_puts_them(kind):
 
 def test_amplitudes_are_those_that_are_compared_with_the_rig():
     known = {*RMS_BANDS, *LEVEL_BANDS, *KURTOSIS_BANDS, "depth"}
-    known |= {f"harmonic {n}" for n in HARMONICS} | {f"sidebands {n}" for n in SIDEBANDS}
+    known |= {f"harmonic {n}" for n in PATTERN_HARMONICS} | {f"sidebands {n}" for n in SIDEBAND_SPACINGS}
     assert {name for meaning in MEANING.values() for name in meaning.read} == known
     run, healthy = (
         simulate(paper_scene(model="impulse", duration="1 s", defect={"kind": kind})) for kind in ("inner", "none")

@@ -17,7 +17,7 @@ from srbval.arrays import FloatArray
 from srbval.processes.pool import in_processes
 from srbval.signal import NORMAL_95, Periodogram, Phasors, read_comb
 from srbval.signal.phase_posterior import posterior
-from srbval.signal.slip import RATIOS, modes_of, noise_error_hz, slip_interval, weak_sums, weigh
+from srbval.signal.slip import WALK_RATIOS, modes_of, noise_error_hz, slip_interval, weak_sums, weigh_walk_ratios
 from tests.signal.test_comb import FS_HZ, LINE_HZ, SHAFT_HZ, comb
 
 BLOCKS, MODES, DRAWS, STEPS = 96, 24, 8000, 300
@@ -45,9 +45,9 @@ def drawn_slip(ratio: float, rng: np.random.Generator, draws: int = DRAWS) -> tu
     covariance[1:, 1:] += ratio * np.diag(share)
     covariance[0, 1:] = covariance[1:, 0] = ratio * cross
     sample = rng.standard_normal((draws, MODES + 1)) @ np.linalg.cholesky(covariance).T
-    weight = np.array([weigh(row, share)[0] for row in sample[:, 1:]])
-    carried = weight @ (RATIOS[:, None] * cross / (1 + RATIOS[:, None] * share))
-    return weight @ np.log1p(RATIOS), np.abs(sample[:, 0] - np.sum(carried * sample[:, 1:], axis=1))
+    weight = np.array([weigh_walk_ratios(row, share)[0] for row in sample[:, 1:]])
+    carried = weight @ (WALK_RATIOS[:, None] * cross / (1 + WALK_RATIOS[:, None] * share))
+    return weight @ np.log1p(WALK_RATIOS), np.abs(sample[:, 0] - np.sum(carried * sample[:, 1:], axis=1))
 
 
 def slip_coverage(table: dict[str, Any], spread: FloatArray, error: FloatArray) -> float:

@@ -22,10 +22,10 @@ from srbval.signal import (
     rotate_axes,
     squared_envelope_one_pass,
 )
-from srbval.signal.envelope import ORDER, check_band
+from srbval.signal.envelope import FILTER_ORDER, check_band
 from srbval.signal.locked import locked_mean, steady_tone
 from srbval.signal.order_tracking import spline
-from srbval.signal.periodogram import decimated
+from srbval.signal.periodogram import decimate
 
 FS_HZ, COUNT = 20_480.0, 61_440
 BANDS_HZ = [(1400.0, 2800.0), (500.0, 1500.0), (2000.0, 4000.0)]
@@ -40,7 +40,7 @@ INSIDE = slice(END, -END)
 
 def bandpass(samples, fs_hz, band_hz):
     """The paper's filter: a Butterworth band-pass forward and backward."""
-    sections = scipy.signal.butter(ORDER, band_hz, btype="bandpass", fs=fs_hz, output="sos")
+    sections = scipy.signal.butter(FILTER_ORDER, band_hz, btype="bandpass", fs=fs_hz, output="sos")
     return scipy.signal.sosfiltfilt(sections, samples)
 
 
@@ -306,7 +306,7 @@ KNOTS = [(np.array([0.0, 1.0, 3.0, 4.0]), np.linspace(-1, 5, 25)), (np.cumsum(dr
 @pytest.mark.parametrize(
     ("ours", "theirs"),
     [
-        *((decimated(drawn(1001), n), scipy.signal.resample_poly(drawn(1001), 1, n)) for n in (2, 3, 14)),
+        *((decimate(drawn(1001), n), scipy.signal.resample_poly(drawn(1001), 1, n)) for n in (2, 3, 14)),
         *((spline(x, drawn(x.size), at), scipy.interpolate.CubicSpline(x, drawn(x.size))(at)) for x, at in KNOTS),
         *((log_student(x, n), scipy.stats.t.logpdf(x, n)) for x in (0.0, 0.3, 50.0) for n in (1, 4, 30)),
     ],

@@ -11,7 +11,7 @@ from srbval.signal.comb import read_comb
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.false_alarm import (
     COMBS,
-    GRID,
+    GRID_PER_HALF_WINDOW,
     false_alarm,
     fundamentals,
     joint_false_alarm,
@@ -127,7 +127,7 @@ def test_a_comb_is_no_rarer_than_one_in_the_windows_that_share_no_line():
     """The strongest comb of a record stands in one of so few windows, whichever that is."""
     record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
     assert rank(record, TRUE_HZ * 1.003) == LEAST
-    windows = pool(TRUE_HZ).size / (2 * GRID)
+    windows = pool(TRUE_HZ).size / (2 * GRID_PER_HALF_WINDOW)
     found = rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, pool(TRUE_HZ))
     assert found.whole_false_alarm == pytest.approx(1 / (windows + 1))
     assert joint_false_alarm(0.0, found.false_alarm, found.whole_false_alarm) > 0.1 / (windows + 1)

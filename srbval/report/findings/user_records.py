@@ -9,7 +9,7 @@ from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.counterpart import SimulationCase, run_cases
-from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, only_error, read_record, summary_of
+from srbval.diagnosis.records import FailedFile, RecordReading, RecordRequest, common_error, read_record, summary_of
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
@@ -118,7 +118,7 @@ def gather_user_records(
         except SrbvalError as error:
             failed.append(FailedFile(file=file, error=error))
     if not records:
-        raise only_error(failed)
+        raise common_error(failed)
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
     analyses = [record.analysis for record in records]
     used = [one.recording for one in (*analyses, *(r.baseline.analysis for r in records if r.baseline is not None))]
