@@ -22,7 +22,7 @@ LEAST_SAMPLES = 64  # least number of independent samples of an envelope for its
 BANDWIDTH = 1.5  # B of the Morlet wavelet exp(-x^2 / B) exp(2 i pi x), x in periods of its row: some 18 %
 REACH = 5  # half length of the wavelet in periods, at 6e-8 of its peak
 LARGEST_SHARE = 0.1  # highest row, as a share of the sampling rate: above it the wavelet has too few samples
-ROWS, COLUMNS = 120, 800
+SCALOGRAM_ROWS, SCALOGRAM_COLUMNS = 120, 800
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 
 
@@ -172,7 +172,12 @@ class Scalogram:
 
 
 def morlet_scalogram(
-    samples: FloatArray, fs_hz: float, *, range_hz: tuple[float, float], rows: int = ROWS, columns: int = COLUMNS
+    samples: FloatArray,
+    fs_hz: float,
+    *,
+    range_hz: tuple[float, float],
+    rows: int = SCALOGRAM_ROWS,
+    columns: int = SCALOGRAM_COLUMNS,
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], as in the paper's Figure 14, with at most `rows` and `columns`.
 

@@ -16,7 +16,7 @@ from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.report.blocks import Badge
 from srbval.signal import Scalogram, morlet_scalogram, power_density
-from srbval.signal.spectrum import COLUMNS, ROWS, SCALOGRAM_HZ
+from srbval.signal.spectrum import SCALOGRAM_COLUMNS, SCALOGRAM_HZ, SCALOGRAM_ROWS
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows of a race fault or more
@@ -213,7 +213,7 @@ def fault_cursors(
 def envelope_scalogram(shown: RecordView) -> Scalogram:
     """Wavelet transform of the envelope shown."""
     envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
-    return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
+    return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=SCALOGRAM_ROWS, columns=SCALOGRAM_COLUMNS)
 
 
 def power_share_near_line(image: Scalogram, line_hz: float) -> float:
