@@ -1,4 +1,4 @@
-"""Healthy records: comparison of a record's lines with them, and their noise under a simulated run."""
+"""Comparison of a record with a healthy record of the same machine."""
 
 import math
 from collections.abc import Mapping
@@ -35,10 +35,10 @@ RISEN_RATIO = 2.0  # from which a line has risen, if the 95 % interval excludes 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """A healthy record analysed in the band of the record that is compared with it.
+    """Healthy record, analysed in the band of the record that is compared with it.
 
-    `conditions` lists differences in speed or load that make the records incomparable, `remarks` all others; `fault` is
-    the headline of the verdict on the healthy record itself if it names a fault.
+    `conditions` lists differences in speed or load that make the records incomparable, `remarks` all other differences.
+    `fault` is the headline of the healthy record's own verdict if it names a fault.
     """
 
     analysis: Analysis
@@ -49,11 +49,11 @@ class Baseline:
 
 @dataclass(frozen=True, kw_only=True)
 class BaselineComparison:
-    """The fault lines of a record compared with those of a healthy one.
+    """Comparison of the fault lines of a record with a healthy record.
 
-    `ratios` are the modulations of all lines that stand out over the healthy record's, by name, with 95 % intervals.
-    `line` is the deepest line that has risen, `risen` its part. `baseline` is the file of a comparable healthy record.
-    `by_level` is true if levels are compared, not shares of the mean.
+    `ratios` contains, for each line above the noise, its modulation over the healthy record's, and the 95 % interval.
+    `line` is the deepest risen line, `risen` its part. `baseline` is the file of a comparable healthy record.
+    `by_level` is true if the squared envelopes are compared in their unit, false if as shares of their mean.
     """
 
     JSON_OMITTED: ClassVar = ("ratios",)
@@ -69,7 +69,7 @@ class BaselineComparison:
 
     @property
     def times(self) -> str:
-        """Words after a ratio: of levels, or of depths of modulation if the unit of a record is not known."""
+        """Words after a ratio: "times as high" for levels, "times as deep" for depths of modulation."""
         return "times as high" if self.by_level else "times as deep"
 
 
@@ -77,9 +77,9 @@ NO_HEALTHY = BaselineComparison(sentence="There is no healthy record of the same
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
-    """The registered healthy record of the same rig, speed and load; raises what loading it raises.
+    """Load the registered healthy record of the same rig, speed and load; raises the errors of loading it.
 
-    None without such a record, if it is the record itself in another file, or if the scale of one of both is missing.
+    Returns None if no such record is registered, it is the same signal, or either record has no scale.
     """
     entry = healthy_baseline(analysis.recording)
     if entry is None:
@@ -98,10 +98,11 @@ def _is_same_signal(one: Recording, other: Recording) -> bool:
 
 
 def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float | None = None) -> Recording:
-    """Load a healthy record from its file, with the settings of the record that is compared with it.
+    """Load a healthy record with the `settings` of the record that is compared with it.
 
-    Its own speed, state, loads, unit and sensitivity go before; its `scale` is given or registered, since each file has
-    its own gain. Raises `ConfigurationError` if it is declared faulty, or a scale is given for the other record alone.
+    The healthy file's own speed, state, loads, unit and sensitivity have priority. Its `scale` is given or registered,
+    since each file has its own gain. Raises `ConfigurationError` if the file is declared faulty, or if a scale is given
+    for the other record alone.
     """
     if not isinstance(path, str | Path):
         return recording_of(path)
@@ -126,9 +127,10 @@ def load_healthy(path: RecordSource, settings: RecordingSettings, scale: float |
 
 
 def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
-    """Analyse `healthy` in the band of `analysis`; raises what `analyse` raises.
+    """Analyse `healthy` in the band of `analysis` and list the differences between both records.
 
-    Raises `ConfigurationError` if both are the same record, `DataError` if a scale is missing.
+    Raises `ConfigurationError` if both are the same record or `healthy` does not contain the band, `DataError` if a
+    scale is missing, and the errors of `analyse`.
     """
     ours, processed = analysis.recording, analysis.processed
     if _is_same_signal(healthy, ours):
@@ -170,7 +172,10 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
 
 
 def require_one_unit(ours: Recording, healthy: Recording) -> None:
-    """Raise `ConfigurationError` if a unit that the user states makes the backgrounds differ as g and m/s2 do."""
+    """Raise `ConfigurationError` if the user states one unit for both records but one is in g and one in m/s2.
+
+    The units are compared by the ratio of the backgrounds.
+    """
     noted = {note.split()[0] for one in (ours, healthy) for note in one.notes if note.endswith("given by the user")}
     long_enough = min(ours.samples, healthy.samples) >= SEGMENT_SAMPLES
     if "unit" not in noted or "scale" in noted or not long_enough or ours.fs_hz != healthy.fs_hz:
@@ -190,10 +195,11 @@ def require_one_unit(ours: Recording, healthy: Recording) -> None:
 
 
 def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
-    """Compare the fault lines of `analysis` with those of a healthy record in the same band.
+    """Compare the fault lines of `analysis` with a healthy record in the same band.
 
-    Modulations are compared in the unit of the squared envelope if both records are in m/s2, else as depths. Nothing is
-    compared if a `Baseline` states `conditions` that differ. Raises `ValueError` for different bands.
+    Modulations are compared in the unit of the squared envelope if both records are in m/s2, otherwise as depths.
+    Nothing is compared if the `conditions` of a `Baseline` differ or it has a fault. Raises `ValueError` for different
+    bands.
     """
     if baseline is None:
         return NO_HEALTHY
@@ -240,14 +246,14 @@ def _both_in_m_s2(one: Analysis, other: Analysis) -> bool:
 
 
 def short_ratio(ratio: float) -> str:
-    """A ratio with three digits and without an exponent."""
+    """Format a ratio with three digits and without an exponent."""
     return f"{float(f'{ratio:.3g}'):,g}"
 
 
 def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over the baseline's with its 95 % interval; None if the baseline's is out of reach.
+    """Modulation of `line` over the baseline's, and the 95 % interval; None if the baseline's cannot be read.
 
-    If the baseline's peak is another line, its own line is taken at the highest level that is not detected.
+    If the baseline's peak is another line, the highest modulation that is not detected is used instead.
     """
     scaled = _both_in_m_s2(analysis, baseline)
     before = baseline.line(line.name)
@@ -265,7 +271,7 @@ def _modulation_ratio(analysis: Analysis, line: Line, baseline: Analysis) -> tup
 
 
 def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
-    """Amplitude of the line in the squared envelope: share of its mean, or (m/s2) squared."""
+    """Amplitude of a line in the squared envelope: in (m/s2) squared if `scaled`, otherwise as a share of its mean."""
     depth = line.depth or 0.0
     if not scaled or analysis.recording.channel is None:
         return depth

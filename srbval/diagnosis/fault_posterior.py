@@ -1,9 +1,8 @@
-"""Combs and lines of a bearing, weighed together to posterior probabilities of the state that a record shows.
+"""Posterior probabilities of the state of a bearing, from its combs, its lines and a comparison with a healthy record.
 
-Combs are searched after cepstrum prewhitening in all parts of the whole band together, on one scale for all parts: no
-band is chosen. A state is healthy, a fault of one part, two faults, something else (a strong comb of no line of the
-bearing), or a fault whose part is open. Combs, lines of the table and a comparison with a healthy record are one
-evidence, the one source of the verdict.
+Combs are searched after cepstrum prewhitening in all parts of the whole band together; no band is chosen. A state is
+healthy, a fault of one part, two faults, something else (a strong comb of no line of the bearing), or a fault of an
+unknown part.
 """
 
 import itertools
@@ -53,10 +52,11 @@ RECORD_CORRELATION = 0.5  # of two records of one bearing: 0.36 in 84 healthy re
 
 @dataclass(frozen=True, kw_only=True)
 class Comb:
-    """A comb: its `excess` over a typical comb of the record, its fundamental, and the `depth` of its first line.
+    """Comb of lines at multiples of `found_hz`, which is None if no comb is within the record's reach.
 
-    `explained_by` names the source of which it is a multiple: the mains, or a comb as high and half as deep. `found_hz`
-    is None out of the record's reach.
+    `excess` is its score minus the score of a typical comb of the record, `depth` the modulation depth of its first
+    line. `explained_by` names a source of which the comb is a multiple: the mains, the shaft, or a comb at least as
+    high and half as deep.
     """
 
     excess: float = 0.0
@@ -66,9 +66,10 @@ class Comb:
 
     @property
     def log_ratio(self) -> float:
-        """Log likelihood ratio of a fault over none: a comb must be higher than chance and deeper than a healthy one.
+        """Log likelihood ratio of a fault to no fault; minus `ONSET` if the comb is explained by another source.
 
-        Twice as deep lines raise the excess by 2 log 2 each, so that both limits have one slope.
+        The comb must be higher than chance combs and deeper than combs of healthy bearings. Lines twice as deep raise
+        the excess by 2 log 2 each, so both limits have one slope.
         """
         if self.explained_by or not self.depth:
             return -ONSET
@@ -78,10 +79,10 @@ class Comb:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultScores:
-    """The combs of all faults and the strongest unexplained one, `OTHER_CAUSE`, by the name of the fault.
+    """Combs of a record by cause: each fault, and `OTHER_CAUSE` for the strongest unexplained comb.
 
-    `second` are the combs without the lines of the `strongest`, empty if none is evidence. `cage` is the comb at the
-    cage's frequency, which names no fault.
+    `first` contains the combs in the whole spectrum, `second` the combs without the lines of the `strongest` comb; it
+    is empty if no comb is evidence. `cage` is the comb at the cage frequency, which identifies no fault.
     """
 
     first: Mapping[str, Comb]
@@ -92,15 +93,15 @@ class FaultScores:
 
     @property
     def unexplained_order(self) -> float | None:
-        """Order of the strongest unexplained comb; None without one."""
+        """Shaft order of the strongest unexplained comb; None if there is no such comb."""
         found_hz = self.first[OTHER_CAUSE].found_hz
         return None if found_hz is None else found_hz / self.shaft_hz
 
 
 def fault_scores(analysis: SpeedSearch, more: Sequence[SpeedSearch] = ()) -> FaultScores:
-    """Score a record about the speed that its analysis found; `more` records of the machine are pooled with it.
+    """Score the combs of a record at the shaft speed of its analysis.
 
-    The spectra of those are averaged at equal orders of their own speeds.
+    The spectra of `more` records of the machine are averaged with the record's spectrum at equal shaft orders.
     """
     speed, bearing = analysis.speed, analysis.bearing
     every = [analysis.processed]
@@ -133,7 +134,7 @@ def _comb(spectrum: CombSpectrum, at: int | None, typical: float, explained_by: 
 
 
 def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typical: float) -> dict[str, Comb]:
-    """Combs of all faults about their kinematic frequencies, and the strongest one at an order that means nothing."""
+    """Find the comb at each fault's kinematic frequency, and the strongest comb at an order without a known cause."""
     speed, found = analysis.speed, dict[str, Comb]()
     families = families_of(analysis.bearing, speed.value_hz)
     for fault, family in zip(DEFECTS, families, strict=False):
@@ -146,9 +147,9 @@ def _combs(spectrum: CombSpectrum, analysis: SpeedSearch, relative: float, typic
 
 
 def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed) -> str:
-    """The source of which a fault's comb is a multiple, in words: mains, shaft or another comb; empty without one.
+    """Name the source of which a fault's comb is a multiple: mains, shaft or a lower comb; empty if there is none.
 
-    A roller strikes both races once a turn, so the comb at half of its line is its own.
+    A comb at half of a roller's line is no such source, since a damaged roller strikes both races in one revolution.
     """
     found_hz = float(spectrum.frequency_hz[at])
     near_hz = max(spectrum.bin_hz / 2, SLIP_SPREAD * found_hz)
@@ -172,12 +173,12 @@ def _source_of(spectrum: CombSpectrum, at: int, fault: Fault, speed: ShaftSpeed)
 def log_likelihood(
     views: Sequence[FaultScores], lines: Mapping[str, int], *, stands: bool, elsewhere: FaultScores | None = None
 ) -> dict[str, float]:
-    """Log likelihood ratio of each class over healthy, for use with any prior.
+    """Log likelihood ratio of each class to healthy, for use with any prior.
 
-    It is the mean likelihood over several `views` (channels or speeds): any may show the class. `lines` counts the
-    reasons that the table gives for each part, 1 for its line that stands out and 2 for one that has risen. With
-    `stands` something in the table stands out, whatever its part. If the combs `elsewhere`, at a speed outside the
-    stated tolerance, are those of another part, the part is open.
+    The likelihood is the mean over all `views` (channels or speeds): a fault may be visible in any view. `lines`
+    contains the weight of the table's line of each part: 0 for no peak, 1 for an unexplained peak, 2 for a risen line.
+    `stands` is true if the table contains any unexplained line. If the strongest of the combs `elsewhere`, at a speed
+    outside the stated tolerance, belongs to another cause, the faulty part is unknown.
     """
     found = [_comb_log_ratios(view, lines) for view in views]
     mean = np.logaddexp.reduce([[one[name] for name in CLASSES] for one in found]) - math.log(len(found))
@@ -191,10 +192,10 @@ def log_likelihood(
 
 
 def _comb_log_ratios(view: FaultScores, lines: Mapping[str, int]) -> dict[str, float]:
-    """Log likelihood ratios by the combs of one view.
+    """Log likelihood ratio of each class from the combs of one view.
 
-    The strongest comb has a second one beside it, or none; a comb of another machine part is no evidence against a
-    fault, and neither is a silent comb against a part whose line has risen.
+    The strongest comb may have a second cause beside it. A comb of another machine part is no evidence against a fault,
+    and a missing comb is no evidence against a part whose line has risen.
     """
 
     def ratio(name: str, comb: Comb) -> float:
@@ -225,10 +226,10 @@ def probabilities(log_likelihood: Mapping[str, float]) -> dict[str, float]:
 
 
 def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Log likelihood ratios of n records of one bearing together: their sum over 1 + (n - 1) `RECORD_CORRELATION`.
+    """Combine the log likelihood ratios of n records of one bearing: their sum over 1 + (n - 1) `RECORD_CORRELATION`.
 
-    The design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). A line that one record shows is open
-    for the machine.
+    The divisor is the design effect of cluster samples (Kish 1965, Survey Sampling, sect. 5.4). The class of an unknown
+    part has the largest ratio of all records.
     """
     count = len(log_likelihoods)
     effect = 1 + (count - 1) * RECORD_CORRELATION
@@ -237,20 +238,20 @@ def of_one_machine(log_likelihoods: Sequence[Mapping[str, float]]) -> dict[str, 
 
 
 def most_probable(probabilities: Mapping[str, float]) -> str:
-    """The most probable class."""
+    """Class of the highest probability."""
     return max(probabilities, key=lambda name: probabilities[name])
 
 
 def share_of(state: str, probabilities: Mapping[str, float]) -> float:
-    """Probability that all parts of a class are faulty, alone or with others; at most `MAX_PROBABILITY`."""
+    """Probability that all parts of a class are faulty, alone or with other parts; at most `MAX_PROBABILITY`."""
     parts = set(state.split("+"))
     return min(MAX_PROBABILITY, sum(share for name, share in probabilities.items() if parts <= set(name.split("+"))))
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
-    """The most probable class if it is probable enough to be called, healthy from one half up, else `UNDECIDED`.
+    """Select the most probable class, or `UNDECIDED` if its probability (`share_of`) is too low.
 
-    A part may be faulty alone or beside another; two parts are called if both are.
+    Healthy needs one half, every other class `MIN_NAMED_PROBABILITY`.
     """
     best = most_probable(probabilities)
     least = 1 / 2 if best == Fault.HEALTHY else MIN_NAMED_PROBABILITY
@@ -258,12 +259,12 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def stands_out(excess: float) -> bool:
-    """True for a comb that is 1 / `SECOND_CAUSE_SHARE` times as probable with a cause as without."""
+    """True if a comb of this excess is 1 / `SECOND_CAUSE_SHARE` times as probable with a cause as without."""
     return SLOPE * excess - ONSET >= -math.log(SECOND_CAUSE_SHARE)
 
 
 def faults_of(name: str) -> tuple[Fault, ...]:
-    """The faults of a class, none if it names no part."""
+    """Faulty parts of a class; empty if the class names no part."""
     return tuple(fault for fault in DEFECTS if fault.value in name.split("+"))
 
 

@@ -1,10 +1,9 @@
-"""The state that a record shows, and the one verdict on it.
+"""Verdict on a record: a fault is named, nothing is found, or the state is undecided.
 
-Combs, lines of the table and the comparison with a healthy record are weighed in one posterior (`diagnose`). Headline,
-reasons and tone of a report, the text of ``analyse`` and its JSON follow from it alone (`fault_verdict`). *Named*: a
-fault has two thirds. *Nothing found*: healthy has more than one half and both race lines were searched. *Undecided*:
-all others, such as a line above the noise that is not as in a comparable healthy record. The declared state of a record
-is not used.
+`diagnose` combines the combs, the table of lines and the comparison with a healthy record to one posterior probability
+per class. `fault_verdict` derives headline, reasons and JSON from these probabilities alone. *Named*: a fault has two
+thirds or more. *Nothing found*: healthy has one half or more and both race lines were searched. *Undecided*: all other
+records. The declared state of a record is not used.
 """
 
 import enum
@@ -60,10 +59,12 @@ DETECTABLE_SNR = (math.sqrt(LEAST_SNR) + 1.645 / math.sqrt(2)) ** 2
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosis(Shown):
-    """Class called (`state`, "undecided" if none is probable enough) and `probabilities` of all classes.
+    """Most probable state of a record and the evidence for it.
 
-    `log_likelihood` is that of each class over healthy, for other priors. `standing` lists all in the table of lines
-    that stands out. `channel` shows the class best, and `scores` belong to it.
+    `state` is a class, or "undecided" if no class is probable enough; `probabilities` contains all classes.
+    `log_likelihood` contains the log likelihood ratio of each class to healthy, for use with other priors. `standing`
+    describes the unexplained lines of the table. `scores` are the comb scores of the clearest channel, `channel`, None
+    if there is only one.
     """
 
     state: str
@@ -75,16 +76,16 @@ class Diagnosis(Shown):
 
     @property
     def shown_probabilities(self) -> dict[str, float]:
-        """Probabilities by class in words, of two faults at once if it is not small."""
+        """Probabilities by label; two faults at once are left out if improbable."""
         return {LABELS[name]: x for name, x in self.probabilities.items() if "+" not in name or x >= SECOND_CAUSE_SHARE}
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
-        """The probabilities, for a notebook."""
+        """Sentence and table of probabilities for a notebook."""
         return self.sentence, [{"class": name, "probability": x} for name, x in self.shown_probabilities.items()]
 
     @property
     def sentence(self) -> str:
-        """The diagnosis in words."""
+        """Probabilities, named fault, strongest unexplained comb and cage comb in sentences."""
         shares = ", ".join(f"{name} {100 * share:.0f} %" for name, share in self.shown_probabilities.items())
         answer = "no fault is named" if self.state == Fault.HEALTHY else "no part is probable enough to be named"
         if faults_of(self.state):
@@ -110,10 +111,10 @@ class Diagnosis(Shown):
 def diagnose(
     analysis: Analysis, comparison: BaselineComparison = NO_HEALTHY, *, all_channels: bool = False
 ) -> Diagnosis:
-    """Diagnose an analysed record, by itself or compared with a healthy one.
+    """Compute the diagnosis of an analysed record, compared with a healthy record if given.
 
-    With `all_channels` other channels of the record are views too. If the speed was estimated from the record, the
-    stated speed within its tolerance is a further view: the estimate may belong to another shaft.
+    With `all_channels` the other channels of the record are scored too. If the speed was estimated from the record, the
+    combs are also scored at the stated speed: the estimate may belong to another shaft.
     """
     return weigh_evidence(score_views(analysis, all_channels=all_channels), analysis, comparison)
 
@@ -121,7 +122,7 @@ def diagnose(
 def weigh_evidence(
     views: Sequence[tuple[str | None, FaultScores]], analysis: Analysis, comparison: BaselineComparison
 ) -> Diagnosis:
-    """Diagnosis from channel and scores of each view, the table of lines, and the comparison."""
+    """Combine the comb scores of all views (channel, scores), the table of lines and the comparison to a diagnosis."""
     standing, elsewhere = tuple(_describe_standing(analysis, comparison)), None
     lines = {
         part.value: 2 if x.name == comparison.line else int(_is_unexplained(x, comparison))  # risen, or unexplained
@@ -146,7 +147,10 @@ def weigh_evidence(
 
 
 def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | None, FaultScores]]:
-    """Channel and scores of each view of a record, see `diagnose`; channels are of the same length, not constant."""
+    """Score the combs of each channel, and of each speed if the speed is estimated; see `diagnose`.
+
+    Channels that are constant or differ in length are left out.
+    """
     if isinstance(analysis, LongAnalysis):
         return list(analysis.views)
     recording, done = analysis.recording, analysis.processed
@@ -161,7 +165,7 @@ def score_views(analysis: Analysis, *, all_channels: bool) -> list[tuple[str | N
 
 
 def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
-    """True if a first line stands out and is not as in a comparable healthy record; of the cage, only a deep line."""
+    """True if a first harmonic exceeds the noise and is deep or has risen; a cage line must be deep."""
     is_deep = (line.depth or 0.0) >= SHALLOW_DEPTH
     stands = line.stands_out if Fault.of_line(line.name) else line.detected and is_deep  # a healthy cage has a line
     ratio, _ = comparison.ratios.get(line.name, (math.inf, None))
@@ -169,7 +173,7 @@ def _is_unexplained(line: Line, comparison: BaselineComparison) -> bool:
 
 
 def _describe_standing(analysis: Analysis, comparison: BaselineComparison) -> Iterator[str]:
-    """All in the table that stands out, in a few words each: risen lines first, then the highest."""
+    """Describe the unexplained lines of the table in a few words each: the risen line first, then by height."""
     if comparison.line is not None:
         yield f"{comparison.line} {short_ratio(comparison.ratio or 0.0)} {comparison.times} as in the healthy record"
     for line in sorted((x for x in analysis.lines if x.is_first), key=lambda x: -(x.snr or 0.0)):
@@ -198,9 +202,10 @@ class Finding(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class FaultVerdict:
-    """Verdict on a record: the `parts` named, a `headline`, and `reasons`, first the `advice` if no part is named.
+    """Verdict on a record: the faulty `parts` named, a `headline` and `reasons`.
 
-    `finding` and `diagnosis` are None if the record is not measured.
+    `finding` and `diagnosis` are None if the record is not measured. `advice` is also the first reason; it is empty if
+    a part is named.
     """
 
     finding: Finding | None
@@ -213,7 +218,7 @@ class FaultVerdict:
 
     @property
     def answer(self) -> str:
-        """Headline and probability in one sentence."""
+        """Headline and probability of the most probable class in one sentence."""
         if self.diagnosis is None:
             return self.sentence
         name = most_probable(self.diagnosis.probabilities)
@@ -222,23 +227,23 @@ class FaultVerdict:
 
     @property
     def part(self) -> Fault | None:
-        """The part named, of two the one whose comb is stronger."""
+        """Named part with the stronger comb; None if no part is named."""
         return self.parts[0] if self.parts else None
 
     @property
     def sentence(self) -> str:
-        """Headline and reasons."""
+        """Headline and reasons in one text."""
         return " ".join((f"{self.headline}.", *self.reasons))
 
     def beside(self, declared: Fault | None) -> str:
-        """The declared state compared with the verdict, in words; empty if no state is declared."""
+        """Compare the declared state with the verdict, in one sentence; empty if no state is declared."""
         if declared is None:
             return ""
         other = bool(self.parts) and declared not in self.parts
         return f"Declared: {declared.label}{', which is not what was found: check the label' if other else ''}."
 
     def to_dict(self) -> dict[str, Any]:
-        """The entry ``fault`` of JSON documents."""
+        """Entry ``fault`` of JSON documents."""
         named, compared = self.diagnosis, self.comparison
         return {
             "verdict": self.finding,
@@ -261,9 +266,9 @@ class FaultVerdict:
 def fault_verdict(
     analysis: Analysis, baseline: Baseline | Analysis | RecordSource | None = None, *, all_channels: bool = False
 ) -> FaultVerdict:
-    """Judge an analysed record, compared with a healthy record if given.
+    """Compute the verdict on an analysed record, compared with a healthy record if given.
 
-    `all_channels`: see `diagnose`. Raises what `compare_with_baseline` and `baseline_of` raise.
+    For `all_channels` see `diagnose`. Raises the errors of `compare_with_baseline` and `baseline_of`.
     """
     if isinstance(baseline, RecordSource):
         baseline = baseline_of(analysis, recording_of(baseline))
@@ -277,7 +282,7 @@ def fault_verdict(
 
 
 def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Diagnosis) -> FaultVerdict:
-    """Verdict on a measured record, which follows from the probabilities of its diagnosis."""
+    """Derive the verdict on a measured record from the probabilities of its diagnosis."""
     first, shares = diagnosis.scores.first, diagnosis.probabilities
     parts = tuple(sorted(faults_of(diagnosis.state), key=lambda part: -first[part].excess))
     unseen = [name for name in RACE_LINES if smallest_detectable_depth(analysis.line(name), comparison) >= STRUCK_DEPTH]
@@ -344,10 +349,10 @@ def verdict_of(analysis: Analysis, comparison: BaselineComparison, diagnosis: Di
 
 
 def smallest_detectable_depth(line: Line, comparison: BaselineComparison) -> float:
-    """Depth from which a line at the frequency of `line` stands out in 95 of 100 records; infinite if it cannot.
+    """Modulation depth from which the line is detected in 95 of 100 records; infinite if it cannot be detected.
 
-    Such a line has `DETECTABLE_SNR` times the power of the noise or, if the healthy bearing has a line there too,
-    `RISEN_RATIO` times its depth; it has the harmonics of impacts.
+    The power of such a line is `DETECTABLE_SNR` times the noise. If the healthy bearing has the line too, the depth is
+    `RISEN_RATIO` times the depth in this record. The line is assumed to have the harmonics of impacts.
     """
     if line.not_detected in (NotDetected.OUT_OF_REACH, NotDetected.HIDDEN) or not line.snr or line.depth is None:
         return math.inf

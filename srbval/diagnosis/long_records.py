@@ -1,14 +1,14 @@
-"""Long records: read in parts as short as the records on which the method was set, and judged by all parts together.
+"""Analysis of long records in parts as short as the records on which the method was calibrated.
 
-The fifth harmonic of a line stays within a bin only while the shaft turns evenly. If the speed walks by 1 % in half an
-hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are lost
-in 60 s. All numbers of the verdict were set on records of 1 to 13 s. No sensitivity that counts is lost: a modulation
-of `fault_posterior.DEPTH` is 80 times the noise in 10 s of a band of 2 kHz.
+The fifth harmonic of a line stays within a bin only while the shaft turns evenly. If the speed changes by 1 % in half
+an hour, or the spacing of impacts scatters by 1 %, combs are at least as strong in parts of 10 s as in 20 s, and are
+lost in 60 s. All numbers of the verdict were set on records of 1 to 13 s. Short parts are sensitive enough: a
+modulation of `fault_posterior.EVEN_ODDS_DEPTH` is 80 times the noise in 10 s of a band of 2 kHz.
 
-The combs of every part are scored, each at its own speed, and the mean likelihood of all decides, as of channels of
-which any may show the fault. The table of lines is that of one part. The parts are sorted by their strongest fault
-comb; tried are the part that is as clear as half of all, then a quarter, and so on to the clearest, each with as many
-trials as there are parts for one as clear. The first that shows a fault line is taken, else that of the half.
+The combs of every part are scored at its own speed, and the mean likelihood of all parts decides. The table of lines
+comes from one part. The parts are sorted by their strongest fault comb. The part at one half of this order is tried
+first, then at one quarter, and so on to the clearest, each with as many trials as there are parts for one as clear. The
+first part with a fault line is used, otherwise the part at one half.
 """
 
 import itertools
@@ -34,9 +34,10 @@ LEAST_PARTS = 3  # shorter records are read as a whole
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class LongAnalysis(Analysis):
-    """Analysis of the part, from `first_s` [s] on, that stands for a long record of so many `parts`.
+    """Analysis of the part of a long record that begins at `first_s` [s] and represents all its `parts`.
 
-    `as_clear` parts have a fault comb at least as strong; `views` are channel and scores of all parts that vibrate.
+    The fault comb of `as_clear` parts is at least as strong. `views` contains channel and scores of every part with
+    vibration.
     """
 
     parts: int
@@ -46,7 +47,7 @@ class LongAnalysis(Analysis):
 
     @property
     def read_in(self) -> str:
-        """How the record was read, in words."""
+        """Number and length of the parts, and the part whose lines are used, in words."""
         part_s = self.recording.seconds / self.parts
         return (
             f"read in {self.parts} parts of {part_s:.3g} s: probabilities from the combs of all; lines, band and "
@@ -54,17 +55,17 @@ class LongAnalysis(Analysis):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """The document of the part, and how the record was read."""
+        """Document of the part, with the entry ``long_record``."""
         keys = ("parts", "as_clear", "first_s", "read_in")
         return super().to_dict() | {"long_record": {key: getattr(self, key) for key in keys}}
 
 
 @one_thread()
 def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bool = False, **options: Any) -> Analysis:
-    """Analyse a record as `analyse` does with its `options`, and in parts if it is long.
+    """Analyse a record as `analyse` does with the same `options`, and a long record in parts.
 
-    With `all_channels` the other channels of a long record are views too. Parts without a vibration, or in which the
-    shaft stops, are left out; raises the `DataError` of the first if all are.
+    With `all_channels` the other channels of a long record are scored too. Parts without vibration, or in which the
+    shaft stops, are left out; raises the `DataError` of the first part if all are left out.
     """
     shaft_hz = recording.known_speed.value_hz
     count = math.floor(recording.seconds / max(PART_S, PART_TURNS / shaft_hz))
@@ -107,7 +108,7 @@ def analyse_by_parts(recording: Recording, bearing: Bearing, *, all_channels: bo
 
 
 def _scores(part: Recording, bearing: Bearing) -> FaultScores:
-    """Combs of a part at its own stated speed, without reading its lines."""
+    """Score the combs of a part at its stated speed, without reading its lines."""
     speed, tracking = part.known_speed, choose_tracking(part, bearing, part.known_speed)
     processed = process(part, band_hz=whole_band_of(part.fs_hz).band_hz, tracking=tracking)
     return fault_scores(SpeedSearch(processed=processed, bearing=bearing, lines=(), speed=speed))

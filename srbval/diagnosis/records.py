@@ -1,6 +1,6 @@
-"""From one file to its verdict, and from many files to theirs in parallel, or to a table of features.
+"""Analysis of records from file to verdict: one file, many files in parallel, or a table of features.
 
-The result of a file is stored under all that it depends on, so that an interrupted batch continues.
+The result of a file is stored under everything on which it depends, so an interrupted batch continues.
 """
 
 import json
@@ -69,10 +69,11 @@ ALARMS = {Finding.NAMED: "yes", Finding.UNDECIDED: "check", Finding.NOTHING_FOUN
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRequest:
-    """Request for one file, or a `recording` in its place; see `analyse`, `bearing_of`, `load_healthy` for the options.
+    """Request to analyse a file, or a `recording` in its place.
 
-    A band is chosen on the record with `auto_band`, and if neither the request nor a data set states one; records
-    whose levels are compared, `one_band`, have the whole band then.
+    The options are explained in `analyse`, `bearing_of` and `load_healthy`. A band is chosen from the record with
+    `auto_band`, and if neither the request nor a data set states a band; with `one_band` the whole band is used
+    instead, so that the levels of all records can be compared.
     """
 
     file: str = ""
@@ -89,7 +90,7 @@ class RecordRequest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordReading:
-    """One record from file to verdict; `cautions` concern its healthy record."""
+    """Record with its analysis, its healthy baseline and its verdict; `cautions` concern the baseline."""
 
     analysis: Analysis
     baseline: Baseline | None
@@ -97,7 +98,7 @@ class RecordReading:
     cautions: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The document of ``analyse --json``."""
+        """Document of ``analyse --json``."""
         recording, verdict = self.analysis.recording, self.verdict
         return self.analysis.to_dict() | {
             "channel": recording.channel,
@@ -112,25 +113,25 @@ class RecordReading:
 
 @dataclass(frozen=True, kw_only=True)
 class FailedFile:
-    """A file that could not be read or analysed, and the error."""
+    """File that could not be read or analysed, with its error."""
 
     file: str
     error: SrbvalError
 
     def to_dict(self) -> dict[str, str]:
-        """Its entry in JSON documents."""
+        """Entry of the file in JSON documents."""
         return {"file": self.file, "reason": str(self.error)}
 
 
 def build_request(asked: Mapping[str, Any]) -> RecordRequest:
-    """Request from the keywords of a call: its own fields, and those of the settings."""
+    """Build a request from keyword arguments: fields of `RecordRequest` and of `RecordingSettings`."""
     own = {field.name for field in fields(RecordRequest)}
     of_request = {key: value for key, value in asked.items() if key in own}
     return RecordRequest(settings=settings_of({k: v for k, v in asked.items() if k not in own}), **of_request)
 
 
 def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> list[RecordRequest]:
-    """Requests for files, those in folders included, recordings and runs, in their order."""
+    """List a request for each file, recording and run, in their order; folders are replaced by their files."""
     requests = []
     for source in sources:
         if isinstance(source, str | Path):
@@ -141,10 +142,11 @@ def requests_for(sources: Iterable[RecordSource], request: RecordRequest) -> lis
 
 
 def read_record(request: RecordRequest) -> RecordReading:
-    """Load, analyse, compare with the healthy record given or registered, and judge; raises what these raise.
+    """Load and analyse a record, compare it with a healthy record, and compute the verdict.
 
-    All that a file leaves open is asked for in one message (see `questions_error`). Without a stated
-    channel the other channels of the record are views too.
+    The healthy record is the given or the registered one. If several statements about the file are missing, one error
+    names them all (see `left_open`). If no channel is stated, all channels contribute to the verdict. Raises the errors
+    of all steps.
     """
     stored, all_channels = registered_settings(request.file), request.settings.channel is None
     request = replace(request, auto_band=request.auto_band or bool(stored.auto_band and request.band_hz is None))
@@ -192,7 +194,7 @@ def read_record(request: RecordRequest) -> RecordReading:
 def read_records(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> tuple[list[dict[str, Any]], list[FailedFile]]:
-    """Documents of many files, the most serious first, and the files that failed; see `answers_of`."""
+    """Analyse many files; returns their documents, the most serious first, and the failed files. See `answers_of`."""
     answers = answers_of(requests, jobs=jobs, progress=progress).values()
     read = [document for answer in answers if isinstance(answer, list) for document in answer]
     order = list(ALARMS)
@@ -203,9 +205,10 @@ def read_records(
 def answers_of(
     requests: Sequence[RecordRequest], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[RecordRequest, list[dict[str, Any]] | FailedFile]:
-    """Documents of each file, or its failure; `jobs` at a time (one per core).
+    """Analyse many files, `jobs` at a time (default: one per core); returns the documents of each file, or its failure.
 
-    A file without a stated channel has one document for each channel. Raises the error of the files if all fail.
+    A file without a stated channel has one document per channel. Stored results are reused. Raises the error of the
+    files if all fail.
     """
     register = repr(listing(or_none=True).recordings)
     contents = {request: _dependencies(request, register) for request in requests}
@@ -226,21 +229,21 @@ def answers_of(
 
 
 def _seriousness(document: dict[str, Any]) -> tuple[float, float]:
-    """Ascending sort key of documents of one verdict: the most probable fault in per cent, then the highest line."""
+    """Sort key of documents with one verdict: the most probable fault first (in per cent), then the highest line."""
     shares, line = document["fault"]["probabilities"], _highest_line(document)
     share = max((shares.get(part.value) or 0.0 for part in DEFECTS), default=0.0)
     return -round(100 * share), -line["snr"] if line else 0.0
 
 
 def _highest_line(document: dict[str, Any]) -> dict[str, Any] | None:
-    """The detected line of the part that is called, or else the highest that is detected."""
+    """Detected line of the named part, otherwise the highest detected line; None if no line is detected."""
     called = next((part.line for part in DEFECTS if part.value == document["fault"]["called"]), None)
     found = [line for line in document["lines"] if line["harmonic"] == 1 and line["detected"]]
     return max(found, key=lambda line: (line["name"] == called, line["snr"]), default=None)
 
 
 def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
-    """The error that all these files have in common, or an error that lists theirs."""
+    """Error that all failed files have in common, otherwise an error that lists all errors."""
     first, *others = {str(one.error).replace(one.file, ""): one.error for one in failed}.values()
     if not others:
         return first
@@ -250,9 +253,9 @@ def common_error(failed: Sequence[FailedFile]) -> SrbvalError:
 def separate_other_files(
     failed: Sequence[FailedFile], named: Collection[str], read: Sequence[dict[str, Any]]
 ) -> tuple[list[FailedFile], list[str]]:
-    """The failed files, and separately the files of a folder that are no recordings, such as a licence.
+    """Separate the failed files from files in a folder that are no recordings, such as a licence.
 
-    Such a file was not `named` itself, and has the suffix of no file that was `read`.
+    A file is no recording if it was not `named` itself and no file that was `read` has its suffix.
     """
     endings = {Path(one["file"]).suffix for one in read if one["file"]}
     other = [
@@ -275,9 +278,9 @@ def feature_table(found: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def summary_of(document: dict[str, Any]) -> dict[str, Any]:
-    """One row for a document: verdict, most probable fault and its probability, its line, `ALARMS`, features.
+    """Summarise a document in one row: verdict, most probable fault and its probability, its line, alarm, features.
 
-    `snr` is the height of the line, times the noise. The fault of a record in which nothing is found is None.
+    `snr` is the power of the line over the noise. The fault is None if nothing is found.
     """
     fault = document["fault"]
     shares = {part.label: fault["probabilities"].get(part.value) for part in DEFECTS}
@@ -299,9 +302,10 @@ def summary_of(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Entry of JSON documents for all measured records of one bearing together (`of_one_machine`).
+    """Judge all measured records of one bearing together (`of_one_machine`); returns the entry of JSON documents.
 
-    `ConfigurationError` if they name more than one. Records whose lines fit another speed than the stated are left out.
+    Records whose lines fit a speed outside the stated tolerance are left out. Raises `ConfigurationError` for records
+    of several bearings.
     """
     if len(names := sorted({document["bearing"] for document in documents})) > 1:
         raise ConfigurationError(
@@ -317,9 +321,9 @@ def machine_of(documents: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def diagnose_pooled(requests: Sequence[RecordRequest]) -> dict[str, Any]:
-    """Entry of JSON documents for records of one bearing, each too short to be read by itself: their mean spectra.
+    """Judge short records of one bearing together by their mean spectrum; returns the entry of JSON documents.
 
-    Raises what loading raises, and `DataError` if a record has fewer than `MIN_POOLED_TURNS` turns or all records
+    Raises the errors of loading, and `DataError` if a record has fewer than `MIN_POOLED_TURNS` turns or all records
     together fewer than `LEAST_REVOLUTIONS`.
     """
     found = [read_short(*_loaded(request)) for request in requests]
@@ -370,11 +374,11 @@ def record_features(
     progress: Progress = silent,
     **stated: Any,
 ) -> "pandas.DataFrame":
-    """Table of features: a row for each channel of each record, in the order of `sources`; columns as `feature_row`.
+    """Compute a table of features with a row for each channel of each record; columns as in `feature_row`.
 
-    `sources` are files, folders, recordings and runs. What they leave open is `stated`, as fields of `RecordRequest` or
-    `RecordingSettings` such as `bearing`, `rpm`, `channel`, `band_hz`, or by a `request`. All records have the band
-    that is stated, that of their data set, or the whole one; with `auto_band` each has its own. A record that cannot be
+    `sources` are files, folders, recordings or runs. `stated` are fields of `RecordRequest` or `RecordingSettings`,
+    such as `bearing`, `rpm`, `channel` or `band_hz`; a `request` replaces them. All records use the stated band, the
+    band of their data set, or the whole band; with `auto_band` each record has its own band. A record that cannot be
     read has a row with the `reason` alone. Raises the error of the records if all fail.
     """
     import pandas
@@ -397,10 +401,10 @@ def record_features(
 
 
 def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Row of the table for a document of `answers_of`; None for what could not be computed, for the `reason`.
+    """Convert a document of `answers_of` to a row of the table; a missing value is None, and `reason` explains it.
 
-    Each harmonic of a line has its height over the noise beside it (`snr`, power) and its modulation `depth` of the
-    squared envelope, whether the line is detected or not.
+    Each harmonic of a line has `snr`, its power over the local noise, and `depth`, its modulation of the squared
+    envelope, even if the line is not detected.
     """
     found, (low_hz, high_hz) = document["features"], document["band_hz"]
     unit, missing = found["unit"], [found["velocity_missing"]]
@@ -424,7 +428,7 @@ def feature_row(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
-    """The documents of a file, one for each channel if none is stated; or its error."""
+    """Analyse a file: a document for each channel, or for the stated channel; or the error."""
     try:
         settings = registered_settings(request.file, request.settings, request.band_hz)
         names = () if request.recording else open_channels(Path(request.file), settings)
@@ -437,7 +441,7 @@ def _read_channels(request: RecordRequest) -> list[dict[str, Any]] | FailedFile:
 
 
 def _reading_or_snapshot(request: RecordRequest) -> RecordReading | dict[str, Any]:
-    """Reading of a file or, of a record that is too short and only compared with others, its levels."""
+    """Analyse a record; if it is too short and is only compared with other records, compute its levels."""
     try:
         return read_record(request)
     except ShortRecordError:
@@ -453,7 +457,7 @@ def _loaded(request: RecordRequest) -> tuple[Recording, Bearing]:
 
 
 def _dependencies(request: RecordRequest, register: str) -> str:
-    """All that the documents of a file depend on; empty if the file cannot be read, or there is none."""
+    """Text of everything on which the documents of a file depend; empty if the file cannot be read."""
     if request.recording is not None or isinstance(request.healthy, Recording):
         return ""
     try:

@@ -1,14 +1,15 @@
 """Trend of the records of one machine: levels of its fault lines, RMS, velocity, and the first alarm.
 
 The level of a fault in a record is the RMS modulated by its line: the band's RMS times the root of the line's depth in
-the squared envelope. A level has risen if its logarithm x is above the prediction limit of a baseline, the first b
-records of the history, with mean m and standard deviation s::
+the squared envelope. A level has risen if its logarithm x is above the prediction limit of the baseline, which is the
+first b records of the history, with mean m and standard deviation s::
 
     x - m > t(b - 1, 1 - alpha / K) s sqrt(1 + 1 / b)
 
-for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted from memory, not
-checked). K counts all comparisons: by Bonferroni's inequality the chance of any false alarm in the whole history is at
-most alpha, as long as a healthy machine does not change: a change of load or temperature is a rise too.
+This is the limit for one further value of the same normal distribution (Hahn 1969, J. Am. Stat. Assoc. 64, 878; quoted
+from memory, not checked). K is the number of all comparisons: by Bonferroni's inequality the chance of any false alarm
+in the whole history is at most alpha, if the healthy machine does not change. A change of load or temperature is also a
+rise.
 """
 
 import csv
@@ -44,12 +45,13 @@ DB_PER_NEPER = 20 / math.log(10)  # of an amplitude's logarithm
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelTrend:
-    """Records of one channel in the order of time: `points` with file, time, rpm, velocity and zone.
+    """Records of one channel in the order of time.
 
-    Their `levels` are those of the lines and the RMS, in the recording's unit; `ci95_db` are 95 % half widths [dB];
-    `risen` names the levels above their limits. A record of another speed than the baseline's is not `comparable`.
-    `reference` are the geometric means of the baseline's levels, `limits` the levels above which they have risen,
-    `zones` the least velocities of B, C and D [mm/s]; `velocity_missing` is the reason for no velocity or no zone.
+    Each of the `points` contains file, time, rpm, velocity and zone; `levels` of the lines and the RMS in the
+    recording's unit; `ci95_db`, 95 % half widths [dB]; `risen`, the names of the levels above their limits; and
+    `comparable`, false if the speed differs from the baseline's. `reference` contains the geometric means of the
+    baseline's levels, `limits` the levels above which they have risen, `zones` the smallest velocities of zones B, C
+    and D [mm/s]. `velocity_missing` is the reason for a missing velocity or zone.
     """
 
     channel: str | None
@@ -61,25 +63,29 @@ class ChannelTrend:
     velocity_missing: str
 
     def rise_db(self, levels: Mapping[str, float], name: str) -> float | None:
-        """Level of a point, or a limit, over its reference [dB]; None if one of them is missing."""
+        """Level of a point, or a limit, relative to the baseline [dB]; None if one of them is missing."""
         value, before = levels.get(name), self.reference.get(name)
         return DB_PER_NEPER * math.log(value / before) if value and before else None
 
     @staticmethod
     def time_text(point: Mapping[str, Any]) -> str:
-        """Time of a point in words."""
+        """Format the time of a point."""
         time = point["time"]
         return time.isoformat(" ", "minutes") if isinstance(time, datetime) else f"{time:g}"
 
     @property
     def first_alarm(self) -> int | None:
-        """Index of the first record in which a level has risen."""
+        """Index of the first record in which a level has risen; None without an alarm."""
         return next((n for n, point in enumerate(self.points) if point["risen"]), None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trend:
-    """Trends of all channels; `baseline` is the number of first records, `comparisons` is K, `false_alarm` is alpha."""
+    """Trends of all channels of a machine.
+
+    `baseline` is the number of records in the baseline, `comparisons` is K and `false_alarm` is alpha of the module's
+    formula. `time_from` names the source of the times.
+    """
 
     JSON_PROPERTIES: ClassVar = ("answer", "alarm")
 
@@ -96,7 +102,7 @@ class Trend:
         return min(found, key=lambda one: one.first_alarm or 0, default=None)
 
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each record of each channel: levels of lines and RMS, velocity, zone and what has risen."""
+        """Rows of all records and channels: levels of lines and RMS, velocity, zone and risen levels."""
         rows = []
         for one, point in ((channel, point) for channel in self.channels for point in channel.points):
             levels = {f"{name}_{one.unit}": point["levels"].get(name) for name in one.reference}
@@ -113,7 +119,7 @@ class Trend:
 
     @property
     def answer(self) -> str:
-        """The line that has risen most, or else the RMS, since when, and its certainty, in one sentence."""
+        """Sentence about the line (else the RMS) with the highest rise: its rise, its start, the false-alarm chance."""
         count = max(len(one.points) for one in self.channels)
         first = self.alarm
         if not self.comparisons:
@@ -145,13 +151,13 @@ class Trend:
 
 
 def machine_classes() -> dict[str, tuple[float, ...]]:
-    """Velocities [mm/s] between zones A, B, C and D, by class of machine."""
+    """Velocities [mm/s] between zones A, B, C and D of ISO 20816-3, by class of machine."""
     found = read_toml(Path(__file__).with_name("iso_20816_3.toml"))["boundaries_mm_s"]
     return {name: tuple(values) for name, values in found.items()}
 
 
 def zone_boundaries(machine_class: str | None) -> tuple[float, ...]:
-    """Velocities between the zones of a class, none without a class; `ConfigurationError` for an unknown class."""
+    """Velocities [mm/s] between the zones of a class, none without a class; `UnknownNameError` for an unknown class."""
     if machine_class is not None and machine_class not in machine_classes():
         raise UnknownNameError.of(f"--machine-class {machine_class!r} is not known", machine_class, machine_classes())
     return machine_classes()[machine_class] if machine_class else ()
@@ -165,10 +171,11 @@ def zone_of(velocity_mm_s: float | None, boundaries: Sequence[float]) -> str | N
 
 
 def record_times(files: Sequence[str], table: Path | None = None) -> tuple[dict[str, datetime | float], str]:
-    """Time of each file, and the source of the times: a table with the columns `file` and `time`, or the files' names.
+    """Time of each file, and the source of the times in words.
 
-    Names contain dates, or else one number each; otherwise the dates of change of the files are used. Raises
-    `ConfigurationError` for a table that cannot be used.
+    The source is a `table` with the columns `file` and `time`, otherwise dates in the file names, otherwise the last
+    number in each name, otherwise the dates of change of the files. Raises `ConfigurationError` if the table cannot be
+    used.
     """
     names = {file: Path(file).name for file in files}
     if table is not None:
@@ -214,10 +221,11 @@ def trend_of(
     machine_class: str | None = None,
     zones_mm_s: Sequence[float] = (),
 ) -> Trend:
-    """Trend of the `documents` of `read_records`, by channel.
+    """Compute the trend of the `documents` of `read_records`, by channel; `times` contains the time of each file.
 
-    `baseline` is the number of first records that show the machine's scatter (default: a third, from `LEAST_BASELINE`
-    to `MOST_BASELINE`). `zones_mm_s` replace the velocities of `machine_class` at which zones B, C and D begin.
+    `baseline` is the number of first records from which the scatter is computed (default: a third, from
+    `LEAST_BASELINE` to `MOST_BASELINE`). `zones_mm_s` are the velocities at which zones B, C and D begin; the default
+    is the `machine_class`'s.
     """
     import pandas as pd
 

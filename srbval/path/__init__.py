@@ -1,1 +1,1 @@
-"""The transfer path from the bearing to the sensor, and the amplitudes behind it."""
+"""Transfer path from the bearing to the sensor, and the amplitudes at the sensor."""

@@ -1,4 +1,4 @@
-"""Amplitudes in m/s2 and patterns of a record; see the page "Amplitudes at the sensor" of the theory.
+"""Amplitudes [m/s2] and patterns of a record; see the page "Amplitudes at the sensor" of the theory.
 
 Third octaves follow IEC 61260-1 from 400 to 3150 Hz: outside this range the rig's records contain tones of the drive.
 """
@@ -32,7 +32,7 @@ TINY = 1e-30  # power [(m/s2)^2] below which a level stops: a run without noise 
 
 
 def third_octaves(band_hz: tuple[float, float]) -> dict[float, tuple[float, float]]:
-    """Edges of the third octaves (base ten) whose middles lie in a band, by their exact middles [Hz]."""
+    """Edges of the third octaves (base ten) whose middles are in a band, by their exact middles [Hz]."""
     first, last = (10 * math.log10(one) for one in band_hz)
     middles = [10 ** (n / 10) for n in range(math.ceil(first - 0.05), math.floor(last + 0.05) + 1)]
     return {hz: (hz / HALF_THIRD_OCTAVE, hz * HALF_THIRD_OCTAVE) for hz in middles}
@@ -43,9 +43,9 @@ LEVEL_BANDS = {f"{hz:.0f} Hz": edges for hz, edges in third_octaves(WHOLE_HZ).it
 
 @dataclass(frozen=True, kw_only=True)
 class Amplitude:
-    """A quantity read from a record, with the half width `ci95` of its 95 % interval.
+    """Quantity of a record with the half width `ci95` of its 95 % interval.
 
-    `present` is true if the quantity stands out of the noise; `least` is the smallest value that would.
+    `present` is true if the quantity exceeds the noise; `least` is the smallest value that would exceed it.
     """
 
     value: float
@@ -55,12 +55,12 @@ class Amplitude:
 
 
 def decibels(power: float) -> float:
-    """Level of a power, floored so that a noisy estimate of zero or less stays finite."""
+    """Level of a power [dB], limited from below so that an estimate of zero or less stays finite."""
     return DB_OF_SHARE * math.log(max(power, TINY))
 
 
 def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """Power in each band [(m/s2)^2] by Welch's method; for a run, restores the power that its averaging removes."""
+    """Power in each band [(m/s2)^2] by Welch's method, corrected for the averaging of a simulated signal's samples."""
     fs_hz, found = recording.fs_hz, {}
     at_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
     if recording.origin is Origin.SIMULATED:
@@ -72,9 +72,9 @@ def band_powers(recording: Recording, bands_hz: Mapping[str, tuple[float, float]
 
 
 def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitude]:
-    """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, levels of the record.
+    """Level of the increment over `healthy` in all bands [dB re 1 m/s2]; without `healthy`, level of the record.
 
-    The increment D - H has the variance (D^2 + H^2) / (B T); below two deviations it is not present.
+    The increment D - H has the variance (D^2 + H^2) / (B T); below two standard deviations it is not present.
     """
     bands, found = LEVEL_BANDS | RMS_BANDS, {}
     own, floor = (band_powers(one, bands) if one else dict.fromkeys(bands, 0.0) for one in (recording, healthy))
@@ -87,7 +87,7 @@ def levels(recording: Recording, healthy: Recording | None) -> dict[str, Amplitu
 
 
 def totals(recording: Recording, added: Recording | None = None) -> dict[str, Amplitude]:
-    """Total level of each third octave [dB re 1 m/s2], with the power of the record `added` if it is given."""
+    """Total level of each third octave [dB re 1 m/s2], with the power of the record `added` if given."""
     found = {}
     powers, more = band_powers(recording, LEVEL_BANDS), band_powers(added, LEVEL_BANDS) if added else {}
     for name, (low, high) in LEVEL_BANDS.items():
@@ -97,7 +97,7 @@ def totals(recording: Recording, added: Recording | None = None) -> dict[str, Am
 
 
 def locked_levels(recording: Recording, bearing: Bearing, line_order: float) -> dict[str, Amplitude]:
-    """Power locked to the fault per third octave [dB re 1 m/s2]; if not present, half the least power that would be."""
+    """Power locked to the fault per third octave [dB re 1 m/s2]; if not present, half the least detectable power."""
     found = {}
     for name, power in locked_powers(recording, bearing, line_order, LEVEL_BANDS).items():
         value = max(power.value, power.ci95 / 2)
@@ -117,9 +117,10 @@ def pattern(
     line_order: float,
     band_hz: tuple[float, float] = ENVELOPE_HZ,
 ) -> dict[str, Amplitude]:
-    """Harmonics and sidebands over the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
+    """Harmonics and sidebands relative to the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
 
-    `line_order` is the order at which the fault's line was found; the squared envelope follows the shaft's angle.
+    `line_order` is the order at which the fault's line was found. The squared envelope is computed at even shaft angles
+    if the speed signal allows order tracking.
     """
     speed = recording.known_speed
     processed = process(recording, band_hz=band_hz, tracking=choose_tracking(recording, bearing, speed))
@@ -158,7 +159,7 @@ def kurtoses(recording: Recording) -> dict[str, Amplitude]:
 
 
 def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[float, float, float]:
-    """Level [dB] that the errors of n bands share, its standard deviation u, and D^2 of the pattern that remains.
+    """Common level [dB] of the errors of n bands, its standard deviation u, and D^2 of the remaining pattern.
 
     Generalised least squares (Aitken 1935, Proc. R. Soc. Edinb. 55, 42): the covariance V of the errors E gives the
     level b with u^2 = 1 / (1' V^-1 1); D^2 = E' V^-1 E - (b / u)^2. If the model is right, b / u is normal and D^2 is
@@ -171,10 +172,11 @@ def level_and_pattern(errors_db: FloatArray, covariance: FloatArray) -> tuple[fl
 
 
 def mounting_scatter(pairs: Iterable[tuple[Recording, Recording]], prior_db: float) -> dict[str, float]:
-    """Standard deviation of the levels of one mounting [dB]: posterior mean and 95 % interval, from pairs of records.
+    """Standard deviation of the level between mountings [dB]: posterior mean and 95 % interval, from pairs of records.
 
-    Only third octaves count in which a faulty record is quieter than the healthy one, since a fault adds power. These
-    differences are half-normal with variance 2 tau^2 + u^2, u of reading both; so is the prior of tau.
+    Only third octaves in which the faulty record is quieter than the healthy record count, since a fault adds power.
+    These differences are half-normal with variance 2 tau^2 + u^2, where u is the uncertainty of both readings. The
+    prior of tau is half-normal with the scale `prior_db`.
     """
     off, u = [], []
     for faulty, healthy in pairs:

@@ -1,9 +1,9 @@
 """Identification of the path to the sensor, from records of a known fault.
 
-The equations are on the page "The path to the sensor" of the theory. Gains reach from the lowest to the highest third
-octave in which the record's power that is locked to the fault exceeds its standard deviation; a band between them in
-which it does not gets the gain of its neighbours. Sidebands are compared in the band in which the record's data set is
-demodulated, or else in the band of the path.
+The equations are on the page "The path to the sensor" of the theory. Gains are identified from the lowest to the
+highest third octave in which the record's power locked to the fault exceeds its standard deviation; bands between them
+without such power get gains interpolated from their neighbours. Sidebands are compared in the band in which the
+record's data set is demodulated, otherwise in the band of the path.
 """
 
 import json
@@ -47,11 +47,11 @@ Edges = Mapping[float, tuple[float, float]]  # edges of bands [Hz] by their lowe
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Identified:
-    """An identified path, the powers from which it follows, and the sidebands that determine its ratio.
+    """Identified path, the powers from which it follows, and the sidebands that determine its ratio of directions.
 
-    `bands`: a row for each third octave with its gains and, in dB re 1 m/s2, the locked power of the record (NaN if it
-    is not present) and of the run along the load and across it. `sidebands_db`: of the record and of the run behind the
-    path, at one and two spacings [2, 2]; None if no sidebands determine the ratio.
+    `bands` has a row for each third octave: its gains and, in dB re 1 m/s2, the locked power of the record (NaN if not
+    present) and of the run along the load and across it. `sidebands_db` [2, 2] are the sidebands of the record and of
+    the run behind the path, at one and two spacings; None if no sidebands determine the ratio.
     """
 
     path: SensorPath
@@ -60,7 +60,7 @@ class Identified:
     sidebands_db: FloatArray | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, with one list of all bands."""
+        """Values for JSON, with one list of all bands."""
         path, bands = self.path, self.bands.to_dict("records")
         found = {"bands": bands, "cross_u_db": path.cross_u_db, "sidebands_db": self.sidebands_db}
         found |= {"band_hz": (path.low_hz, path.high_hz), "band_choice": {"why": self.band_why}}
@@ -69,7 +69,7 @@ class Identified:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """A record of a faulty bearing, and the run of a scene at its speed, load and fault, without a path."""
+    """Record of a faulty bearing, and a run at the same speed, load and fault, without a path."""
 
     record: Recording
     run: Run
@@ -83,11 +83,11 @@ def identify(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
 ) -> Identified:
-    """Identify the path behind which the run of `pair` has the powers of its record, in `BAND_HZ` if no band is given.
+    """Identify the path behind which the run of `pair` has the powers of its record; the default band is `BAND_HZ`.
 
-    The ratio of the directions follows from the sidebands of `cross`, or of `pair` if its fault is on the inner race.
-    The power that a `healthy` record has at the same passage is subtracted. Raises `DataError` for records that cannot
-    be used, `ConfigurationError` for a band beyond the record and for a record without a fault.
+    The ratio of the directions is fitted to the sidebands of `cross`, or of `pair` if its fault is on the inner race.
+    The power of a `healthy` record at the same passage is subtracted. Raises `DataError` for unusable records,
+    `ConfigurationError` for a band beyond the record and for a record without a fault.
     """
     bearing, why = load_bearing(bearing), "given"
     if band_hz is None:
@@ -139,20 +139,20 @@ def identify(
 
 
 def held_band(records: list[Recording]) -> tuple[tuple[float, float], str]:
-    """Band in which a path is identified if none is given, as far as all records hold it, and its reason."""
+    """Band in which a path is identified by default, limited to the range of all records, and the reason."""
     low, high = BAND_HZ
     held_hz = HELD_SHARE * min(one.fs_hz for one in records) / 2 / HALF_THIRD_OCTAVE
     return (low, min(high, held_hz)), BAND_REASON + (", as far as record and run hold it" if held_hz < high else "")
 
 
 def line_order(run: Run, bearing: Bearing) -> float:
-    """Order of the line of a run's fault: computed from its cage, or found if the fault is on a rolling element."""
+    """Order of the line of a run's fault: computed from its cage speed, or found if a rolling element is faulty."""
     by_cage = run.scene.defect.kind.passing_order(bearing.rolling_elements, run.cage_ratio)
     return by_cage or found_order(recording_from_run(run), bearing, BAND_HZ)
 
 
 def found_order(record: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> float:
-    """Order at which the line of a record's fault is found in a band; its order in pure rolling if it is not found."""
+    """Order at which the line of a record's fault is found in a band; if it is not found, its order in pure rolling."""
     state, shaft_hz = _fault_and_speed(record)
     line = analyse(record, bearing=bearing, band_hz=band_hz).line_of(state)
     return (line.found_hz or line.kinematic_hz) / shaft_hz
@@ -175,7 +175,7 @@ def behind(run: Run, path: SensorPath | None) -> Recording:
 
 
 def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]]:
-    """Join third octaves downwards until each band is `least_hz` wide or more; a narrow rest at the end is dropped."""
+    """Join third octaves downwards to bands of `least_hz` or wider; a narrow rest at the lower end is dropped."""
     found, top_hz = dict[float, tuple[float, float]](), math.nan
     for middle, (low, high) in sorted(bands.items(), reverse=True):
         top_hz = high if math.isnan(top_hz) else top_hz
@@ -187,7 +187,7 @@ def join_bands(bands: Edges, least_hz: float) -> dict[float, tuple[float, float]
 def record_powers(
     record: Recording, bearing: Bearing, band_hz: tuple[float, float], healthy: Recording | None = None
 ) -> tuple[Edges, dict[float, LockedMean]]:
-    """Edges of joined third octaves, and power locked to the fault less a `healthy` record's [(m/s2)^2], by band."""
+    """Edges of joined third octaves, and power locked to the fault minus a `healthy` record's [(m/s2)^2], by band."""
     for one in (record, *([healthy] if healthy else ())):
         if one.unit != "m/s2":
             raise DataError(f"{one.name}: samples in {one.unit!r}; m/s2 is needed. State --unit, or --scale too.")
@@ -208,7 +208,7 @@ def record_powers(
 
 
 def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> FloatArray:
-    """Power of a run locked to its fault's line [dB re 1 m/s2] in the `bands` that hold two spacings of it, [n].
+    """Power of a run locked to its fault's line [dB re 1 m/s2] in each band of at least two spacings, [n].
 
     Raises `ConfigurationError` if the scene's output rate does not reach the bands.
     """
@@ -221,7 +221,7 @@ def locked_db(run: Recording, bearing: Bearing, bands: Edges, order: float) -> F
 
 
 def _interpolate_missing(values: FloatArray) -> FloatArray:
-    """Values with those missing between two known ones interpolated; both ends are known."""
+    """Interpolate missing values between known ones; both ends are known."""
     known = np.flatnonzero(np.isfinite(values))
     return np.interp(np.arange(values.size), known, values[known])
 

@@ -1,4 +1,4 @@
-"""`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
+"""Analysis of one recording, measured or simulated, from its signal to its fault lines."""
 
 import math
 from dataclasses import dataclass, replace
@@ -33,14 +33,15 @@ if TYPE_CHECKING:
 
 
 class ShortRecordError(DataError):
-    """Record with too few revolutions to search for lines."""
+    """Error for a record with too few revolutions to search for lines."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis(SpeedSearch, Shown):
-    """Result of reading one recording: the search for its lines, with false-alarm probabilities for all trials made.
+    """Lines of one recording; false-alarm probabilities are corrected for all trials.
 
-    `processed` has the arrays for figures, `search` describes the search, `windows` are its windows [Hz] by line.
+    `processed` contains the arrays for figures, `search` describes the search, `windows` contains its windows [Hz] by
+    line.
     """
 
     recording: Recording
@@ -48,9 +49,10 @@ class Analysis(SpeedSearch, Shown):
 
     @property
     def closure(self) -> dict[str, Any]:
-        """Sum of both race lines, with the uncertainty of lines and speed; None for the reason `why`.
+        """Sum of both race lines compared with Z f_shaft, with the uncertainty of lines and speed.
 
-        BPFO + BPFI = Z f_shaft, whatever the slip (Randall 2011, sect. 2.2.3), else the stated speed is wrong.
+        BPFO + BPFI = Z f_shaft for any slip (Randall 2011, sect. 2.2.3). If the sum differs, a line or the stated speed
+        is wrong. The numbers are None if a line is missing; `why` is the reason.
         """
         expected, expected_ci = (self.bearing.rolling_elements * hz for hz in (self.speed.value_hz, self.speed.ci95_hz))
         closure: dict[str, Any] = {"expected_hz": expected, "expected_ci95_hz": expected_ci}
@@ -69,7 +71,7 @@ class Analysis(SpeedSearch, Shown):
 
     @property
     def summary(self) -> str:
-        """The detected lines, and the family `outside` the windows or speed outside the tolerance, in words."""
+        """Detected lines, and lines or a speed outside the search, in words."""
         findings = [one.sentence for one in (self.outside, self.outside_speed) if one is not None]
         return " ".join((describe_lines(self.lines, self.speed), *findings))
 
@@ -90,13 +92,13 @@ class Analysis(SpeedSearch, Shown):
 
     @property
     def families(self) -> list[dict[str, Any]]:
-        """State and false-alarm probability of each line with its harmonics."""
+        """State and false-alarm probability of each line together with its harmonics."""
         names = ("name", "false_alarm", "detected", "explained_by")
         first = (line for line in self.lines if line.is_first)
         return [{n: getattr(x, n) for n in names} | {"state": x.not_detected or "detected"} for x in first]
 
     def summary_table(self) -> tuple[str, list[dict[str, Any]]]:
-        """The first harmonics, for a notebook."""
+        """Summary and table of the first harmonics for a notebook."""
         names = ("name", "kinematic_hz", "found_hz", "ci95_hz", "snr", "detected")
         firsts = (line.stated() for line in self.lines if line.is_first)
         return self.summary, [{name: getattr(line, name) for name in names} for line in firsts]
@@ -110,7 +112,7 @@ class Analysis(SpeedSearch, Shown):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON in SI units, without the arrays; None for missing values."""
+        """Values for JSON in SI units, without arrays; None for missing values."""
         return {
             **{key: getattr(self.recording, key) for key in ("file", "name", "origin", "fs_hz", "seconds")},
             "bearing": self.bearing.name,
@@ -159,17 +161,16 @@ def analyse(
     trials: int = 1,
     **stated: Any,
 ) -> Analysis:
-    """Read the fault lines of `bearing` in a recording, given as such, by its file, or as the run that has it.
+    """Read the fault lines of a bearing in a recording, a file or a run.
 
-    `bearing` is by default the one that the record states. `stated` are statements about the record, fields of
-    `RecordingSettings` such as `rpm`, `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override those of the
-    recording. With `auto_band`, and if no band is stated, it is chosen from the record (`bands_of_record`), so that a
-    `healthy` record to compare with contains it too; with `whole_band` the whole band is taken if none is stated. A set
-    point is replaced by a more certain speed within its tolerance (`speed_search.search`). Frequencies are those at the
-    mean speed. Of several parts of a record, one was chosen for this by so many `trials`: the record itself is read as
-    a whole, however long (see `analyse_by_parts`). Raises `ConfigurationError` for a missing
-    speed or bearing or an impossible band, `DataError` for a constant or short record, and what `load_recording`
-    raises.
+    The default `bearing` is the one stated in the record. `stated` are fields of `RecordingSettings` such as `rpm`,
+    `channel`, `fs_hz`, `unit`. `speed` and `band_hz` [Hz] override the recording's. With `auto_band`, or if no band is
+    stated, the band is chosen from the record (`bands_of_record`) and is limited to the range of a `healthy` record to
+    compare with; with `whole_band` the whole band is used if no band is stated. A nominal speed is replaced by a more
+    certain speed within its tolerance (`speed_search.search`). Frequencies refer to the mean speed. `trials` is the
+    number of parts of a long record among which this part was chosen; the record itself is not divided (see
+    `analyse_by_parts`). Raises `ConfigurationError` for a missing speed or bearing or an impossible band, `DataError`
+    for a constant or short record, and the errors of `load_recording`.
     """
     recording = recording_of(source, settings_of(stated))
     bearing = bearing_of(recording, bearing)
@@ -205,7 +206,7 @@ def _clearest(
     tracking: Tracking,
     trials: int,
 ) -> tuple[SpeedSearch, BandChoice]:
-    """Search for the lines in the band in which they are clearest, and that band."""
+    """Search for the lines in each band; returns the search and the band in which the lines are clearest."""
     readings = []
     for band in bands:
         check_band(band.band_hz, recording.fs_hz)
@@ -228,7 +229,7 @@ def _clearest(
 def bearing_of(
     recording: Recording, given: Bearing | str | Path | None = None, *, largest_slip_pct: float | None = None
 ) -> Bearing:
-    """Bearing `given` by itself, name or file, or else the recording's; `largest_slip_pct` [%] replaces its value."""
+    """Bearing `given` as such, by name or by file, else the recording's; `largest_slip_pct` [%] replaces its value."""
     name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
     if bearing is None and name is None:
         raise ConfigurationError(

@@ -1,4 +1,4 @@
-"""Families of a bearing's lines: their search windows, their placebos, and the probability that a peak is the line."""
+"""Families of a bearing's lines: search windows, placebos, and the probability that a peak is the line."""
 
 import math
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ SLOPE, ONSET = 1.35, 4.42
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """Lines of one cause at a shaft speed: `kinematic_hz`, its harmonics, and sidebands of each `sideband_hz` apart."""
+    """Line of one cause at a shaft speed: its frequency, its harmonics, and sidebands `sideband_hz` apart."""
 
     name: str
     kinematic_hz: float
@@ -39,7 +39,7 @@ class Family:
 
 
 def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
-    """Relative half width of the search window about a kinematic frequency: slip and a measured speed's interval."""
+    """Half width of the search window as a share of the line: slip, and the interval of a measured speed."""
     return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
@@ -49,7 +49,7 @@ def half_window_hz(frequency_hz: float, record: Periodogram, share: float) -> fl
 
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
-    """Highest frequency needed to read the lines of `bearing` [Hz]."""
+    """Highest frequency needed to read the lines of a bearing [Hz]."""
     highest = max(fault.line_order(bearing.orders) for fault in DEFECTS)
     return (HARMONICS * (1 + bearing.largest_slip) * highest + OWN_SIDEBANDS) * shaft_hz
 
@@ -77,7 +77,7 @@ def placebo_fundamentals(
     speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:
-    """Fundamentals [n] for `rank_among_placebos` within `PLACEBO_REACH` of that of `family`; see `is_placebo_order`."""
+    """Fundamentals [Hz], [n], of placebos for a family: within an octave and clear of lines (`is_placebo_order`)."""
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
@@ -103,15 +103,15 @@ def is_placebo_order(
 def identity_probability(
     reading: LineReading, centre_hz: float, speed_ci95: float, other_chance: float, largest_slip: float
 ) -> float:
-    """Probability that the peak of `reading`, searched about `centre_hz`, is the line and not another source's.
+    """Probability that the peak of `reading`, searched about `centre_hz`, is the bearing's line and not another source.
 
-    The line's relative deviation d has Student's t distribution of scale s, s^2 = SLIP_SPREAD^2 + u^2 with the standard
-    uncertainty u of reading and speed (`speed_ci95`, relative), within the window; that of another source is uniform
-    over the half width w::
+    If it is the line, its relative deviation d has Student's t distribution of scale s, s^2 = SLIP_SPREAD^2 + u^2,
+    within the window; u is the standard uncertainty of reading and speed (`speed_ci95`, relative). If it is another
+    source, d is uniform over the half width w::
 
         odds = [t(d / s) / s / its share within the window] 2 w / B(p)
 
-    with B(p) = -e p ln p, the least Bayes factor in favour of another source whose peak is as strong with the chance p,
+    B(p) = -e p ln p is the least Bayes factor in favour of another source whose peak is as strong with the chance p,
     `other_chance` (Sellke, Bayarri & Berger 2001, Am. Stat. 55, 62, quoted from memory, not checked; 1 from p = 1/e).
     If the cage may slip by more than `LARGEST_SLIP`, half of the difference to `largest_slip` adds to s.
     """

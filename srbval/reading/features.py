@@ -1,6 +1,6 @@
-"""Scalar features of one analysed channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity.
+"""Scalar features of one channel: RMS, peak, crest factor, kurtosis, and the velocity that rates severity.
 
-Snapshots are records too short to search for lines. Their levels, and their modulation at the lines, can be pooled.
+A snapshot is a record too short to search for lines; its levels, and its modulation at the lines, can be pooled.
 """
 
 import itertools
@@ -29,9 +29,10 @@ LEAST_PERIODS = 10  # of the lowest frequency in the record, for its amplitude t
 
 
 def features_of(analysis: Analysis) -> dict[str, Any]:
-    """Features of the channel analysed, without its mean; no RMS of velocity for the reason `velocity_missing`.
+    """Compute the features of the analysed channel, without its mean.
 
-    A long record has the features of the whole, except the RMS in the band of the part that its lines come from.
+    `velocity_missing` is the reason for a missing RMS of velocity. The features of a long record describe the whole
+    record, except `band_rms`, which describes the part whose lines are used.
     """
     recording, done = analysis.recording, analysis.processed
     band_hz = (SLOW_HZ if 60 * analysis.speed.value_hz < SLOW_RPM else FAST_HZ, HIGHEST_HZ)
@@ -66,9 +67,9 @@ def features_of(analysis: Analysis) -> dict[str, Any]:
 
 
 def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], unit: str = ACCELERATION) -> float:
-    """RMS of the velocity in a band [m/s] of samples, [n], in a `unit` of `VELOCITIES`.
+    """RMS of the velocity in a band [m/s], from samples [n] in a `unit` of `VELOCITIES`.
 
-    It is that of A(f) (2 pi f)^p under a Hann window; p is -1 for an acceleration.
+    The spectrum A(f) under a Hann window is multiplied by (2 pi f)^p; p is -1 for an acceleration.
     """
     window, (exponent, factor) = np.hanning(samples.size), VELOCITIES[unit]
     spectrum = np.fft.rfft(window * (samples - samples.mean()))
@@ -79,7 +80,7 @@ def velocity_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]
 
 
 def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None = None) -> Analysis:
-    """Analysis without lines of a record that is too short to search for them, in a band or else in the whole band."""
+    """Process a record that is too short to search for lines, in a band or else in the whole band; `lines` is empty."""
     band = band or whole_band_of(recording.fs_hz)
     done = process(recording, band_hz=band.band_hz, ends_s=END_PERIODS / (band.band_hz[1] - band.band_hz[0]))
     speed = recording.known_speed
@@ -87,10 +88,11 @@ def read_short(recording: Recording, bearing: Bearing, band: BandChoice | None =
 
 
 def snapshot_of(read: Analysis) -> dict[str, Any]:
-    """Document of a snapshot (`read_short`) as far as a trend needs it.
+    """Convert the analysis of a snapshot (`read_short`) to a document with the values that a trend needs.
 
-    `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over that
-    beside it. A line is as wide as two over the duration, so it is not told from a multiple of the shaft within that.
+    `depth` of a line is the modulation of the squared envelope at its kinematic frequency, `snr` its power over the
+    power nearby. A line is as wide as two over the duration; a shaft harmonic within this width cannot be separated
+    from it.
     """
     done, shaft_hz = read.processed, read.speed.value_hz
     time_s, window = np.arange(done.squared.size) / done.squared_fs_hz, np.hanning(done.squared.size)
@@ -115,7 +117,7 @@ def snapshot_of(read: Analysis) -> dict[str, Any]:
 
 
 def pool_snapshots(snapshots: Sequence[Mapping[str, Any]], groups: int) -> list[dict[str, Any]]:
-    """Snapshots in their order, as one document for each of at least `groups` groups of `POOLED_REVOLUTIONS`.
+    """Pool snapshots, in their order, to `groups` or more groups of `POOLED_REVOLUTIONS`; returns a document per group.
 
     Powers are averaged; a group has the file and the time of its last snapshot.
     """

@@ -1,7 +1,7 @@
-"""The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
+"""Lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands.
 
 The strongest family is read first, and its harmonics and sidebands are masked before the next is read. A weaker line at
-a simple ratio of a stronger line is marked as explained by it.
+a simple ratio of a stronger line is explained by the stronger line and is not detected.
 """
 
 import enum
@@ -54,12 +54,12 @@ class NotDetected(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One line of a bearing in a record; values read are those of `LineReading`, None if the line cannot be read.
+    """Line of a bearing in a record; the values of `LineReading` are None if the line cannot be read.
 
-    The uncertainty of the speed is part of the deviation's interval alone. The first harmonic comes from the joint fit
-    of all and is ranked among placebos; the others are read one by one. `explained_by` names a stronger line of which
-    this line is a simple multiple, or another explanation of the peak; `identity_probability` is the probability that
-    the peak of a first harmonic is the line.
+    Only the interval of the deviation includes the uncertainty of the speed. The first harmonic comes from the joint
+    fit of all harmonics and is ranked among placebos; the other harmonics are read one by one. `explained_by` names a
+    stronger line of which this line is a simple multiple, or another explanation of the peak. `identity_probability` is
+    the probability that the peak of a first harmonic is the line.
     """
 
     JSON_PROPERTIES: ClassVar = ("false_alarm", "not_detected")
@@ -93,7 +93,7 @@ class Line:
 
     @property
     def not_detected(self) -> NotDetected | None:
-        """Reason why the line is not detected; None if it is."""
+        """Reason why the line is not detected; None for a detected line."""
         if self.detected:
             return None
         if self.explained_by is not None:
@@ -109,18 +109,18 @@ class Line:
 
     @property
     def stands_out(self) -> bool:
-        """True if there is a peak that noise does not explain, whether detected or explained otherwise."""
+        """True for a peak that noise does not explain, whether it is detected or has another explanation."""
         noise = 1.0 if self.noise_false_alarm is None else self.noise_false_alarm
         return self.isolated and not self.covered and (self.snr or 0.0) > LEAST_SNR and noise < FALSE_ALARM
 
     def stated(self) -> "Line":
-        """The line as printed: without a frequency if not detected, since some peak is always found."""
+        """Line for a document: without its frequency if it is not detected, since some peak is always found."""
         nothing: dict[str, Any] = dict.fromkeys(_IF_DETECTED)
         return self if self.detected else replace(self, **nothing)
 
     @property
     def is_first(self) -> bool:
-        """True for the first harmonic of a fault's line, false for sidebands."""
+        """True for the first harmonic of a line; false for higher harmonics and sidebands."""
         return self.harmonic == 1 and not {"+", "-"} & set(self.name)
 
 
@@ -128,13 +128,13 @@ _IF_DETECTED = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "s
 
 
 def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
-    """First harmonics of the race and roller lines detected, the deepest first."""
+    """Detected first harmonics of the race and roller lines, the deepest first."""
     shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
 def describe_lines(lines: tuple[Line, ...], speed: ShaftSpeed) -> str:
-    """The detected race and roller lines and their clearness in a sentence."""
+    """Describe the detected race and roller lines and their clearness in a sentence."""
     said = [
         f"{line.name} ({fault.label}) line detected: "
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
@@ -158,9 +158,9 @@ def read_lines(
 ) -> tuple[Line, ...]:
     """Read all lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    With a nominal speed the first detected line also settles the scale of the others. The cage line is read by itself,
-    since its harmonics coincide with those of every other line. With `brief` only first harmonics are read, and ranked
-    among `combs` placebos if noise does not explain them; the same lines are detected.
+    With a nominal speed the first detected line also sets the scale of the remaining lines. The cage line is read by
+    itself, since its harmonics coincide with harmonics of every other line. With `brief` only first harmonics are read,
+    and are ranked among `combs` placebos only if noise does not explain them; the same lines are detected.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -170,7 +170,7 @@ def read_lines(
     bare = record
 
     def add(family: Family, reading: LineReading, within: Periodogram, stronger: list[Line]) -> bool:
-        """Add the lines of a reading, its first harmonic ranked and explained; returns whether the family shows."""
+        """Add the lines of a reading, rank and explain its first harmonic; returns True if it is detected."""
         centre, rank = scale * family.kinematic_hz, None
         if reading.detected or not brief:
             placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
@@ -217,7 +217,7 @@ def read_lines(
 def _readings(
     record: Periodogram, families: Sequence[Family], speed: ShaftSpeed, scale: float, share: float
 ) -> dict[Family, LineReading]:
-    """Read the families in the record's reach about `scale` times kinematic, within the share `share` of each."""
+    """Read each family in the record's reach about `scale` times kinematic, within the relative half width `share`."""
     found = {}
     for family in families:
         centre, sideband_hz = scale * family.kinematic_hz, family.sideband_hz
@@ -231,7 +231,7 @@ def _readings(
 def _with_cover(
     line: Line, scale: float, share: float, bare: Periodogram, record: Periodogram, stronger: list[Line]
 ) -> Line:
-    """Explain the highest peak in an undetected line's window by the shaft, masked in `bare`, or `stronger` lines."""
+    """Explain an undetected line by the highest peak in its window: a shaft line, `stronger` lines, or a flank."""
     centre, unread, flank = scale * line.kinematic_hz, line.found_hz is None, line.not_detected is NotDetected.FLANK
     if line.detected or line.explained_by or (unread and (1 + share) * centre > record.limit_hz):
         return line
@@ -272,7 +272,7 @@ def _mask_family(record: Periodogram, family: Family, reading: LineReading) -> P
 def _lines_of(
     family: Family, first: Line, reading: LineReading, record: Periodogram, scale: float, speed: ShaftSpeed, brief: bool
 ) -> list[Line]:
-    """First harmonic of a family, the other harmonics and the sidebands; the first alone if `brief`."""
+    """First harmonic of a family, its other harmonics and its sidebands; only the first harmonic if `brief`."""
     shows = first.detected
     # With a comb at half its frequency it would be a second harmonic. Not for a roller's line: a roller strikes both
     # races per revolution, so its rate is half its line.
@@ -284,7 +284,7 @@ def _lines_of(
         return [first]
 
     def read_one(name: str, number: int, offset_hz: float = 0.0) -> Line:
-        """Read a single line at its distance from the found fundamental, with which it slips, or about kinematic."""
+        """Read one line at its distance from the found fundamental, otherwise at its kinematic frequency."""
         line, slip_hz = Line(name=name, harmonic=number, kinematic_hz=number * family.kinematic_hz + offset_hz), 0.0
         if shows:
             slip_hz, centre = number * reading.ci95_hz, number * reading.found_hz + offset_hz
@@ -335,10 +335,10 @@ def clearness(lines: Iterable[Line]) -> tuple[float, float]:
 
 
 def sidak_corrected(lines: tuple[Line, ...], trials: int, trials_of_rank: int | None = None) -> tuple[Line, ...]:
-    """Correct the false-alarm probabilities of the lines for the trials made, and detect the lines by these.
+    """Correct the false-alarm probabilities of the lines for the number of trials, and detect the lines again.
 
-    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials, too
-    high for bands that overlap. `trials_of_rank` counts the trials that chose by the lines themselves, if it differs.
+    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626) is exact for independent trials and
+    too high for bands that overlap. `trials_of_rank` is the number of trials for the ranks, if it differs.
     """
     if trials == 1:
         return lines

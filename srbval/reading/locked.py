@@ -1,10 +1,10 @@
 """Power locked to a fault: the part of a record's power in a band that repeats with the passages of its defect.
 
-The squared envelope in the band, over the shaft's angle, is averaged over the phase of the passage; its mean less its
-quiet level (`srbval.signal.locked`) is the power that the fault adds. Neither the background nor a tone counts.
+The squared envelope in the band is averaged over the phase of the passage. Its mean minus its quiet level
+(`srbval.signal.locked`) is the power that the fault adds; background and tones are not included.
 
-The rig's records have high and narrow lines of unknown cause at whole multiples of BPFO, other ones in faulty than in
-healthy bearings (`PASSAGE_LINES`).
+The rig's records contain high and narrow lines of unknown cause at whole multiples of BPFO, at other multiples in
+faulty than in healthy bearings (`PASSAGE_LINES`).
 """
 
 import math
@@ -31,7 +31,7 @@ HALF_OCTAVE = 10**0.15  # half width of the band in which a line is read: passag
 def locked_powers(
     recording: Recording, bearing: Bearing, found_order: float, bands_hz: Mapping[Band, tuple[float, float]]
 ) -> dict[Band, LockedMean]:
-    """Power locked to the line at `found_order` in each band of `SPACINGS` or more; blocks are turns of the cage."""
+    """Power locked to the line at `found_order` in each band of at least `SPACINGS` spacings; blocks are cage turns."""
     speed = recording.known_speed
     tracking = choose_tracking(recording, bearing, speed)
     line_hz, found = found_order * speed.value_hz, {}

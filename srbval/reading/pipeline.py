@@ -1,4 +1,4 @@
-"""The chain from a recording to the periodogram of its envelope, the same for measured and simulated records."""
+"""Processing of a recording to the periodogram of its envelope, the same for measured and simulated records."""
 
 import functools
 import itertools
@@ -47,9 +47,10 @@ CLIP = 12.0  # medians of the squared envelope; noise alone exceeds them once in
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tracking:
-    """The shaft's `course` if it is followed, and why (not); spectra then have the constant speed `mean_hz`.
+    """Order tracking: the shaft's `course` if it is followed, and the reason `why`, or why not.
 
-    `drift_bins` is the shift of the race line of the higher order within the record, None without a speed signal.
+    The tracked spectra have the constant speed `mean_hz`. `drift_bins` is the shift of the higher race line within the
+    record, None without a speed signal.
     """
 
     why: str
@@ -59,11 +60,11 @@ class Tracking:
 
     @property
     def used(self) -> bool:
-        """True if the spectra are those of even shaft angles."""
+        """True if the spectra are computed at even shaft angles."""
         return self.course is not None
 
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float) -> FloatArray:
-        """Resample `samples` [n], the first at `start_s`, at even shaft angles if these are followed."""
+        """Resample `samples` [n], the first at `start_s`, at even shaft angles; unchanged without order tracking."""
         return samples if self.course is None else self.course.resample(samples, fs_hz, start_s, self.mean_hz)
 
 
@@ -72,11 +73,12 @@ NOT_TRACKED = Tracking(why="no order tracking: not asked for")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Processed:
-    """A record after the chain, without the `end_s` [s] at either end that the filter spoils.
+    """Normalised signal and squared envelope of a record.
 
-    `whole` [n] is the normalised signal with its ends, of standard deviation `scale` in the recording's unit; `squared`
-    [m] its squared envelope in the band, at a lower rate, and at even shaft angles if `tracking` is used. `trials` is
-    the number of parts of a long record for each that is as clear as this one.
+    `whole` [n] is the normalised signal; `scale` is the standard deviation by which it was divided, in the recording's
+    unit. `squared` [m] is its squared envelope in the band, at a lower rate, without the `end_s` [s] at either end that
+    the filter distorts, and at even shaft angles if `tracking` is used. `trials` is the number of parts of a long
+    record for one that is as clear as this part.
     """
 
     whole: FloatArray
@@ -91,7 +93,7 @@ class Processed:
 
     @property
     def samples(self) -> FloatArray:
-        """The rotated, normalised signal without its ends, [n]."""
+        """Normalised signal without its ends, [n]."""
         return drop_ends(self.whole, self.fs_hz, self.end_s)
 
     @functools.cached_property
@@ -100,17 +102,17 @@ class Processed:
 
     @functools.cached_property
     def filtered(self) -> FloatArray:
-        """The band-passed signal over time, [n]."""
+        """Band-passed signal over time, [n]."""
         return drop_ends(self._analytic.real, self.fs_hz, self.end_s)
 
     @functools.cached_property
     def envelope(self) -> FloatArray:
-        """Its Hilbert modulus over time, [n]: the paper's envelope."""
+        """Envelope of the band-passed signal over time (Hilbert modulus, as in the paper), [n]."""
         return drop_ends(np.abs(self._analytic), self.fs_hz, self.end_s)
 
     @functools.cached_property
     def spectrum(self) -> Spectrum:
-        """Amplitude spectrum of `envelope` in standard deviations, at even shaft angles if these were followed."""
+        """Amplitude spectrum of `envelope` in standard deviations, at even shaft angles if order tracking is used."""
         return amplitude_spectrum(self.tracking.resample(self.envelope, self.fs_hz, self.end_s), self.fs_hz)
 
     @property
@@ -128,10 +130,11 @@ class Processed:
 def process(
     recording: Recording, *, band_hz: tuple[float, float], tracking: Tracking = NOT_TRACKED, ends_s: float | None = None
 ) -> Processed:
-    """Rotate (two axes only), normalise, band-pass and take the envelope in one pass, drop the ends (`ends_s`).
+    """Rotate (two axes only), normalise and band-pass a recording, compute its squared envelope, and drop the ends.
 
-    It equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within 1e-5 of
-    the largest value. `ConfigurationError` for an unknown channel or impossible band, `DataError` for a poor signal.
+    The result equals the chain of the paper's sect. 5 (two-way Butterworth filter, Hilbert transform, modulus) within
+    1e-5 of the largest value. `ends_s` replaces the time dropped at each end. Raises `ConfigurationError` for an
+    unknown channel or impossible band, `DataError` for an unusable signal.
     """
     signal = one_signal(recording)
     whole = normalise(signal)
@@ -150,7 +153,7 @@ def process(
 
 
 def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
-    """Choose order tracking if a speed signal covers the whole record, with mean `speed`; otherwise give the reason."""
+    """Choose order tracking if a speed signal of mean `speed` covers the whole record; otherwise give the reason."""
     signal = recording.speed_signal
     if signal is None or speed is not recording.speed or speed.source not in MEASURED_SPEEDS:
         return Tracking(why="no order tracking: the speed used comes without its course")
@@ -168,7 +171,7 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
 
 
 def one_signal(recording: Recording) -> FloatArray:
-    """Signal to analyse, [n] in the recording's unit: a channel, or two axes rotated onto the sensor's direction."""
+    """Signal to analyse, [n] in the recording's unit: one channel, or two axes rotated to the sensor's direction."""
     if (name := recording.channel) is not None:
         if name not in recording.channels:
             raise ConfigurationError(f"{recording.name}: no channel {name!r}; it has {', '.join(recording.channels)}.")
@@ -179,7 +182,7 @@ def one_signal(recording: Recording) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True)
 class BandChoice:
-    """A band [Hz], the origin of the choice, and the number of bands tried on the record."""
+    """Band [Hz], the reason for its choice, and the number of bands tried on the record."""
 
     band_hz: tuple[float, float]
     why: str
@@ -189,9 +192,9 @@ class BandChoice:
 def declared_band(
     recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
 ) -> BandChoice | None:
-    """The band given [Hz], or the record's, or the paper's for the model or its rig; else None.
+    """Band that is given [Hz], stated for the record, or used in the paper for its model and rig; otherwise None.
 
-    A model of a `bearing` larger than the paper's rings as much lower (`scene.read.for_size`): the band is scaled.
+    For a model of a larger `bearing`, the paper's band is divided by the size: it rings at lower frequencies.
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
@@ -209,7 +212,7 @@ def declared_band(
 
 
 def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all records that are compared") -> BandChoice:
-    """The whole band of a record sampled at `fs_hz`."""
+    """Whole band of a record sampled at `fs_hz`."""
     low, high = (share * fs_hz for share in WHOLE_BAND)
     return BandChoice(band_hz=(low, high), why=why)
 
@@ -217,9 +220,9 @@ def whole_band_of(fs_hz: float, why: str = "the whole band, the same for all rec
 def bands_of_record(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> tuple[BandChoice, ...]:
-    """The whole band and, if one fits, the most impulsive band of the record; the lines decide (`clearness`).
+    """Whole band of a record and, if any band fits, its most impulsive band; the lines decide (`clearness`).
 
-    Every band tried counts as a trial. A record sampled at `within_fs_hz` [Hz] contains both bands too.
+    Every band tried counts as a trial. A record sampled at `within_fs_hz` [Hz] also contains both bands.
     """
     fs_hz = min(recording.fs_hz, within_fs_hz)
     picture = band_kurtogram(recording, bearing, speed, fs_hz)
@@ -238,9 +241,9 @@ def bands_of_record(
 def band_kurtogram(
     recording: Recording, bearing: Bearing, speed: ShaftSpeed, within_fs_hz: float = math.inf
 ) -> Kurtogram:
-    """Kurtogram of bands within reach of a record sampled at `within_fs_hz` [Hz].
+    """Kurtogram of the bands that a record sampled at `within_fs_hz` [Hz] also contains.
 
-    They are wide enough for `HARMONICS_HELD` of the race lines, and for ends (`end_s`) that leave `LEAST_REVOLUTIONS`.
+    The bands are wide enough for `HARMONICS_HELD` of the race lines, and for ends that leave `LEAST_REVOLUTIONS`.
     """
     lines_hz = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
     for_ends_s = recording.seconds - LEAST_REVOLUTIONS / speed.value_hz
@@ -270,7 +273,8 @@ def whitened_bands(
 ) -> tuple[Periodogram, ...]:
     """Periodograms of at most `most` equal parts of the whole band, each wide enough for the bearing's lines.
 
-    They are those of squared envelopes after cepstrum prewhitening, clipped lest a few loud knocks form combs.
+    The record is prewhitened by its cepstrum, and the squared envelopes are clipped so that a few loud knocks form no
+    combs.
     """
     low, high = whole_band_of(processed.fs_hz).band_hz
     needed_hz = highest_line_hz(bearing, speed.value_hz) / USABLE_SHARE

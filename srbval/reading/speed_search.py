@@ -1,7 +1,8 @@
-"""Lines and shaft speed of a processed record, with search windows as wide as slip and speed require.
+"""Search for the lines and the shaft speed of a processed record, in windows as wide as slip and speed require.
 
-A set point may be wrong by more than a window. Then the shaft is searched first, else lines are read about several
-speeds within the tolerance, each a trial. A speed outside it, or a line outside all windows, is a finding only.
+A nominal speed may be wrong by more than a window. Then the shaft speed is searched first; otherwise lines are read at
+several speeds within the tolerance, and each speed counts as a trial. A speed outside the tolerance, or a line outside
+all windows, is only reported.
 """
 
 import math
@@ -34,7 +35,7 @@ SMEAR = 0.02  # combs nearer than this belong to one shaft: the interval reaches
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideFamily:
-    """A family of lines outside the windows, which would be `name`'s at a shaft speed of `shaft_hz`, `off_pct` away."""
+    """Lines outside the windows that would be the family `name` at a shaft speed of `shaft_hz`, `off_pct` away."""
 
     name: str
     found_hz: float
@@ -46,7 +47,7 @@ class OutsideFamily:
 
     @property
     def sentence(self) -> str:
-        """Its possible meaning in words."""
+        """Possible meaning of the lines in words."""
         to_check = {SpeedSource.TACHOMETER: "the tachometer (--pulses-per-rev) and ", SpeedSource.PRESCRIBED: ""}
         check = to_check.get(self.source, "the speed (--rpm, --rpm-tolerance) and ")
         return (
@@ -58,7 +59,7 @@ class OutsideFamily:
 
 @dataclass(frozen=True, kw_only=True)
 class OutsideSpeed:
-    """A shaft speed that the record's lines fit, with its 95 % half width, outside the tolerance of the set point."""
+    """Shaft speed outside the stated tolerance that fits the record's lines, with its 95 % half width."""
 
     value_hz: float
     ci95_hz: float
@@ -67,7 +68,7 @@ class OutsideSpeed:
 
     @property
     def sentence(self) -> str:
-        """The finding and its remedy in words."""
+        """Finding and remedy in words."""
         return (
             f"The record's lines would fit a shaft at {60 * self.value_hz:,.1f} ± {60 * self.ci95_hz:.2g} rpm, outside "
             f"the stated {60 * self.stated_hz:g} rpm ± {self.tolerance_pct:.3g} %: not used. If the set point may be "
@@ -77,9 +78,10 @@ class OutsideSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SpeedSearch:
-    """Lines, not yet `sidak_corrected` for the speeds `tried`, the speed of their deviations, and findings beyond.
+    """Lines of a record, the speed to which their deviations refer, and findings outside the search.
 
-    `span` are the lowest and highest share of the speed about which lines were read.
+    The false-alarm probabilities are not yet `sidak_corrected` for the `tried` speeds. `span` contains the lowest and
+    the highest speed at which lines were read, as shares of the speed.
     """
 
     processed: Processed
@@ -93,7 +95,7 @@ class SpeedSearch:
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Search window of each line [Hz] over all speeds tried, at least the resolution to a side."""
+        """Search window of each line [Hz] over all speeds tried, at least the resolution to either side."""
         share, bin_hz, windows = window_share(self.bearing, self.speed), 1 / self.processed.seconds, {}
         for family in families_of(self.bearing, self.speed.value_hz):
             kinematic_hz, (low, high) = family.kinematic_hz, self.span
@@ -103,7 +105,7 @@ class SpeedSearch:
 
     @property
     def search(self) -> str:
-        """The search for lines and speed in words."""
+        """Windows and trial speeds of the search in words."""
         share = window_share(self.bearing, self.speed)
         window = f"windows of {100 * share:.3g} % about each line ({100 * self.bearing.largest_slip:g} % for slip"
         window += ")" if share == self.bearing.largest_slip else ", the rest for the speed)"
@@ -117,7 +119,7 @@ class SpeedSearch:
 
 
 def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Read all lines at a measured speed, or about a set point at the speed that the record shows within its tolerance.
+    """Read all lines at a measured speed, or at the speed found in the record within the tolerance of a nominal speed.
 
     A line outside all windows is used only if its sidebands give the speed, within the tolerance, that explains it.
     """
@@ -169,14 +171,14 @@ def search(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedS
 def _read_lines_at(
     processed: Processed, bearing: Bearing, at: ShaftSpeed, scale: float = 1.0, *, brief: bool = False, tried: int = 1
 ) -> tuple[Line, ...]:
-    """Read the lines at `scale` times the speed; deviations refer to the speed, masks to the scaled speed."""
+    """Read the lines at `scale` times the speed `at`; deviations refer to the speed, masks to the scaled speed."""
     record = periodogram_of(processed, bearing, replace(at, value_hz=scale * at.value_hz))
     combs = max(COMBS, COMBS_PER_SPEED * tried * processed.trials)
     return read_lines(record, bearing, at, scale=scale, brief=brief, combs=combs)
 
 
 def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSpeed) -> SpeedSearch:
-    """Lines at the trial speed of a set point at which the deepest fault line is detected, or else stands out."""
+    """Read the lines at trial speeds within the tolerance and keep the speed at which a fault line is deepest."""
     scales = trial_scales(stated, bearing.largest_slip)
     tried = len(scales)
 
@@ -192,9 +194,9 @@ def _search_trial_speeds(processed: Processed, bearing: Bearing, stated: ShaftSp
 
 
 def _find_outside_family(found: SpeedSearch) -> tuple[OutsideFamily | None, tuple[Line, ...]]:
-    """The strongest family beyond its window, and all lines at its scale, if no fault line was detected.
+    """Find the strongest family outside its window, and all lines at its scale, if no fault line was detected.
 
-    It must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
+    The family must be detected at the speed that it requires, with at least two harmonics above `LEAST_SNR`.
     """
     if detected_fault_lines(sidak_corrected(found.lines, found.tried)):
         return None, ()
@@ -229,9 +231,9 @@ def trial_scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
 
 
 def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Shaft speed about a `nominal` one by the periodogram of a squared envelope (`shaft_by_lines`), or None.
+    """Estimate the shaft speed near a `nominal` speed from a squared envelope (`shaft_by_lines`); None if unclear.
 
-    Sidebands are those of the deepest detected fault line; `ALLOWANCE` widens the interval.
+    Sidebands of the deepest detected fault line are used; `ALLOWANCE` widens the interval.
     """
     line_hz = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
     half_hz = max(SEARCH_SHARE, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
@@ -243,9 +245,9 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 
 
 def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None:
-    """Shaft speed by the strongest comb of a whitened envelope within `SEARCH_SHARE` of a `nominal` speed, or None.
+    """Estimate the shaft speed from the strongest comb of a whitened envelope near a `nominal` speed, or None.
 
-    The interval reaches to the farthest comb that rises by `RIVAL_SHARE` of the best; None if that is beyond `SMEAR`.
+    The interval includes every comb that rises by `RIVAL_SHARE` of the best; None if one differs by more than `SMEAR`.
     """
     combs = CombSpectrum.of([[record.unmasked()]], (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
@@ -260,10 +262,10 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
 
 
 def course_by_comb(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Tracking | None:
-    """Follow a drifting shaft, of mean `speed`, by the comb of a fault that stands out in all parts of a record.
+    """Follow a drifting shaft of mean `speed` by the comb of a fault that stands out in all parts of a record.
 
-    In each part it is the highest comb within `SEARCH_SHARE` of the line; only its changes are used. None if the combs
-    are less probable with a fault than without (`ONSET`), or move by less than the search window of a steady shaft.
+    In each part the highest comb within `SEARCH_SHARE` of the line is used, and only its changes. None if the combs are
+    less probable with a fault than without (`ONSET`), or move by less than the search window of a steady shaft.
     """
     size = processed.squared.size // DRIFT_PARTS
     part_s = size / processed.squared_fs_hz

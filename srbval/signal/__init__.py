@@ -1,6 +1,6 @@
-"""Signal processing: arrays in, arrays and frozen results out, without files or bearings.
+"""Signal processing with arrays as input and arrays or frozen results as output, without files or bearings.
 
-Other rooms import the names below from here, anything else from its module.
+Other rooms import the names below from here, and all other names from their modules.
 """
 
 from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb

@@ -26,12 +26,12 @@ SIDEBAND_HARMONICS = 3  # those of higher ones overlap with other lines
 
 @dataclass(frozen=True, kw_only=True)
 class LineReading:
-    """A line, or comb of lines, as found; some peak is always found, and `detected` tells whether it is a line.
+    """Highest peak of a line, or of a comb of lines, in its window; `detected` is true if the peak is a line.
 
-    `ci95_hz` is without the uncertainty of the shaft speed, `snr` the power of each harmonic over the local mean noise
+    `ci95_hz` excludes the uncertainty of the shaft speed. `snr` is the power of each harmonic over the local mean noise
     power in a bin, `depth` the first harmonic's amplitude over the record's mean. `noise_false_alarm` is the
     probability that noise alone is as strong anywhere in the window. `isolated` is false for a side lobe of a stronger
-    line or of a line outside the window, `covered` true in a masked zone. `sideband_hz` is the sidebands' spacing.
+    line or of a line outside the window. `covered` is true in a masked zone. `sideband_hz` is the sidebands' spacing.
     """
 
     found_hz: float
@@ -56,7 +56,7 @@ class LineReading:
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """True if neither noise nor, if ranked, the record's placebos explain a line."""
+    """True if neither noise nor the record's placebos (if ranked) explain a line."""
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
@@ -71,11 +71,11 @@ def read_comb(
 ) -> LineReading | None:
     """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
 
-    From the highest `neg_log_p` of all harmonics together, the line and the spacing s, which starts at `sideband_hz`
-    (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and phase (Rife & Boorstyn
-    1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip (`track_slip`) unless `period_s`,
-    the period of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored.
-    None if the fundamental is beyond the limit, its whole window is masked, or there is no peak in it.
+    The fit starts at the highest sum of `neg_log_p` of all harmonics and at the spacing `sideband_hz` (zero: no
+    sidebands). Line and spacing maximise the likelihood for lines of unknown amplitude and phase (Rife & Boorstyn 1974,
+    IEEE Trans. Inf. Theory 20, 591). Then the line's phase is tracked for slip (`track_slip`), unless `period_s`, the
+    period of the modulation by the shaft, is None. Masked lines and lines beyond ``record.limit_hz`` are ignored.
+    Returns None if the fundamental is beyond the limit, its whole window is masked, or the window contains no peak.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -155,7 +155,7 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
-    """Power over noise of each harmonic of `found_hz`, from the Fourier sums themselves."""
+    """Power over noise of each harmonic of `found_hz`, from the exact Fourier sums."""
     at = np.arange(1, len(noise) + 1, dtype=np.float64) * found_hz
     power = record.exact_power_at(at) / np.array([n.mean_power for n in noise])
     return np.where(record.masked(at), 0.0, power)
@@ -164,9 +164,9 @@ def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray
 def fit(
     record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, period_s: float | None
 ) -> tuple[float, float, float | None, float | None]:
-    """Line of the highest power and spacing of its sidebands, if any, each with its 95 % half width [Hz].
+    """Fit the line and the spacing of its sidebands, if any; returns each with its 95 % half width [Hz].
 
-    A line too weak to be tracked (`track_slip`), or with `period_s` None, keeps the Cramer-Rao interval.
+    A line too weak to be tracked (`track_slip`), or with `period_s` None, has the Cramer-Rao interval.
     """
     number, side, noise_power, snr = _present(record, start_hz, noise, sideband_hz)
     directions = np.column_stack((number, side)[: 2 if np.any(side != 0) else 1])
@@ -197,9 +197,9 @@ def fit(
 
 
 def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> FloatArray:
-    """Unmasked harmonics h of `line_hz`, and their sidebands, k to a side, that stand out of the noise.
+    """Select unmasked harmonics h of `line_hz`, and sidebands, k to a side, that clearly exceed the noise.
 
-    Rows are h, k, mean noise power in a bin, and the power over it, [4, lines].
+    Returns h, k, mean noise power in a bin, and power over noise as rows, [4, lines].
     """
     harmonics = len(noise)
     terms = [(h, 0) for h in range(1, harmonics + 1)]
@@ -217,7 +217,7 @@ def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideba
 
 
 def _maximise(phasors: Phasors, directions: FloatArray, snr: FloatArray, noise_power: FloatArray) -> FloatArray:
-    """Newton steps on the weighted sum of powers: the shifts along `directions` [c, 1 or 2] in Hz, [1 or 2]."""
+    """Maximise the weighted sum of powers by Newton steps; returns the shifts along `directions` [c, 1 or 2] in Hz."""
     # Components that rise little above the noise carry little information: weight by the line's share of the power.
     weight = np.maximum(snr - 1, 0.05) / np.maximum(snr, 1.05) / noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))

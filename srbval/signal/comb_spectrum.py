@@ -18,7 +18,7 @@ MASKED = 0.5963473623  # score of a masked line: the mean of log(1 + x) for an e
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CombSpectrum:
-    """`score` [n] of a comb of `harmonics` lines at each `frequency_hz` [n], evenly over the logarithm by `step`.
+    """Score [n] of a comb of `harmonics` lines at each fundamental `frequency_hz` [n], `step` apart in the logarithm.
 
     The score is the sum of log(1 + power over local noise): one strong line does not outweigh all others. `lines` [m]
     are these logarithms at `line_hz` [m], and `depth` [m] is the greatest modulation by a line there in any band.
@@ -34,10 +34,10 @@ class CombSpectrum:
 
     @classmethod
     def of(cls, bands: Sequence[Sequence[Periodogram]], lowest_hz: float, harmonics: int) -> CombSpectrum:
-        """Combs from `lowest_hz` over the mean of all `bands` of all records, as many of each.
+        """Score combs from `lowest_hz` on, in the mean spectrum of all `bands` of all records, as many of each record.
 
-        The scatter of the mean of n records is that of one over the root of n, so that the logarithms are as many times
-        further from those of noise. Their depths are those of the mean power over the noise.
+        The scatter of the mean of n records is smaller by the root of n, so the logarithms are scaled up by the root of
+        n about their value for noise. For several records, the depths are computed from the mean power above the noise.
         """
         first, count = bands[0], len(bands)
         limit_hz = min(one.limit_hz for record in bands for one in record)
@@ -55,7 +55,7 @@ class CombSpectrum:
 
     @property
     def frequency_hz(self) -> FloatArray:
-        """Fundamentals of the combs, [n]."""
+        """Fundamentals of the combs [Hz], [n]."""
         return self.line_hz[: self.score.size]
 
     def highest(self, centre_hz: float, half_hz: float) -> int | None:
@@ -71,7 +71,7 @@ class CombSpectrum:
         return float(np.median(maximum_filter1d(self.score, 2 * half + 1)))
 
     def without(self, centre_hz: FloatArray, half_hz: FloatArray) -> CombSpectrum:
-        """The same without lines within `half_hz` [k] and 1.5 bins of `centre_hz` [k], which score as noise does."""
+        """Comb spectrum in which lines within `half_hz` [k] and 1.5 bins of `centre_hz` [k] score as noise does."""
         reach = half_hz + MASK_BINS * self.bin_hz
         edges = np.zeros(self.line_hz.size + 1)
         np.add.at(edges, np.searchsorted(self.line_hz, centre_hz - reach), 1)

@@ -1,4 +1,4 @@
-"""From the recorded axes to the envelope of a band: rotation, normalisation, band-pass, Hilbert transform, ends."""
+"""Envelope of a band from the recorded axes: rotation, normalisation, band-pass, Hilbert transform, ends."""
 
 import math
 
@@ -50,7 +50,7 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
 
 
 def end_s(band_hz: tuple[float, float]) -> float:
-    """Time dropped at each end of a record that was filtered to `band_hz` [s]."""
+    """Time to drop at each end of a record that was filtered to `band_hz` [s]."""
     return max(END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
 
 
@@ -68,7 +68,7 @@ def drop_ends(samples: FloatArray, fs_hz: float, seconds: float = END_S) -> Floa
 def analytic_signal(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n]; the modulus is the envelope.
 
-    The record is taken as periodic: drop the ends (`end_s`). Raises `ConfigurationError` for an impossible band.
+    The record is assumed to be periodic: drop the ends (`end_s`). Raises `ConfigurationError` for an impossible band.
     """
     lines, first, length = _band_lines(samples, fs_hz, band_hz)
     whole = np.zeros(length, dtype=np.complex128)

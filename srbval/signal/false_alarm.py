@@ -3,8 +3,8 @@
 `neg_log_p` turns the power of a bin over its noise into an exponential variable; Rice's formula gives the number of
 times that its sum over harmonics rises above a level in the window. Real noise contains lines of other machines, so a
 comb is also ranked among placebos: combs whose lines come from two fundamentals that are no line of the bearing, each
-harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as
-strong as the comb of another bearing in the window; `joint_false_alarm` weighs the ranks among both.
+harmonic from one of them at random. Whole combs at one fundamental are few (some tens do not overlap), but as strong as
+the comb of another bearing in the window; `joint_false_alarm` weighs the ranks among both.
 """
 
 import math
@@ -34,7 +34,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
     `snr` [..., h] is power over a noise mean estimated as median / ln 2 of `bins` [h] (odd) exponential neighbours. The
     k-th of n ordered exponential variables is a sum of independent ones of rates n, ... n - k + 1 (Renyi 1953, Acta
-    Math. Hung. 4, 191), so that the log of E exp(-x M / ln 2) is a difference of log gamma functions.
+    Math. Hung. 4, 191), so the log of E exp(-x M / ln 2) is a difference of log gamma functions.
     """
     half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
     rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
@@ -44,7 +44,7 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
     """Expected ratio to the true noise of a peak of noise that is `snr` [..., h] times its estimate from `bins`.
 
-    Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S this is x dS/dx.
+    Noise is far above its estimate mostly if the estimate is too low. With `neg_log_p` S the ratio is x dS/dx.
     """
     ratio = np.asarray(snr) / math.log(2)
     rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
@@ -54,11 +54,11 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 def false_alarm(
     total_neg_log_p: float, total_ratio: float, share: FloatArray, half_window_hz: float, seconds: float
 ) -> float:
-    """Probability that noise shows a peak of a comb with at least this `neg_log_p` anywhere inside the window.
+    """Probability that noise has a peak of a comb with at least this `neg_log_p` anywhere inside the window.
 
     `share` [h + 1] is the part of the window in which this number of the comb's lines is not masked. With N peaks on
-    average (`upcrossings`) it is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a window that
-    begins above the level).
+    average (`upcrossings`) the probability is ``1 - exp(-N)`` (Davies 1987, Biometrika 74, 33, without his term for a
+    window that begins above the level).
     """
     crossings = 0.0
     for lines in np.flatnonzero(share[1:]) + 1:
@@ -71,8 +71,8 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
     Rice's formula (1945, Bell Syst. Tech. J. 24, 46) for a sum of squared moduli of Gaussian spectra. The spectrum of a
     record of T = `seconds`, without a window, has the mean square derivative (pi T)^2 / 3; harmonic h moves h times as
-    fast. With the gamma density p of the level S, the sum R of the harmonics' ratios to the noise
-    (`true_noise_ratio`; S itself where the noise is known) and shares d_h of it uniform on the simplex::
+    fast. With the gamma density p of the level S, the sum R of the harmonics' ratios to the noise (`true_noise_ratio`;
+    S itself if the noise is known) and shares d_h of it uniform on the simplex::
 
         N = 2 w T sqrt(pi R / 3) E[sqrt(sum h^2 d_h)] p(S)
 
@@ -90,11 +90,11 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
 
 
 def neg_log_rank(score: float, placebos: FloatArray) -> float:
-    """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
+    """-log of the probability that a placebo is as strong; nan for a missing score or too few `placebos` [n].
 
-    Up to the threshold of the upper tenth it is the `rank` among `placebos` [n] (a generalised Pareto tail of shape
-    zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share lines:
-    those equal to the threshold belong to the tail; if all of it are equal, the result is the rank.
+    Up to the threshold of the upper tenth it is the `rank`, beyond it an exponential tail (a generalised Pareto tail of
+    shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not checked). Placebos share
+    lines: values equal to the threshold belong to the tail; if the whole tail is equal to it, the result is the rank.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
@@ -111,9 +111,9 @@ def rank(score: float, placebos: FloatArray) -> float:
 
 
 def joint_false_alarm(noise: float, mixed: float, whole: float) -> float:
-    """The larger of the probability from `noise` and the mean of the ranks among `mixed` and `whole` combs.
+    """Larger of the probability from `noise` and the weighted mean of the ranks among `mixed` and `whole` combs.
 
-    The weight is `FOREIGN_COMB`. The study `reading` counts how often the result is below 0.01.
+    The weight of `whole` is `FOREIGN_COMB`. The study `reading` counts how often the result is below 0.01.
     """
     return max(noise, (1 - FOREIGN_COMB) * mixed + FOREIGN_COMB * whole)
 
@@ -127,7 +127,7 @@ class PlaceboRank(NamedTuple):
 
 
 def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
-    """Frequencies [Hz], [n], of equal ratio, `GRID_PER_HALF_WINDOW` in a half window of the share `relative`."""
+    """Frequencies [Hz], [n], of equal ratio, `GRID_PER_HALF_WINDOW` to each half window of the share `relative`."""
     return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID_PER_HALF_WINDOW)))
 
 
@@ -143,8 +143,8 @@ def rank_among_placebos(
     """Rank the comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
 
     `placebo_hz` [n] are `fundamentals` more than two half windows from `expected_hz`. A placebo has the same number of
-    lines, in windows of the same relative width, masked as the comb's own lines are. None if `placebo_hz` covers fewer
-    than `LEAST_WINDOWS` windows.
+    lines, in windows of the same relative width and masked in the same way. None if `placebo_hz` covers fewer than
+    `LEAST_WINDOWS` windows.
     """
     relative = half_window_hz / expected_hz
     if placebo_hz.size < 2 * GRID_PER_HALF_WINDOW * LEAST_WINDOWS:
@@ -195,7 +195,7 @@ def rank_among_placebos(
 
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The highest interior maximum of each row, [combs]; minus infinity where there is none."""
+    """Highest interior maximum of each row, [combs]; minus infinity for a row without an interior maximum."""
     top = np.max(total, axis=1)
     edge = (total[:, 0] == top) | (total[:, -1] == top)  # a line outside the window: few rows
     left, middle, right = (total[edge, first : total.shape[1] - 2 + first] for first in range(3))

@@ -1,7 +1,7 @@
-"""The part of a signal that repeats with a passage: means over its phase, its quietest part, a steady tone beside it.
+"""Part of a signal that repeats with a passage: means over the phase, the quietest part, a steady tone beside it.
 
-The quietest of any quarter of a period is found in every other passage and read in the passages between them, and vice
-versa: the least of many noisy means is biased low, the mean of other passages there is not.
+The quietest quarter of the period is selected in every other passage and its level is read in the passages between, and
+vice versa: the least of many noisy means is biased low, but the mean of other passages in the same quarter is not.
 """
 
 import math
@@ -21,7 +21,7 @@ LEAST_PASSAGES = 4 * MIN_JACKKNIFE_BLOCKS  # two in each block of either half
 
 @dataclass(frozen=True, kw_only=True)
 class LockedMean:
-    """Mean of a signal over the phase of a passage less its mean in the quietest quarter, in the signal's unit.
+    """Mean of a signal over the phase of a passage minus its mean in the quietest quarter, in the signal's unit.
 
     `u` is its standard deviation by the jackknife over `blocks` successive parts (Efron & Stein 1981).
     """
@@ -37,9 +37,10 @@ class LockedMean:
 
 
 def locked_mean(samples: FloatArray, periods: FloatArray, blocks: int) -> LockedMean:
-    """Locked mean of `samples` [n], none negative, at the phase `periods` of a passage [n, rising].
+    """Locked mean of non-negative `samples` [n] at the phase `periods` of a passage, in periods [n, rising].
 
-    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) count as independent. `DataError` for fewer than `LEAST_PASSAGES`.
+    The `blocks` (at least `MIN_JACKKNIFE_BLOCKS`) are assumed to be independent. Raises `DataError` for fewer than
+    `LEAST_PASSAGES`.
     """
     if periods[-1] - periods[0] < LEAST_PASSAGES:
         raise DataError(
@@ -58,7 +59,7 @@ def steady_tone(
 ) -> tuple[complex, float]:
     """Amplitude A, and slip s, of a tone beside passages in an analytic signal [n]: A exp(2 pi i (`tone` + s k / n)).
 
-    The slip is within +- `slip` periods. With passages, the quarter of their phase that leaves the least power is read.
+    The slip is within +- `slip` periods. With passages, the quarter of their phase that leaves the least power is used.
     """
     turned = analytic * np.exp(-2j * np.pi * tone)
     cells = np.zeros(turned.size, dtype=int) if periods is None else _cells(periods)

@@ -1,4 +1,4 @@
-"""Order tracking: a record resampled from even steps of time to even steps of shaft angle."""
+"""Order tracking: resampling of a record from even steps of time to even steps of shaft angle."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ShaftAngle:
         return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
-        """Shift of a line of `order` in bins of the record: highest less lowest of `DRIFT_PARTS` means."""
+        """Shift of a line of `order` within the record, in bins: highest minus lowest of `DRIFT_PARTS` means."""
         marks = np.linspace(0, self.time_s[-1], DRIFT_PARTS + 1)
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
@@ -52,8 +52,9 @@ class ShaftAngle:
     def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
         """Resample `samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` per turn.
 
-        As a record at `fs_hz` the shaft then turns at exactly `mean_hz`. The cubic splines have an error of 1e-3 for
-        lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first: resonances do not move with the shaft.
+        In the result, as a record at `fs_hz`, the shaft turns at exactly `mean_hz`. The error of the cubic splines is
+        1e-3 for lines below a fifth of `fs_hz`, 1e-4 below a tenth. Demodulate first: resonances do not move with the
+        shaft.
         """
         at_s = start_s + np.arange(samples.size) / fs_hz
         knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])
@@ -65,7 +66,7 @@ class ShaftAngle:
 
 
 def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
-    """The knots, with one more at an end beyond which the record reaches, at the speed of that end."""
+    """Add a knot at each end beyond which the record reaches, at the speed of that end."""
     rate = np.diff(turns) / np.diff(time_s)
     if first_s < time_s[0]:
         turns = np.concatenate(([turns[0] - rate[0] * (time_s[0] - first_s)], turns))
@@ -79,7 +80,7 @@ def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: flo
 def spline(knots: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     """Cubic spline through `values` over rising `knots` (both [n], four or more), without end knots, at points [m].
 
-    It is `scipy.interpolate.CubicSpline` without the quarter of a second that its package takes to load.
+    It equals `scipy.interpolate.CubicSpline` but does not load that package, which takes a quarter of a second.
     """
     step = np.diff(knots)
     rise, end = np.diff(values) / step, (knots[2] - knots[0], knots[-1] - knots[-3])

@@ -1,4 +1,4 @@
-"""Power over frequency on a fine grid, the noise near a line, and block sums of the demodulated record."""
+"""Periodogram on a fine grid, noise near a line, and block sums of the demodulated record."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _FLAT_SHARE = 0.4  # share of the reduced rate below which that filter does not 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phasors:
-    """Sums over blocks of the record demodulated at given frequencies [c], for a local fit: `sums`, [c, blocks].
+    """Sums over blocks of the record demodulated at frequencies [c], for a local fit: `sums`, [c, blocks].
 
-    `time_s` [blocks] are their middles, from the record's middle, so that frequency and phase do not correlate;
+    `time_s` [blocks] are the middles of the blocks, from the record's middle, so frequency and phase do not correlate;
     `moments` [c, blocks] are sums of samples times their distance from a block's middle.
     """
 
@@ -115,7 +115,7 @@ class Periodogram:
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 
     def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
-        """The record with further zones masked, each at least `MASK_BINS` bins to either side, in rising order."""
+        """Periodogram with further masked zones, each at least `MASK_BINS` bins to either side, in rising order."""
         half = MASK_BINS * self.bin_hz + half_width_hz
         zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
         zones = zones[np.argsort(zones[:, 0])]
@@ -123,7 +123,7 @@ class Periodogram:
         return replace(self, masks_hz=zones)
 
     def unmasked(self) -> Periodogram:
-        """The periodogram without masks."""
+        """Periodogram without masks."""
         return replace(self, masks_hz=np.empty((0, 2)))
 
     @property
@@ -161,7 +161,7 @@ class Periodogram:
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 
     def noise_near(self, centre_hz: float, half_window_hz: float) -> Noise:
-        """Mean noise power near `centre_hz`, the median over ln 2 of the nearest bins outside the window and the masks.
+        """Mean noise power near `centre_hz`: the median over ln 2 of the nearest bins outside the window and the masks.
 
         Raises `DataError` if fewer than `LEAST_NOISE_BINS` are left.
         """
@@ -187,7 +187,7 @@ class Periodogram:
         return Noise(max(mean, float(np.finfo(float).tiny)), power.size)
 
     def snr_at(self, frequency_hz: FloatArray, *, to_limit: bool = False) -> FloatArray:
-        """Power over a running median of unmasked bins over ln 2, which ends at the record's limit with `to_limit`."""
+        """Power over the local noise: a running median of unmasked bins, up to the record's limit with `to_limit`."""
         spacing = POINTS_PER_BIN * self.step_hz
         last = self.power.size // POINTS_PER_BIN
         bins = np.arange(2, min(last, math.ceil(self.limit_hz / spacing) + NOISE_BINS) if to_limit else last)
@@ -200,7 +200,7 @@ class Periodogram:
 
 
 def decimate(samples: FloatArray, down: int) -> FloatArray:
-    """Every sample number `down` behind a low pass: `scipy.signal.resample_poly`, quicker to load."""
+    """Low-pass filter and keep every sample number `down`, as `scipy.signal.resample_poly` but quicker to load."""
     half, size, share = 10 * down, -(-samples.size // down), 1 / down
     place = np.arange(-half, half + 1)
     kaiser = scipy.special.i0(5.0 * np.sqrt(1 - (place / half) ** 2.0)) / scipy.special.i0(5.0)

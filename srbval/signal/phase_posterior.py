@@ -1,7 +1,8 @@
-"""Posterior of the mean frequency of a weak line that may slip, over all paths that its phase may have taken.
+"""Posterior of the mean frequency of a weak line that may slip, over all possible paths of its phase.
 
-The phase is a hidden random walk on the circle; the likelihood of the record for a mean frequency and slip is summed
-over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: `slip`.
+The phase is a hidden random walk on the circle. The likelihood of the record for a mean frequency and slip is summed
+over all paths by the forward recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle: see
+`slip`.
 """
 
 import math
@@ -37,7 +38,7 @@ class Posterior:
 
 
 def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s: float) -> Posterior:
-    """Posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
+    """Compute the posterior of a line whose harmonics `number` [c] have `sums` [c, blocks] in units of their noise.
 
     The prior is flat in the frequency and over `JITTERS`, with `STEADY_WEIGHT` for no jitter. The harmonics' amplitudes
     maximise the likelihood for each jitter (expectation maximisation, Dempster et al. 1977, J. R. Stat. Soc. B 39, 1).

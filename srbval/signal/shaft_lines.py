@@ -1,4 +1,4 @@
-"""Speed of a shaft by its lines in a periodogram: harmonics of the shaft, and sidebands of a fault's line."""
+"""Shaft speed from lines in a periodogram: harmonics of the shaft, and sidebands of a fault's line."""
 
 import itertools
 import math
@@ -23,12 +23,12 @@ LEAST_PEAK_ERROR_BINS = 0.01  # least standard error of a peak: it is read by a 
 def shaft_by_lines(
     record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float, *, harmonics: int
 ) -> tuple[float, float] | None:
-    """Speed [Hz] of a shaft within `half_hz` of a nominal one, and its 95 % half width, in an unmasked periodogram.
+    """Estimate a shaft speed within `half_hz` of a nominal speed, and its 95 % half width [Hz], from its lines.
 
-    First the speed is found at which sidebands of `line_hz` (0: none) and harmonics of the shaft stand out most
-    together. Then line and shaft are fitted by least squares through the peaks of all terms that stand out; the scatter
-    about the fit (Birge's ratio) widens the interval. None if noise does as well or another speed nearly as well
-    (`RIVAL_SHARE`), or fewer than `LEAST_TERMS` terms show.
+    The score of a speed adds the sidebands of `line_hz` (0: none) and the harmonics of the shaft in an unmasked
+    periodogram. At the speed of the highest score, line and shaft are fitted by least squares to the peaks of all clear
+    terms; the scatter about the fit (Birge's ratio) widens the interval. Returns None if noise or another speed scores
+    nearly as high (`RIVAL_SHARE`), or if fewer than `LEAST_TERMS` terms are clear.
     """
     bin_hz = record.bin_hz
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, bin_hz / 16)
@@ -57,14 +57,14 @@ def shaft_by_lines(
 
 
 def _terms(line_hz: float, harmonics: int) -> list[tuple[int, int]]:
-    """Terms (h, k), lines at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
+    """Terms (h, k) at h times the fault line plus k times the shaft: shaft harmonics, sidebands of the line."""
     orders = [k for k in range(-SIDEBANDS_PER_SIDE, SIDEBANDS_PER_SIDE + 1) if k]
     sides = itertools.product(range(1, harmonics + 1), orders) if line_hz else ()
     return [*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides]
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -> tuple[float, float] | None:
-    """Fit line and shaft by least squares through the peaks of all terms that stand out."""
+    """Fit line and shaft by least squares to the peaks of all clear terms: shaft speed and half width [Hz]."""
     whole = [(h, 0) for h in range(1, harmonics + 1)] if line_hz else []
     terms = whole + _terms(line_hz, harmonics)
     read = [(k, h, *p) for h, k in terms if (p := _peak(record, h * line_hz + k * shaft_hz))]
@@ -85,7 +85,7 @@ def _fit(record: Periodogram, line_hz: float, shaft_hz: float, harmonics: int) -
 
 
 def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
-    """Frequency of the peak nearest `about_hz` and its standard error [Hz]; None if no peak stands out."""
+    """Frequency of the peak nearest `about_hz` and its standard error [Hz]; None if no peak is `SHOWN_SNR` high."""
     reach = record.bin_hz
     if not 3 * reach < about_hz < record.limit_hz:
         return None

@@ -1,10 +1,11 @@
 """Mean frequency of a slipping line from its phase over the record, and its interval from noise and slip.
 
 Random slip makes the phase of a line, whose slope is the frequency, a random walk; noise adds an independent error to
-each block's phase. The walk adds `ratio` times the variance of noise, estimated from the phase's residuals about a
-straight line. These do not distinguish slip as large as the noise from none: the half width is a tabulated multiple of
-the spread that they suggest (`half_width`). The path of the phase is found by dynamic programming (Viterbi 1967, IEEE
-Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then refined.
+each block's phase. The walk adds a multiple, the ratio of walk to noise, of the variance of noise; it is estimated from
+the phase's residuals about a straight line. The residuals cannot separate slip as large as the noise from no slip: the
+half width is a tabulated multiple of the estimated spread (`half_width`). The path of the phase is found by dynamic
+programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260), since a block's phase may be wrong by a turn, and then
+refined.
 """
 
 from __future__ import annotations
@@ -32,17 +33,18 @@ def frequency_error_hz(information: float, seconds: float) -> float:
     """Least standard error of the frequency of a steady tone of unknown amplitude and phase in noise [Hz].
 
     Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is the peak over its noise in a periodogram;
-    for several tones the sum of these, each times the square of its derivative by the frequency.
+    for several tones the sum of the peaks, each times the square of its derivative with respect to the frequency.
     """
     return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
 
 
 @functools.cache
 def slip_interval() -> dict[str, Any]:
-    """The calibrated table (`slip_interval.toml`).
+    """Calibrated table of interval widths (`slip_interval.toml`).
 
-    ``floor`` standard errors up to ``start``, from there ``factor`` times the spread, interpolated linearly between the
-    knots ``log_spread`` of the weighted mean of log(1 + ratio of walk to noise). For weak lines see `weak_factor`.
+    The half width is ``floor`` standard errors up to ``start``, and above it ``factor`` times the spread, interpolated
+    linearly between the knots ``log_spread``: the weighted mean of log(1 + ratio of walk to noise). For weak lines see
+    `weak_factor`.
     """
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     return tomllib.loads(file.read_text(encoding="utf-8"))
@@ -56,7 +58,8 @@ def walk_share(log_spread: float) -> float:
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
     """95 % half width in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    The table is for many blocks of a strong line: the walk's share is widened by Student's t, and for a low `snr`.
+    The table is valid for many blocks of a strong line: the walk's share is widened by Student's t, and for a low
+    `snr`.
     """
     table = slip_interval()
     wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table["log_spread"], table["factor"]))
@@ -97,8 +100,9 @@ def track_slip(
 ) -> tuple[float, float] | None:
     """Shift of the mean frequency of a line that may slip from `line_hz`, and its 95 % half width [Hz].
 
-    None if the line is too weak; the half width is infinite if the record has too few blocks to show slip. Component c
-    of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin. `period_s` is the period of the modulation.
+    Component c of `phasors` is harmonic `number[c]`, with `noise_power[c]` in a bin. `period_s` is the period of the
+    modulation. Returns None if the line is too weak; the half width is infinite if the record has too few blocks to
+    estimate slip.
     """
     # A random walk cannot be compared with no noise at all.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
@@ -141,7 +145,7 @@ def weak_sums(
 def _in_blocks(
     phasors: Phasors, noise_power: FloatArray, period_s: float, most: int = BLOCK_NUMBERS[0]
 ) -> Iterator[tuple[ComplexArray, FloatArray]]:
-    """Sums [c, blocks] in units of their noise, and mean power over noise [c], for numbers of blocks allowed."""
+    """Sums [c, blocks] in units of their noise, and mean power over noise [c], for each allowed number of blocks."""
     shortest_s = period_s * (2 if phasors.seconds >= 2 * FEW_BLOCKS * period_s else 1)
     for blocks in BLOCK_NUMBERS:
         if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_s:
@@ -180,7 +184,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
 
 
 def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
-    """Noise at the line over noise about it, one unless the residuals need more; with `weigh_walk_ratios`' result."""
+    """Excess of noise at the line over noise nearby, 1 unless larger residuals need more, with `weigh_walk_ratios`."""
     tried = []
     for excess in EXCESSES:
         weight, log_likelihood = weigh_walk_ratios(residual / math.sqrt(excess * variance), share)
@@ -194,7 +198,7 @@ class Modes:
     """Orthonormal `contrasts` [n - 2, n] of n phases about a straight line, in which walk and noise are uncorrelated.
 
     A walk that contributes as much as the noise, `slope_variance`, to the variance of the `slope` [n] has the variance
-    `share` [n - 2] in them, and the covariance `with_slope` with the slope.
+    `share` [n - 2] in the contrasts, and the covariance `with_slope` with the slope.
     """
 
     contrasts: FloatArray
@@ -263,7 +267,7 @@ def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> F
 def _refined(
     sums: ComplexArray, number: FloatArray, path_rad: FloatArray, amplitude: ComplexArray
 ) -> tuple[FloatArray, float]:
-    """Each block's phase [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
+    """Phase of each block [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
     rotation = np.exp(-1j * np.outer(number, path_rad))
     parts = number**2 * np.abs(amplitude) ** 2
     # At least the value of noise alone.
@@ -277,7 +281,7 @@ def _refined(
 
 
 def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
-    """Complex amplitude of each harmonic along a path, less that of noise alone, [c]."""
+    """Complex amplitude of each harmonic along a path, minus the amplitude of noise alone, [c]."""
     mean = np.mean(sums * np.exp(-1j * np.outer(number, path_rad)), axis=1)
     power = np.abs(mean) ** 2
     share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)

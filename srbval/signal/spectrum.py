@@ -1,4 +1,4 @@
-"""Spectra, kurtogram and scalogram; prewhitened and phase-randomised records."""
+"""Spectra, kurtogram and scalogram; prewhitening of records."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ class Spectrum(Shown):
     resolution_hz: float
 
     def height_at(self, line_hz: float) -> float:
-        """Height of a line: the larger of the two bins about it."""
+        """Height of a line: the larger of the two bins nearest to it."""
         return float(self.amplitude[np.argsort(np.abs(self.frequency_hz - line_hz))[:2]].max())
 
     def to_frame(self) -> pandas.DataFrame:
-        """A pandas table of `frequency_hz` and `amplitude`."""
+        """Pandas table of `frequency_hz` and `amplitude`."""
         import pandas
 
         return pandas.DataFrame({"frequency_hz": self.frequency_hz, "amplitude": self.amplitude})
 
     def to_xarray(self) -> xarray.DataArray:
-        """An array of xarray over ``frequency_hz``."""
+        """Array of xarray over ``frequency_hz``."""
         coordinate = ("frequency_hz", self.frequency_hz, {"units": "Hz"})
         about = {"resolution_hz": self.resolution_hz}
         data: xarray.DataArray = require_xarray().DataArray(self.amplitude, [coordinate], attrs=about, name="amplitude")
@@ -98,11 +98,12 @@ def kurtosis(samples: FloatArray | ComplexArray) -> float:
 
 
 def prewhitened(samples: FloatArray) -> FloatArray:
-    """Bring every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
+    """Scale every spectral line of `samples` [n] to the same height and keep its phase, with variance one, [m].
 
     Cepstrum prewhitening, X / |X| (Borghesani, Pennacchi, Randall, Sawalhi & Ricci 2013, Mech. Syst. Signal Process.
-    36, 370; authors and page quoted from memory, not checked), leaves tones, gear meshes and impacts without jitter
-    next to no power. m is the largest length up to n that transforms fast. `DataError` if the record is constant.
+    36, 370; authors and page quoted from memory, not checked), leaves next to no power to tones, gear meshes and
+    impacts without jitter. m is the largest length up to n with a fast transform. `DataError` if the record is
+    constant.
     """
     size = scipy.fft.prev_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples[:size] - samples[:size].mean())
@@ -117,9 +118,9 @@ def prewhitened(samples: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Kurtogram:
-    """`kurtosis` [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
+    """Kurtosis [k] of the complex envelope in each band, `band_hz` [k, 2], widest bands first.
 
-    Zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
+    It is zero for Gaussian noise of any spectrum, -1 for a steady tone, large for rare impulses.
     """
 
     band_hz: FloatArray
@@ -127,7 +128,7 @@ class Kurtogram:
 
     @property
     def best_hz(self) -> tuple[float, float]:
-        """The most impulsive band; `DataError` if no band fits the record."""
+        """Most impulsive band [Hz]; `DataError` if no band fits the record."""
         if self.kurtosis.size == 0:
             raise DataError("kurtogram: no band fits; use a longer record, a higher sampling rate or narrower bands.")
         low, high = self.band_hz[int(np.argmax(self.kurtosis))]
@@ -138,8 +139,8 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float, highe
     """Kurtogram of `samples` [n] on the tree of halves and thirds of the fast kurtogram.
 
     Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... are side by side (Antoni 2007, Mech. Syst. Signal Process. 21, 108), cut
-    sharply in the frequency domain. Omitted are the lowest of each width, which begins at zero, bands narrower than
-    `least_width_hz` or above `highest_hz`, and those with fewer than `LEAST_SAMPLES` independent samples.
+    sharply in the frequency domain. Bands are omitted if they begin at zero, are narrower than `least_width_hz` or
+    above `highest_hz`, or have fewer than `LEAST_SAMPLES` independent samples.
     """
     nyquist, seconds = fs_hz / 2, samples.size / fs_hz
     length = scipy.fft.next_fast_len(samples.size, real=True)
