@@ -3,7 +3,8 @@
 A page ``api/ROOM.md`` describes a room of the package; the reference of its modules replaces the word `MODULES`, from
 the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
 options, `SCENE_KEYS` a list of every key of a scene file and `SCALE` the stored costs by size. A page
-`notebooks/NAME.md` shows the stored notebook `NAME` with its output. A line `PICTURE alt text` in the guide becomes the
+`notebooks/NAME.md` shows the stored notebook `NAME` with its output. An expression such as
+`{{ amplitudes.counts.locked.of }}` in a page becomes that number of a stored result, see `stored_numbers`. A line `PICTURE alt text` in the guide becomes the
 picture that the preceding command or Python example draws from the shipped recordings. Formulas become MathML, which
 browsers show without a network.
 """
@@ -12,6 +13,7 @@ import argparse
 import base64
 import contextlib
 import dataclasses
+import importlib
 import io
 import json
 import os
@@ -42,7 +44,7 @@ intersphinx_mapping = {
     "scipy": ("https://docs.scipy.org/doc/scipy", None),
     "xarray": ("https://docs.xarray.dev/en/stable", None),
 }
-myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_enable_extensions = ["dollarmath", "amsmath", "substitution"]
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = f"srbval {release}"
@@ -72,6 +74,36 @@ DRAWN = re.compile(
 )
 PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 LITERAL = re.compile(r"(``.*?``)")
+
+
+STORED = "amplitudes", "model_levels", "naming", "reading"
+CONSTANTS = (
+    "diagnosis.baseline diagnosis.fault_posterior diagnosis.long_records models.estimates models.health "
+    "models.step_error reading.families reading.pipeline signal.comb signal.false_alarm"
+)
+
+
+def stored(name: str) -> dict[str, Any]:
+    """Return a stored result without its fingerprint; the build fails if there is none."""
+    result = newest_result(name)
+    assert result, f"no stored result {name}: run srbval evidence {name}"
+    return {key: value for key, value in result.content.items() if key != "fingerprint"}
+
+
+def stored_numbers() -> dict[str, Any]:
+    """Return the numbers that pages insert: stored results, bundled scenes, constants of modules, each by its name."""
+    from srbval.scene import scene_table
+
+    numbers = {name: stored(name) for name in STORED} | {name: scene_table(name) for name in ("paper", "rig")}
+    for module in CONSTANTS.split():
+        constants = vars(importlib.import_module(f"srbval.{module}")).items()
+        numbers[module.split(".")[1]] = {name: value for name, value in constants if isinstance(value, int | float | tuple)}
+    by_method, by_grade = (numbers["naming"]["methods"], numbers["naming"]["graded"]["table"])
+    numbers["named"] = {row["name"]: row for row in by_method if row["by"] == "all"}
+    return numbers | {"graded": {row["grade"]: row for row in by_grade if row["part"] == "all"}}
+
+
+myst_substitutions = stored_numbers()
 
 
 def modules_of(room: str) -> list[str]:
@@ -112,8 +144,7 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
 
 def scale() -> str:
     """Show the stored costs by size as the command printed them."""
-    result = newest_result("scale")
-    return f"```none\n{result.content['text']}\n```" if result else ""
+    return f"```none\n{stored('scale')['text']}\n```"
 
 
 def drawn(kind: str, code: str, file: str, alt: str, **_: str) -> str:
