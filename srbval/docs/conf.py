@@ -96,11 +96,13 @@ def stored_numbers() -> dict[str, Any]:
 
     numbers = {name: stored(name) for name in STORED} | {name: scene_table(name) for name in ("paper", "rig")}
     for module in CONSTANTS.split():
-        constants = vars(importlib.import_module(f"srbval.{module}")).items()
-        numbers[module.split(".")[1]] = {name: value for name, value in constants if isinstance(value, int | float | tuple)}
-    by_method, by_grade = (numbers["naming"]["methods"], numbers["naming"]["graded"]["table"])
-    numbers["named"] = {row["name"]: row for row in by_method if row["by"] == "all"}
-    return numbers | {"graded": {row["grade"]: row for row in by_grade if row["part"] == "all"}}
+        constants = vars(importlib.import_module(f"srbval.{module}"))
+        kinds = int | float | tuple
+        numbers[module.split(".")[1]] = {name: value for name, value in constants.items() if isinstance(value, kinds)}
+    naming = numbers["naming"]
+    numbers["named"] = {row["name"]: row for row in naming["methods"] if row["by"] == "all"}
+    numbers["graded"] = {row["grade"]: row for row in naming["graded"]["table"] if row["part"] == "all"}
+    return numbers
 
 
 myst_substitutions = stored_numbers()
