@@ -4,9 +4,9 @@ A page ``api/ROOM.md`` describes a room of the package; the reference of its mod
 the docstrings. `NAMES` becomes a list of the package's public names, `COMMANDS` a list of every command with its
 options, `SCENE_KEYS` a list of every key of a scene file and `SCALE` the stored costs by size. A page
 `notebooks/NAME.md` shows the stored notebook `NAME` with its output. An expression such as
-`{{ amplitudes.counts.locked.of }}` in a page becomes that number of a stored result, see `stored_numbers`. A line `PICTURE alt text` in the guide becomes the
-picture that the preceding command or Python example draws from the shipped recordings. Formulas become MathML, which
-browsers show without a network.
+`{{ amplitudes.counts.locked.of }}` becomes that number of a stored result, see `stored_numbers`. A line
+`PICTURE alt text` in the guide becomes the picture that the preceding command or Python example draws from the shipped
+recordings. Formulas become MathML, which browsers show without a network.
 """
 
 import argparse
